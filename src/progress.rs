@@ -1,0 +1,82 @@
+//! How a long piece of work and whoever waits for it talk: a fraction goes one way, a cancel flag the other.
+//!
+//! Guarantees: clones share one state, nothing blocks, and a cancelled [`Progress`] stays cancelled.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Shared handle on one piece of work.
+#[derive(Clone, Debug, Default)]
+pub struct Progress(Arc<Inner>);
+
+#[derive(Debug, Default)]
+struct Inner {
+    cancelled: AtomicBool,
+    done: AtomicU64,
+    total: AtomicU64,
+}
+
+/// The work was abandoned because somebody asked for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+impl Progress {
+    /// Asks the work to stop; long loops see it at their next [`Progress::check`].
+    pub fn cancel(&self) {
+        self.0.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether somebody asked the work to stop.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.0.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Returns an error once the work was asked to stop, so that `?` leaves a loop.
+    ///
+    /// # Errors
+    /// [`Cancelled`] after [`Progress::cancel`].
+    pub fn check(&self) -> Result<(), Cancelled> {
+        if self.is_cancelled() {
+            Err(Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Adds to how many steps there are in all (bytes, samples, folds: any unit).
+    pub fn add_total(&self, steps: u64) {
+        self.0.total.fetch_add(steps, Ordering::Relaxed);
+    }
+
+    /// Adds to how many steps are done.
+    pub fn advance(&self, steps: u64) {
+        self.0.done.fetch_add(steps, Ordering::Relaxed);
+    }
+
+    /// The done share in 0..=1, or `None` while the total is unknown.
+    #[must_use]
+    pub fn fraction(&self) -> Option<f32> {
+        let total = self.0.total.load(Ordering::Relaxed);
+        let done = self.0.done.load(Ordering::Relaxed);
+        (total > 0).then(|| (done as f64 / total as f64).min(1.0) as f32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clones_share_cancel_and_fraction() {
+        let work = Progress::default();
+        let watcher = work.clone();
+        assert_eq!(watcher.fraction(), None);
+        work.add_total(4);
+        work.advance(1);
+        assert_eq!(watcher.fraction(), Some(0.25));
+        watcher.cancel();
+        assert_eq!(work.check(), Err(Cancelled));
+    }
+}

@@ -1,0 +1,47 @@
+//! The six load axes and their names.
+
+use serde::{Deserialize, Serialize};
+
+/// One axis of the applied load: a force [N] or a moment [N·m].
+///
+/// The order of the variants is the order of columns everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum Axis {
+    Fx,
+    Fy,
+    Fz,
+    Mx,
+    My,
+    Mz,
+}
+
+impl Axis {
+    /// All axes in column order.
+    pub const ALL: [Self; 6] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz];
+
+    /// The axis' symbol, `Fx` to `Mz`.
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::Fx => "Fx",
+            Self::Fy => "Fy",
+            Self::Fz => "Fz",
+            Self::Mx => "Mx",
+            Self::My => "My",
+            Self::Mz => "Mz",
+        }
+    }
+
+    /// Whether this is a force rather than a moment.
+    #[must_use]
+    pub const fn is_force(self) -> bool {
+        matches!(self, Self::Fx | Self::Fy | Self::Fz)
+    }
+
+    /// The SI unit that values of this axis have inside the program.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        if self.is_force() { "N" } else { "N·m" }
+    }
+}

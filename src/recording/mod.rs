@@ -1,0 +1,14 @@
+//! What was measured: recordings, the roles they play, and where they come from.
+//!
+//! Everything in here is SI ([s], [N], [N·m]); units are converted where files are read or written.
+
+mod axis;
+pub mod delimited;
+mod recording;
+pub mod set;
+pub mod simulated;
+pub mod units;
+
+pub use axis::Axis;
+pub use recording::{Recording, RecordingError, Source};
+pub use set::{Entry, Layout, LayoutError, RecordingSet, Role};

@@ -1,0 +1,341 @@
+//! One uninterrupted run of a sensor.
+//!
+//! Guarantees, checked at construction: at least one sample and one gauge, every number finite, times that never go
+//! back, axes in [`Axis`] order without repeats.
+
+use std::path::PathBuf;
+
+use crate::recording::Axis;
+
+/// Where a recording comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Read from this file.
+    File(PathBuf),
+    /// Made by the built-in simulated sensor.
+    Simulated,
+}
+
+/// One uninterrupted run: times, gauge channels, and the reference load where it is known.
+///
+/// **Shapes** times `n`, gauges `n × n_gauges` row-major, loads `n × n_axes` row-major (`n_axes` is 0 without a
+/// reference).
+///
+/// **Units** times [s], loads [N] and [N·m]; gauges in whatever unit the logger wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    name: String,
+    source: Source,
+    times: Vec<f64>,
+    gauge_names: Vec<String>,
+    gauges: Vec<f64>,
+    axes: Vec<Axis>,
+    loads: Vec<f64>,
+}
+
+/// Why numbers do not make a recording.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum RecordingError {
+    #[error("{name}: no samples")]
+    NoSamples { name: String },
+    #[error("{name}: no gauge channels")]
+    NoGauges { name: String },
+    #[error("{name}: {what} holds {actual} numbers where {expected} are needed")]
+    Shape {
+        name: String,
+        what: &'static str,
+        expected: usize,
+        actual: usize,
+    },
+    #[error("{name}: the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
+    AxisOrder { name: String },
+    #[error("{name}: sample {sample} has a {what} that is not a finite number")]
+    NotFinite {
+        name: String,
+        what: &'static str,
+        sample: usize,
+    },
+    #[error("{name}: time goes back at sample {sample}")]
+    TimeGoesBack { name: String, sample: usize },
+}
+
+impl Recording {
+    /// Checks the parts and puts them together.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where a guarantee of this type does not hold.
+    pub fn new(
+        name: impl Into<String>,
+        source: Source,
+        times: Vec<f64>,
+        gauge_names: Vec<String>,
+        gauges: Vec<f64>,
+        axes: Vec<Axis>,
+        loads: Vec<f64>,
+    ) -> Result<Self, RecordingError> {
+        let name = name.into();
+        let n = times.len();
+        if n == 0 {
+            return Err(RecordingError::NoSamples { name });
+        }
+        if gauge_names.is_empty() {
+            return Err(RecordingError::NoGauges { name });
+        }
+        for (what, width, values) in [
+            ("gauge table", gauge_names.len(), &gauges),
+            ("load table", axes.len(), &loads),
+        ] {
+            if values.len() != n * width {
+                return Err(RecordingError::Shape {
+                    name,
+                    what,
+                    expected: n * width,
+                    actual: values.len(),
+                });
+            }
+        }
+        if !axes.is_sorted_by(|a, b| a < b) {
+            return Err(RecordingError::AxisOrder { name });
+        }
+        for (what, width, values) in [
+            ("time", 1, &times),
+            ("gauge", gauge_names.len(), &gauges),
+            ("load", axes.len(), &loads),
+        ] {
+            if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+                return Err(RecordingError::NotFinite {
+                    name,
+                    what,
+                    sample: at / width,
+                });
+            }
+        }
+        if let Some(at) = times.windows(2).position(|pair| pair[1] < pair[0]) {
+            return Err(RecordingError::TimeGoesBack {
+                name,
+                sample: at + 1,
+            });
+        }
+        Ok(Self {
+            name,
+            source,
+            times,
+            gauge_names,
+            gauges,
+            axes,
+            loads,
+        })
+    }
+
+    /// The name shown to people: a file's stem, with a part number where one file holds several recordings.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where the numbers come from.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// How many samples there are, at least one.
+    #[must_use]
+    pub fn n_samples(&self) -> usize {
+        self.times.len()
+    }
+
+    /// Sample times [s], never going back, on the clock of the file.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// From the first sample to the last [s].
+    #[must_use]
+    pub fn duration_secs(&self) -> f64 {
+        self.times[self.times.len() - 1] - self.times[0]
+    }
+
+    /// One over the median time step [Hz]; `None` with one sample or where most steps are zero.
+    #[must_use]
+    pub fn rate_hz(&self) -> Option<f64> {
+        let mut steps: Vec<f64> = self
+            .times
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
+        if steps.is_empty() {
+            return None;
+        }
+        let middle = steps.len() / 2;
+        let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+        (*median > 0.0).then(|| 1.0 / *median)
+    }
+
+    /// The gauges' names in column order.
+    #[must_use]
+    pub fn gauge_names(&self) -> &[String] {
+        &self.gauge_names
+    }
+
+    /// How many gauge channels there are, at least one.
+    #[must_use]
+    pub fn n_gauges(&self) -> usize {
+        self.gauge_names.len()
+    }
+
+    /// All gauges, `n × n_gauges` row-major.
+    #[must_use]
+    pub fn gauges(&self) -> &[f64] {
+        &self.gauges
+    }
+
+    /// The gauges of sample `k`.
+    ///
+    /// # Panics
+    /// If there is no sample `k`.
+    #[must_use]
+    pub fn gauges_at(&self, k: usize) -> &[f64] {
+        &self.gauges[k * self.n_gauges()..(k + 1) * self.n_gauges()]
+    }
+
+    /// The axes whose reference load is known; empty without a reference.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Whether the load that was really applied is known.
+    #[must_use]
+    pub fn has_reference(&self) -> bool {
+        !self.axes.is_empty()
+    }
+
+    /// The reference load, `n × n_axes` row-major.
+    #[must_use]
+    pub fn loads(&self) -> &[f64] {
+        &self.loads
+    }
+
+    /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
+    ///
+    /// A step of 0 counts as 1.
+    #[must_use]
+    pub fn decimated(&self, step: usize) -> Self {
+        let step = step.max(1);
+        self.picked((0..self.n_samples()).step_by(step), self.name.clone())
+    }
+
+    /// Cuts the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
+    ///
+    /// `None` where a side would be empty. History does not cross the cut: these are two recordings.
+    #[must_use]
+    pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
+        let n = self.n_samples();
+        let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0
+        (0 < cut && cut < n).then(|| {
+            (
+                self.picked(0..cut, format!("{} (first part)", self.name)),
+                self.picked(cut..n, format!("{} (rest)", self.name)),
+            )
+        })
+    }
+
+    fn picked(&self, samples: impl Iterator<Item = usize> + Clone, name: String) -> Self {
+        let rows = |values: &[f64], width: usize| {
+            samples
+                .clone()
+                .flat_map(|k| &values[k * width..(k + 1) * width])
+                .copied()
+                .collect()
+        };
+        Self {
+            name,
+            source: self.source.clone(),
+            times: rows(&self.times, 1),
+            gauge_names: self.gauge_names.clone(),
+            gauges: rows(&self.gauges, self.n_gauges()),
+            axes: self.axes.clone(),
+            loads: rows(&self.loads, self.axes.len()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(times: Vec<f64>) -> Result<Recording, RecordingError> {
+        let gauges = times.iter().map(|t| 2.0 * t).collect();
+        let loads = times.iter().map(|t| 3.0 * t).collect();
+        Recording::new(
+            "ramp",
+            Source::Simulated,
+            times,
+            vec!["S1".into()],
+            gauges,
+            vec![Axis::Fz],
+            loads,
+        )
+    }
+
+    #[test]
+    fn broken_parts_are_refused() {
+        assert!(matches!(
+            ramp(vec![]),
+            Err(RecordingError::NoSamples { .. })
+        ));
+        assert!(matches!(
+            ramp(vec![0.0, f64::NAN]),
+            Err(RecordingError::NotFinite {
+                what: "time",
+                sample: 1,
+                ..
+            })
+        ));
+        assert!(matches!(
+            ramp(vec![0.0, 2.0, 1.0]),
+            Err(RecordingError::TimeGoesBack { sample: 2, .. })
+        ));
+        let twice = Recording::new(
+            "twice",
+            Source::Simulated,
+            vec![0.0],
+            vec!["S1".into()],
+            vec![0.0],
+            vec![Axis::Fz, Axis::Fx],
+            vec![0.0; 2],
+        );
+        assert!(matches!(twice, Err(RecordingError::AxisOrder { .. })));
+    }
+
+    #[test]
+    fn rate_is_the_median_step_and_survives_a_pause() {
+        let recording = ramp(vec![0.0, 0.1, 0.2, 0.3, 5.0]).unwrap();
+        assert!((recording.rate_hz().unwrap() - 10.0).abs() < 1e-9);
+        assert_eq!(ramp(vec![1.0]).unwrap().rate_hz(), None);
+        assert_eq!(ramp(vec![1.0, 1.0, 1.0]).unwrap().rate_hz(), None);
+    }
+
+    #[test]
+    fn decimation_keeps_every_nth_sample_from_the_first() {
+        let recording = ramp((0..25).map(f64::from).collect()).unwrap();
+        let kept = recording.decimated(10);
+        assert_eq!(kept.times(), [0.0, 10.0, 20.0]);
+        assert_eq!(kept.loads(), [0.0, 30.0, 60.0]);
+        assert_eq!(recording.decimated(0), recording);
+    }
+
+    #[test]
+    fn split_gives_the_first_part_and_the_rest() {
+        let recording = ramp((0..10).map(f64::from).collect()).unwrap();
+        let (first, rest) = recording.split(0.65).unwrap();
+        assert_eq!((first.n_samples(), rest.n_samples()), (6, 4));
+        assert_eq!(rest.times()[0], 6.0);
+        for useless in [0.0, 0.05, 1.0, f64::NAN, -1.0] {
+            assert!(recording.split(useless).is_none());
+        }
+    }
+}

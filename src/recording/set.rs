@@ -1,0 +1,309 @@
+//! The recordings that are loaded, and what each is for.
+//!
+//! Guarantees: all recordings of a set have the same gauges in the same order and the same axes; a recording without
+//! a reference may stand among them, but plays no role.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::{Axis, Recording};
+
+/// What a recording is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// The calibration is fitted to it.
+    Train,
+    /// The calibration is scored on it.
+    Test,
+    /// Shown, but neither fitted nor scored.
+    #[default]
+    Off,
+}
+
+/// A recording with its role.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// What was measured; shared, since background work reads it while the window goes on.
+    pub recording: Arc<Recording>,
+    /// What it is for.
+    pub role: Role,
+}
+
+impl Entry {
+    /// An entry with the role that the recording's name asks for: `test…` tests, all others train; without a
+    /// reference it is off.
+    #[must_use]
+    pub fn with_default_role(recording: Recording) -> Self {
+        let is_test = recording
+            .name()
+            .get(..4)
+            .is_some_and(|start| start.eq_ignore_ascii_case("test"));
+        let role = if is_test { Role::Test } else { Role::Train };
+        Self::new(recording, role)
+    }
+
+    /// An entry with this role; without a reference it is off.
+    #[must_use]
+    pub fn new(recording: Recording, role: Role) -> Self {
+        let role = if recording.has_reference() {
+            role
+        } else {
+            Role::Off
+        };
+        Self {
+            recording: Arc::new(recording),
+            role,
+        }
+    }
+}
+
+/// The columns that the recordings of one set share.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layout {
+    /// Gauge names in column order.
+    pub gauge_names: Vec<String>,
+    /// Axes in column order; empty until a recording with a reference is there.
+    pub axes: Vec<Axis>,
+}
+
+/// Why a recording cannot stand beside the ones that are loaded.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum LayoutError {
+    #[error(
+        "{name}: its gauges are {} where the loaded recordings have {}; close those first, or load it on its own",
+        names(actual),
+        names(expected)
+    )]
+    Gauges {
+        name: String,
+        expected: Vec<String>,
+        actual: Vec<String>,
+    },
+    #[error(
+        "{name}: its reference axes are {} where the loaded recordings have {}; close those first, or load it on its own",
+        symbols(actual),
+        symbols(expected)
+    )]
+    Axes {
+        name: String,
+        expected: Vec<Axis>,
+        actual: Vec<Axis>,
+    },
+}
+
+fn names(names: &[String]) -> String {
+    match names {
+        [first, .., last] if names.len() > 8 => {
+            format!("{first} … {last} ({} channels)", names.len())
+        }
+        _ => names.join(" "),
+    }
+}
+
+fn symbols(axes: &[Axis]) -> String {
+    axes.iter()
+        .map(|axis| axis.symbol())
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The recordings that are loaded, in the order of loading.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordingSet {
+    layout: Layout,
+    entries: Vec<Entry>,
+}
+
+impl RecordingSet {
+    /// The columns that all recordings share.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The recordings in the order of loading.
+    #[must_use]
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// Whether every recording comes from the built-in simulated sensor.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        !self.entries.is_empty()
+            && self
+                .entries
+                .iter()
+                .all(|entry| *entry.recording.source() == crate::recording::Source::Simulated)
+    }
+
+    /// Appends a recording.
+    ///
+    /// # Errors
+    /// [`LayoutError`] if its columns differ from those that are loaded; the set stays as it was.
+    pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
+        let recording = &entry.recording;
+        if self.entries.is_empty() {
+            self.layout = Layout {
+                gauge_names: recording.gauge_names().to_vec(),
+                axes: recording.axes().to_vec(),
+            };
+        } else {
+            if recording.gauge_names() != self.layout.gauge_names {
+                return Err(LayoutError::Gauges {
+                    name: recording.name().to_owned(),
+                    expected: self.layout.gauge_names.clone(),
+                    actual: recording.gauge_names().to_vec(),
+                });
+            }
+            if recording.has_reference() {
+                if self.layout.axes.is_empty() {
+                    self.layout.axes = recording.axes().to_vec();
+                } else if recording.axes() != self.layout.axes {
+                    return Err(LayoutError::Axes {
+                        name: recording.name().to_owned(),
+                        expected: self.layout.axes.clone(),
+                        actual: recording.axes().to_vec(),
+                    });
+                }
+            }
+        }
+        self.entries.push(entry);
+        Ok(())
+    }
+
+    /// Gives recording `index` a role; one without a reference stays off. Unknown indices change nothing.
+    pub fn set_role(&mut self, index: usize, role: Role) {
+        if let Some(entry) = self.entries.get_mut(index)
+            && entry.recording.has_reference()
+        {
+            entry.role = role;
+        }
+    }
+
+    /// Takes recording `index` out; unknown indices change nothing.
+    pub fn remove(&mut self, index: usize) {
+        if index < self.entries.len() {
+            self.entries.remove(index);
+        }
+        if !self
+            .entries
+            .iter()
+            .any(|entry| entry.recording.has_reference())
+        {
+            self.layout.axes.clear();
+        }
+    }
+
+    /// Cuts each recording with a reference in time: the first part trains, the rest tests. What is too short to be
+    /// cut stays as it is.
+    #[must_use]
+    pub fn split(&self, fraction: f64) -> Self {
+        let entries = self
+            .entries
+            .iter()
+            .flat_map(|entry| {
+                let halves = entry
+                    .recording
+                    .has_reference()
+                    .then(|| entry.recording.split(fraction))
+                    .flatten();
+                match halves {
+                    Some((first, rest)) => {
+                        vec![Entry::new(first, Role::Train), Entry::new(rest, Role::Test)]
+                    }
+                    None => vec![entry.clone()],
+                }
+            })
+            .collect();
+        Self {
+            layout: self.layout.clone(),
+            entries,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Source;
+
+    fn recording(name: &str, gauges: &[&str], axes: &[Axis]) -> Recording {
+        let n = 10;
+        Recording::new(
+            name,
+            Source::File(name.into()),
+            (0..n).map(f64::from).collect(),
+            gauges.iter().map(|&gauge| gauge.to_owned()).collect(),
+            vec![0.5; n as usize * gauges.len()],
+            axes.to_vec(),
+            vec![1.0; n as usize * axes.len()],
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn the_name_decides_the_first_role() {
+        let role = |name| Entry::with_default_role(recording(name, &["S1"], &[Axis::Fz])).role;
+        assert_eq!(role("test_path6"), Role::Test);
+        assert_eq!(role("Test 3"), Role::Test);
+        assert_eq!(role("train_1"), Role::Train);
+        assert_eq!(role("é"), Role::Train);
+        let bare = Entry::with_default_role(recording("test", &["S1"], &[]));
+        assert_eq!(bare.role, Role::Off);
+    }
+
+    #[test]
+    fn other_columns_are_refused_and_change_nothing() {
+        let mut set = RecordingSet::default();
+        set.push(Entry::with_default_role(recording(
+            "bare",
+            &["S1", "S2"],
+            &[],
+        )))
+        .unwrap();
+        set.push(Entry::with_default_role(recording(
+            "a",
+            &["S1", "S2"],
+            &[Axis::Fz],
+        )))
+        .unwrap();
+        let before = set.clone();
+        let gauges = set.push(Entry::with_default_role(recording(
+            "b",
+            &["S1"],
+            &[Axis::Fz],
+        )));
+        assert!(matches!(gauges, Err(LayoutError::Gauges { .. })));
+        let axes = set.push(Entry::with_default_role(recording(
+            "c",
+            &["S1", "S2"],
+            &[Axis::Fx],
+        )));
+        assert!(matches!(axes, Err(LayoutError::Axes { .. })));
+        assert_eq!(set, before);
+    }
+
+    #[test]
+    fn a_split_set_trains_on_first_parts_and_tests_on_the_rest() {
+        let mut set = RecordingSet::default();
+        set.push(Entry::with_default_role(recording(
+            "a",
+            &["S1"],
+            &[Axis::Fz],
+        )))
+        .unwrap();
+        set.push(Entry::with_default_role(recording("bare", &["S1"], &[])))
+            .unwrap();
+        let split = set.split(0.6);
+        let seen: Vec<_> = split
+            .entries()
+            .iter()
+            .map(|entry| (entry.recording.n_samples(), entry.role))
+            .collect();
+        assert_eq!(seen, [(6, Role::Train), (4, Role::Test), (10, Role::Off)]);
+    }
+}
