@@ -1,4 +1,9 @@
 //! LoopScope: calibrate force/torque sensors and see what their past does to them.
 
+pub mod analysis;
+pub mod calibration;
+pub mod evaluation;
+pub mod export;
+pub mod features;
 pub mod progress;
 pub mod recording;

@@ -198,17 +198,15 @@ impl RecordingSet {
         }
     }
 
-    /// Cuts each recording with a reference in time: the first part trains, the rest tests. What is too short to be
-    /// cut stays as it is.
+    /// Cuts each recording that plays a role in time: the first part trains, the rest tests. What is off or too short
+    /// to be cut stays as it is.
     #[must_use]
     pub fn split(&self, fraction: f64) -> Self {
         let entries = self
             .entries
             .iter()
             .flat_map(|entry| {
-                let halves = entry
-                    .recording
-                    .has_reference()
+                let halves = (entry.role != Role::Off)
                     .then(|| entry.recording.split(fraction))
                     .flatten();
                 match halves {

@@ -1,0 +1,119 @@
+//! The conventional calibration: the present gauges alone (Eq. 3-8).
+//!
+//! It depends on the training recordings and on whether there is an offset, not on thresholds; it also says where the
+//! look-back finds the past, so it is fitted first and kept.
+
+use rayon::prelude::*;
+
+use crate::calibration::{
+    Calibration, Columns, LinearMap, NormalEquations, Piece, fit, loads_from_gauges, recording_sums,
+};
+use crate::features::GaugeScale;
+use crate::recording::Recording;
+
+/// The least-squares load from the present gauges, with the scale that all further columns share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conventional {
+    /// Shift and scale of the gauges over the training recordings.
+    pub scale: GaugeScale,
+    /// The matrix on raw gauges.
+    pub map: LinearMap,
+}
+
+impl Conventional {
+    /// Fits the training recordings, then once more what that fit leaves over: the second round takes away the
+    /// rounding errors of the first.
+    ///
+    /// # Panics
+    /// If there is no training recording, or they differ in their columns.
+    #[must_use]
+    pub fn fit(training: &[&Recording], offset: bool) -> Self {
+        let first = training.first().expect("there is a training recording");
+        let gauge_names = first.gauge_names();
+        let columns = Columns {
+            n_gauges: first.n_gauges(),
+            with_past: false,
+            offset,
+        };
+        let scale = GaugeScale::measure(training.iter().copied(), columns.n_gauges, offset);
+        let mut map = LinearMap {
+            features: Calibration::feature_names(gauge_names, false, offset),
+            matrix: vec![vec![0.0; columns.count()]; first.axes().len()],
+        };
+        for _ in 0..2 {
+            let parts: Vec<_> = training
+                .par_iter()
+                .map(|recording| {
+                    let loads = loads_from_gauges(&map, recording);
+                    let whole = Piece {
+                        samples: 0..recording.n_samples(),
+                        fold: 0,
+                    };
+                    recording_sums(recording, &scale, columns, &loads, &[], &[whole])
+                })
+                .collect();
+            let mut total = NormalEquations::new(columns.count(), first.axes().len());
+            for part in parts.iter().flatten() {
+                total.add(part);
+            }
+            let correction = fit(&total, &columns.all()).coefficients;
+            map = columns.raw_map(gauge_names, &map, &scale, &correction);
+        }
+        Self { scale, map }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Axis, Source};
+    use faer::Mat;
+    use faer::linalg::solvers::SolveLstsq as _;
+
+    /// Gauges far from zero and on unlike scales; loads nearly linear in them.
+    fn recording() -> Recording {
+        let n = 400;
+        let mut gauges = Vec::new();
+        let mut loads = Vec::new();
+        for k in 0..n {
+            let t = f64::from(k);
+            let (a, b) = ((0.05 * t).sin(), (0.031 * t).cos());
+            gauges.extend([1e5 + 20.0 * a + b, 3e-3 + 1e-4 * (b - 0.3 * a), 7.0 * a * b]);
+            loads.extend([10.0 * a + 0.2 * b * b, b - a + 0.1 * a * a * a]);
+        }
+        Recording::new(
+            "r",
+            Source::Simulated,
+            (0..n).map(f64::from).collect(),
+            vec!["S1".into(), "S2".into(), "S3".into()],
+            gauges,
+            vec![Axis::Fz, Axis::Mx],
+            loads,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn predictions_equal_those_of_a_qr_solution_with_and_without_offset() {
+        let recording = recording();
+        let n = recording.n_samples();
+        for offset in [true, false] {
+            let map = Conventional::fit(&[&recording], offset).map;
+            let x = Mat::from_fn(n, 3 + usize::from(offset), |k, j| {
+                recording.gauges_at(k).get(j).copied().unwrap_or(1.0)
+            });
+            let y = Mat::from_fn(n, 2, |k, j| recording.loads()[k * 2 + j]);
+            let expected = &x * x.col_piv_qr().solve_lstsq(&y);
+            let loads = loads_from_gauges(&map, &recording);
+            for k in 0..n {
+                for axis in 0..2 {
+                    let difference = loads[k * 2 + axis] - expected[(k, axis)];
+                    assert!(
+                        difference.abs() < 1e-8,
+                        "offset {offset}, sample {k}: {difference}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Error figures: root mean squares per axis and per group of axes.
+
+use crate::calibration::NormalEquations;
+use crate::recording::Axis;
+
+/// Root mean squared error per axis of `coefficients` on the samples in `sums`; `None` without samples.
+///
+/// **Source** Eq. 8 over n, from the sums alone.
+#[must_use]
+pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
+    root_mean(&sums.squared_residuals(coefficients), sums.n_samples())
+}
+
+/// The roots of sums of squares over `n`; `None` if `n` is zero.
+#[must_use]
+pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
+    (n > 0).then(|| {
+        squares
+            .iter()
+            .map(|square| (square / n as f64).sqrt())
+            .collect()
+    })
+}
+
+/// Root mean squared error per axis of predicted against true loads, both `n × n_axes` row-major.
+#[must_use]
+pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<Vec<f64>> {
+    let mut squares = vec![0.0; n_axes];
+    for (predicted, truth) in predicted
+        .chunks_exact(n_axes)
+        .zip(truth.chunks_exact(n_axes))
+    {
+        for axis in 0..n_axes {
+            squares[axis] += (predicted[axis] - truth[axis]).powi(2);
+        }
+    }
+    root_mean(&squares, (truth.len() / n_axes.max(1)) as u64)
+}
+
+/// A group of axes that share a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// Fx Fy Fz [N].
+    Force,
+    /// Mx My Mz [N·m].
+    Moment,
+}
+
+impl Group {
+    /// Whether the axis belongs to the group.
+    #[must_use]
+    pub fn contains(self, axis: Axis) -> bool {
+        axis.is_force() == (self == Self::Force)
+    }
+
+    /// The root mean square over the group's axes of their RMSE; `None` if it has no axis.
+    #[must_use]
+    pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
+        let (mut squares, mut count) = (0.0, 0);
+        for (_, value) in axes
+            .iter()
+            .zip(rmse)
+            .filter(|(axis, _)| self.contains(**axis))
+        {
+            squares += value * value;
+            count += 1;
+        }
+        (count > 0).then(|| (squares / f64::from(count)).sqrt())
+    }
+}
+
+/// By how many percent `to` is above `from`; `None` where that says nothing (`from` is zero).
+#[must_use]
+pub fn percent_change(from: f64, to: f64) -> Option<f64> {
+    (from > 0.0).then(|| 100.0 * (to / from - 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors (3, 0) and (4, 1): √((9 + 16) / 2) and √(1 / 2).
+    #[test]
+    fn rmse_of_known_errors() {
+        let rmse = rmse_of_loads(&[3.0, 0.0, 4.0, 1.0], &[0.0; 4], 2).unwrap();
+        assert!((rmse[0] - 12.5_f64.sqrt()).abs() < 1e-15);
+        assert!((rmse[1] - 0.5_f64.sqrt()).abs() < 1e-15);
+        assert_eq!(rmse_of_loads(&[], &[], 2), None);
+    }
+
+    #[test]
+    fn a_group_averages_the_squares_of_its_own_axes() {
+        let axes = [Axis::Fx, Axis::Fz, Axis::Mx];
+        assert_eq!(Group::Force.rmse(&axes, &[1.0, 7.0, 9.0]), Some(5.0));
+        assert_eq!(Group::Moment.rmse(&axes, &[1.0, 7.0, 9.0]), Some(9.0));
+        assert_eq!(Group::Moment.rmse(&axes[..2], &[1.0, 7.0]), None);
+    }
+}

@@ -1,0 +1,7 @@
+//! How good a calibration is, and what to draw of it.
+
+pub mod cross_validation;
+pub mod metrics;
+pub mod series;
+
+pub use series::Series;

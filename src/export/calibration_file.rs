@@ -1,0 +1,223 @@
+//! Calibrations as files: JSON holds everything and reads back to the same predictions, CSV holds the matrices.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::calibration::{Calibration, CalibrationError};
+use crate::export::{WriteError, write_atomically};
+use crate::features::{Distance, Thresholds};
+
+/// A larger file is no calibration.
+const LARGEST_FILE_BYTES: u64 = 64 << 20;
+
+/// How a calibration is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CalibrationFormat {
+    /// Everything; can be read back.
+    Json,
+    /// The matrices, rows and columns named.
+    Csv,
+}
+
+impl CalibrationFormat {
+    /// The format that a file's ending asks for.
+    #[must_use]
+    pub fn from_path(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        match ending.as_str() {
+            "json" => Some(Self::Json),
+            "csv" => Some(Self::Csv),
+            _ => None,
+        }
+    }
+}
+
+/// Why a calibration could not be read.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum ReadCalibrationError {
+    #[error("cannot read {}: {source}", .path.display())]
+    Io { path: PathBuf, source: io::Error },
+    #[error("{}: {bytes} bytes are too many for a calibration", .path.display())]
+    TooLarge { path: PathBuf, bytes: u64 },
+    #[error("{}: not a calibration in JSON: {source}", .path.display())]
+    Json {
+        path: PathBuf,
+        source: serde_json::Error,
+    },
+    #[error("{}: {source}", .path.display())]
+    Calibration {
+        path: PathBuf,
+        source: CalibrationError,
+    },
+}
+
+/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending as JSON.
+///
+/// # Errors
+/// [`WriteError`] if the file cannot be written.
+pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
+    write_atomically(path, |out| {
+        match CalibrationFormat::from_path(path).unwrap_or(CalibrationFormat::Json) {
+            CalibrationFormat::Json => {
+                serde_json::to_writer_pretty(&mut *out, calibration)?;
+                writeln!(out)
+            }
+            CalibrationFormat::Csv => write_csv(calibration, out),
+        }
+    })
+}
+
+/// Reads a calibration from JSON and checks it.
+///
+/// # Errors
+/// [`ReadCalibrationError`] if it cannot be read, is not one, or is not whole.
+pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError> {
+    let at = || path.to_owned();
+    let io = |source| ReadCalibrationError::Io { path: at(), source };
+    let bytes = fs::metadata(path).map_err(io)?.len();
+    if bytes > LARGEST_FILE_BYTES {
+        return Err(ReadCalibrationError::TooLarge { path: at(), bytes });
+    }
+    let content = fs::read(path).map_err(io)?;
+    let calibration: Calibration = serde_json::from_slice(&content)
+        .map_err(|source| ReadCalibrationError::Json { path: at(), source })?;
+    calibration
+        .validate()
+        .map_err(|source| ReadCalibrationError::Calibration { path: at(), source })?;
+    Ok(calibration)
+}
+
+fn write_csv(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let features = &calibration.compensated.features;
+    let head = ["calibration", "look_back", "axis", "unit"].map(str::to_owned);
+    csv.write_record(head.iter().chain(features))?;
+    let look_back = look_back_text(calibration.thresholds, calibration.distance);
+    for (name, look_back, map) in [
+        ("conventional", "", &calibration.conventional),
+        ("compensated", &look_back, &calibration.compensated),
+    ] {
+        let axes = calibration.axes.iter().zip(&calibration.units);
+        for ((axis, unit), row) in axes.zip(&map.matrix) {
+            let head = [name, look_back, axis.symbol(), unit].map(str::to_owned);
+            let numbers = features.iter().map(|feature| {
+                let column = map.features.iter().position(|own| own == feature);
+                column.map_or(String::new(), |column| row[column].to_string())
+            });
+            csv.write_record(head.into_iter().chain(numbers))?;
+        }
+    }
+    csv.flush()
+}
+
+/// The thresholds in words, as tables show them.
+#[must_use]
+pub fn look_back_text(thresholds: Thresholds, distance: Distance) -> String {
+    let Thresholds { f_th, t_th_secs } = thresholds;
+    match distance {
+        Distance::Force => format!("F_th {f_th} N, t_th {t_th_secs} s"),
+        Distance::FullScale => format!("F_th {} % of full scale, t_th {t_th_secs} s", 100.0 * f_th),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{FORMAT, LinearMap, Quality, VERSION};
+    use crate::recording::Axis;
+
+    pub(crate) fn calibration() -> Calibration {
+        let gauges = vec!["S,1".to_owned(), "S\"2".to_owned()];
+        let map = |with_past: bool, factor: f64| {
+            let features = Calibration::feature_names(&gauges, with_past, true);
+            let row =
+                |axis: f64| (0..features.len()).map(move |at| factor * axis / (at as f64 + 3.0));
+            LinearMap {
+                matrix: vec![row(1.0).collect(), row(-1e-9).collect()],
+                features,
+            }
+        };
+        Calibration {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            program: "LoopScope".to_owned(),
+            simulated: false,
+            axes: vec![Axis::Fz, Axis::Mx],
+            units: vec!["N".to_owned(), "N·m".to_owned()],
+            full_scale: vec![12.0, 0.25],
+            offset: true,
+            decimation: 1,
+            thresholds: Thresholds::default(),
+            distance: Distance::Force,
+            conventional: map(false, 0.1),
+            compensated: map(true, 1e8),
+            quality: Quality::default(),
+            trained_on: vec!["a \u{1b}[31m".to_owned()],
+            gauges,
+        }
+    }
+
+    fn written(calibration: &Calibration, name: &str) -> (tempfile::TempDir, PathBuf) {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join(name);
+        write_calibration(calibration, &path).unwrap();
+        (directory, path)
+    }
+
+    #[test]
+    fn json_reads_back_to_the_last_bit() {
+        let calibration = calibration();
+        let (_directory, path) = written(&calibration, "c.json");
+        assert_eq!(read_calibration(&path).unwrap(), calibration);
+    }
+
+    #[test]
+    fn csv_names_rows_and_columns() {
+        let calibration = calibration();
+        let (_directory, path) = written(&calibration, "c.CSV");
+        let mut csv = csv::Reader::from_path(path).unwrap();
+        let header: Vec<_> = csv.headers().unwrap().iter().map(str::to_owned).collect();
+        assert_eq!(
+            header[4..],
+            ["S,1", "S\"2", "S,1_past", "S\"2_past", "offset"]
+        );
+        let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 4);
+        assert_eq!(&rows[1][2], "Mx");
+        assert_eq!(&rows[0][6], "");
+        let value: f64 = rows[2][6].parse().unwrap();
+        assert_eq!(value, calibration.compensated.matrix[0][2]);
+    }
+
+    #[test]
+    fn an_edited_file_is_refused_with_the_reason() {
+        let refused = |from: &str, to: &str| {
+            let (_directory, path) = written(&calibration(), "c.json");
+            let content = fs::read_to_string(&path).unwrap();
+            assert!(content.contains(from), "{from}");
+            fs::write(&path, content.replacen(from, to, 1)).unwrap();
+            read_calibration(&path).unwrap_err().to_string()
+        };
+        assert!(refused("loopscope calibration", "other").contains("format"));
+        assert!(refused("\"version\": 1", "\"version\": 9").contains("version 9"));
+        assert!(refused("\"N·m\"", "\"N·mm\"").contains("unit of Mx"));
+        assert!(refused("\"f_th\": 3.0", "\"f_th\": -3.0").contains("thresholds.f_th"));
+        assert!(refused("\"f_th\": 3.0", "\"f_th\": NaN").contains("JSON"));
+        assert!(refused("\"offset\"\n    ]", "\"ofset\"\n    ]").contains("ofset"));
+        assert!(refused("\"Mx\"", "\"Fz\"").contains("axes"));
+        assert!(refused("12.0,", "").contains("full_scale"));
+    }
+
+    #[test]
+    fn other_files_are_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("c.json");
+        assert!(read_calibration(&path).is_err());
+        fs::write(&path, "t,S1,Fx\n").unwrap();
+        let error = read_calibration(&path).unwrap_err().to_string();
+        assert!(error.contains("not a calibration"), "{error}");
+        assert!(read_calibration(directory.path()).is_err());
+    }
+}

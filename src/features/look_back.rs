@@ -1,0 +1,444 @@
+//! The paper's rule (Eq. 9-12): where, going back in time, was the load last different by F_th?
+//!
+//! For sample k take the first sample j ≤ k, going back from k itself, with `d(k, j) ≥ F_th` and
+//! `t_k − t_j ≤ t_th`; where there is none, j = k. Guarantees: the answer is that of the plain scan, bit for bit, for
+//! every threshold; the cost of a sample grows with the logarithm of the window, not with its length, unless the load
+//! wanders along the threshold.
+//!
+//! How: samples stand in groups of eight that are measured at once. Over the groups stand bounding boxes, over those
+//! boxes larger ones. A box whose farthest corner is nearer than F_th holds no answer and is skipped whole.
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::Axis;
+
+/// The two thresholds of the look-back.
+///
+/// | field | default | range | meaning |
+/// |---|---|---|---|
+/// | `f_th` | 3 | ≥ 0 | how much the load must have differed: [N], or a share of full scale, see [`Distance`] |
+/// | `t_th_secs` | 15 | ≥ 0 | how old the past sample may be [s] |
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Thresholds {
+    /// F_th: [N], or a share of full scale (1 = full scale) for [`Distance::FullScale`].
+    pub f_th: f64,
+    /// t_th [s].
+    pub t_th_secs: f64,
+}
+
+impl Default for Thresholds {
+    /// The paper's choice (section 4.2): 3 N and 15 s.
+    fn default() -> Self {
+        Self {
+            f_th: 3.0,
+            t_th_secs: 15.0,
+        }
+    }
+}
+
+/// What "different by F_th" is measured in: always on the *conventional* load, the only one known at run time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Distance {
+    /// Euclidean norm over the force axes [N], as in the paper.
+    #[default]
+    Force,
+    /// Euclidean norm over all axes, each divided by its full scale [1].
+    FullScale,
+}
+
+impl Distance {
+    /// The factor for each axis: d is the norm of the differences times these.
+    ///
+    /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
+    #[must_use]
+    pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
+        match self.effective(axes) {
+            Self::Force => axes
+                .iter()
+                .map(|axis| f64::from(u8::from(axis.is_force())))
+                .collect(),
+            Self::FullScale => full_scale
+                .iter()
+                .map(|&scale| if scale > 0.0 { 1.0 / scale } else { 0.0 })
+                .collect(),
+        }
+    }
+
+    /// The kind that is really used with these axes: [`Distance::FullScale`] where there is no force axis.
+    #[must_use]
+    pub fn effective(self, axes: &[Axis]) -> Self {
+        if axes.iter().any(|axis| axis.is_force()) {
+            self
+        } else {
+            Self::FullScale
+        }
+    }
+}
+
+/// Samples measured at once.
+const LANES: usize = 8;
+/// Groups of samples in the smallest box, and boxes in the next larger one.
+const FAN_OUT: usize = 4;
+
+/// One number per lane.
+type Lanes = [f64; LANES];
+
+/// The conventional load of one recording, laid out for the search.
+#[derive(Clone, Debug)]
+pub struct LoadPath(PathKind);
+
+/// The number of compared axes is a constant inside the search.
+#[derive(Clone, Debug)]
+enum PathKind {
+    D0(usize),
+    D1(Path<1>),
+    D2(Path<2>),
+    D3(Path<3>),
+    D4(Path<4>),
+    D5(Path<5>),
+    D6(Path<6>),
+}
+
+impl LoadPath {
+    /// Lays out `loads` (`n × weights.len()`, row-major); axes of weight zero do not take part.
+    ///
+    /// # Panics
+    /// If more than six weights are not zero, or `loads` is not a whole number of rows.
+    #[must_use]
+    pub fn new(loads: &[f64], weights: &[f64]) -> Self {
+        let used: Vec<(usize, f64)> = weights
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, weight)| *weight != 0.0)
+            .collect();
+        let width = weights.len().max(1);
+        assert_eq!(loads.len() % width, 0, "loads must be whole rows");
+        let row = |k: usize, dimension: usize| {
+            let (axis, weight) = used[dimension];
+            loads[k * width + axis] * weight
+        };
+        let n = loads.len() / width;
+        Self(match used.len() {
+            0 => PathKind::D0(n),
+            1 => PathKind::D1(Path::new(n, row)),
+            2 => PathKind::D2(Path::new(n, row)),
+            3 => PathKind::D3(Path::new(n, row)),
+            4 => PathKind::D4(Path::new(n, row)),
+            5 => PathKind::D5(Path::new(n, row)),
+            6 => PathKind::D6(Path::new(n, row)),
+            more => panic!("a load has at most six axes, not {more}"),
+        })
+    }
+
+    /// The index of the past sample of every sample; the sample's own index where there is none.
+    ///
+    /// **Source** Eq. 9-12; the search starts at k itself, so F_th = 0 gives every sample itself.
+    ///
+    /// **Shapes** `times` has as many entries as the loads had rows, and never goes back.
+    ///
+    /// # Panics
+    /// If `times` has another length.
+    #[must_use]
+    pub fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
+        match &self.0 {
+            PathKind::D0(n) => {
+                assert_eq!(times.len(), *n, "one time per sample");
+                (0..times.len() as u32).collect()
+            }
+            PathKind::D1(path) => path.past_samples(times, thresholds),
+            PathKind::D2(path) => path.past_samples(times, thresholds),
+            PathKind::D3(path) => path.past_samples(times, thresholds),
+            PathKind::D4(path) => path.past_samples(times, thresholds),
+            PathKind::D5(path) => path.past_samples(times, thresholds),
+            PathKind::D6(path) => path.past_samples(times, thresholds),
+        }
+    }
+}
+
+/// Points in `D` dimensions with boxes over them.
+#[derive(Clone, Debug)]
+struct Path<const D: usize> {
+    n: usize,
+    /// `groups[g][dimension][lane]`; the last group repeats the last sample.
+    groups: Vec<[Lanes; D]>,
+    /// `levels[0]` holds boxes over `FAN_OUT` whole groups, each next level over `FAN_OUT` boxes of the one below.
+    levels: Vec<Vec<Bounds<D>>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Bounds<const D: usize> {
+    low: [f64; D],
+    high: [f64; D],
+}
+
+impl<const D: usize> Path<D> {
+    fn new(n: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+        let groups: Vec<[Lanes; D]> = (0..n.div_ceil(LANES))
+            .map(|group| {
+                std::array::from_fn(|dimension| {
+                    std::array::from_fn(|lane| value((group * LANES + lane).min(n - 1), dimension))
+                })
+            })
+            .collect();
+        let mut levels: Vec<Vec<Bounds<D>>> = Vec::new();
+        let mut level: Vec<_> = groups
+            .chunks_exact(FAN_OUT)
+            .map(|groups| Bounds::of_groups(groups))
+            .collect();
+        while !level.is_empty() {
+            let next = level
+                .chunks_exact(FAN_OUT)
+                .map(|boxes| Bounds::of_boxes(boxes))
+                .collect();
+            levels.push(std::mem::replace(&mut level, next));
+        }
+        Self { n, groups, levels }
+    }
+
+    fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
+        assert_eq!(times.len(), self.n, "one time per sample");
+        let mut past = vec![0; self.n];
+        // The closure is compiled anew for each instruction set and picked when the program runs.
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.search(times, thresholds, &mut past),
+        );
+        past
+    }
+
+    #[inline(always)]
+    fn search(&self, times: &[f64], thresholds: Thresholds, past: &mut [u32]) {
+        let least = thresholds.f_th * thresholds.f_th;
+        let mut oldest = 0;
+        for (k, past) in past.iter_mut().enumerate() {
+            // `while`, not a subtraction from t_k: the rule compares t_k − t_j as rounded.
+            while oldest < k && times[k] - times[oldest] > thresholds.t_th_secs {
+                oldest += 1;
+            }
+            *past = self.find(k, oldest, least).unwrap_or(k) as u32;
+        }
+    }
+
+    /// The last sample in `oldest..=k` whose squared distance to sample `k` is at least `least`.
+    #[inline(always)]
+    fn find(&self, k: usize, oldest: usize, least: f64) -> Option<usize> {
+        let own = &self.groups[k / LANES];
+        let point: [f64; D] = std::array::from_fn(|dimension| own[dimension][k % LANES]);
+        // One past the next group to look at; lanes after k do not count.
+        let mut end = k / LANES + 1;
+        let mut counted = (2_u32 << (k % LANES)) - 1;
+        let first_group = oldest / LANES;
+        while end > first_group {
+            if counted == u32::from(u8::MAX)
+                && let Some(skipped) = self.skip(end, &point, least)
+            {
+                end -= skipped.min(end);
+                continue;
+            }
+            let hits = far_lanes(&self.groups[end - 1], &point, least) & counted;
+            counted = u32::from(u8::MAX);
+            if hits != 0 {
+                let j = (end - 1) * LANES + hits.ilog2() as usize;
+                return (j >= oldest).then_some(j);
+            }
+            end -= 1;
+        }
+        None
+    }
+
+    /// How many groups before `end` hold no answer, judged by the largest box that ends there.
+    #[inline(always)]
+    fn skip(&self, end: usize, point: &[f64; D], least: f64) -> Option<usize> {
+        let mut size = FAN_OUT;
+        let mut skipped = None;
+        for level in &self.levels {
+            if !end.is_multiple_of(size) || level[end / size - 1].farthest(point) >= least {
+                break;
+            }
+            skipped = Some(size);
+            size *= FAN_OUT;
+        }
+        skipped
+    }
+}
+
+impl<const D: usize> Bounds<D> {
+    fn of_groups(groups: &[[Lanes; D]]) -> Self {
+        let fold = |start: f64, pick: fn(f64, f64) -> f64| {
+            std::array::from_fn(|dimension| {
+                groups
+                    .iter()
+                    .flat_map(|group| group[dimension])
+                    .fold(start, pick)
+            })
+        };
+        Self {
+            low: fold(f64::INFINITY, f64::min),
+            high: fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    fn of_boxes(boxes: &[Self]) -> Self {
+        boxes[1..].iter().fold(boxes[0], |all, one| Self {
+            low: std::array::from_fn(|dimension| all.low[dimension].min(one.low[dimension])),
+            high: std::array::from_fn(|dimension| all.high[dimension].max(one.high[dimension])),
+        })
+    }
+
+    /// Squared distance from `point` to the farthest corner.
+    ///
+    /// Rounded in the same order as [`far_lanes`], and rounding is monotone, so no sample inside is ever farther.
+    #[inline(always)]
+    fn farthest(&self, point: &[f64; D]) -> f64 {
+        let mut sum = 0.0;
+        for dimension in 0..D {
+            let below = point[dimension] - self.low[dimension];
+            let above = self.high[dimension] - point[dimension];
+            let reach = if below > above { below } else { above };
+            sum += reach * reach;
+        }
+        sum
+    }
+}
+
+/// A bit for each lane whose squared distance to `point` is at least `least`.
+#[inline(always)]
+fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -> u32 {
+    let mut squares = [0.0; LANES];
+    for dimension in 0..D {
+        for lane in 0..LANES {
+            let difference = group[dimension][lane] - point[dimension];
+            squares[lane] += difference * difference;
+        }
+    }
+    let mut bits = 0;
+    for (lane, square) in squares.iter().enumerate() {
+        bits |= u32::from(*square >= least) << lane;
+    }
+    bits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rule as written, one sample after another.
+    fn plain_scan(times: &[f64], rows: &[Vec<f64>], thresholds: Thresholds) -> Vec<u32> {
+        (0..times.len())
+            .map(|k| {
+                (0..=k)
+                    .rev()
+                    .take_while(|&j| times[k] - times[j] <= thresholds.t_th_secs)
+                    .find(|&j| {
+                        let square: f64 = rows[k]
+                            .iter()
+                            .zip(&rows[j])
+                            .map(|(a, b)| (b - a) * (b - a))
+                            .sum();
+                        square >= thresholds.f_th * thresholds.f_th
+                    })
+                    .unwrap_or(k) as u32
+            })
+            .collect()
+    }
+
+    /// A walk with pauses, jitter, repeated times and jumps, from a small seeded generator.
+    fn walk(n: usize, dimensions: usize, seed: u64) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let mut time = 0.0;
+        let mut at = vec![0.0; dimensions];
+        let (mut times, mut rows) = (Vec::new(), Vec::new());
+        for _ in 0..n {
+            time += if random() < 0.1 { 0.0 } else { 0.1 * random() };
+            let stride = if random() < 0.02 { 5.0 } else { 0.3 };
+            if random() < 0.8 {
+                for value in &mut at {
+                    *value = 0.99 * *value + stride * (random() - 0.5);
+                }
+            }
+            times.push(time);
+            rows.push(at.clone());
+        }
+        (times, rows)
+    }
+
+    fn path(rows: &[Vec<f64>], dimensions: usize) -> LoadPath {
+        LoadPath::new(&rows.concat(), &vec![1.0; dimensions])
+    }
+
+    #[test]
+    fn block_search_equals_the_plain_scan() {
+        for dimensions in 1..=6 {
+            for n in [0, 1, 7, 8, 9, 33, 700] {
+                let (times, rows) = walk(n, dimensions, 7 + n as u64);
+                let path = path(&rows, dimensions);
+                for f_th in [0.0, 1e-9, 0.2, 1.0, 2.0, 4.0, 1e9] {
+                    for t_th_secs in [0.0, 0.05, 1.0, 15.0, f64::INFINITY] {
+                        let thresholds = Thresholds { f_th, t_th_secs };
+                        assert_eq!(
+                            path.past_samples(&times, thresholds),
+                            plain_scan(&times, &rows, thresholds),
+                            "{dimensions} axes, {n} samples, {thresholds:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn zero_threshold_gives_the_sample_itself() {
+        let (times, rows) = walk(100, 3, 1);
+        let thresholds = Thresholds {
+            f_th: 0.0,
+            t_th_secs: 15.0,
+        };
+        let own: Vec<u32> = (0..100).collect();
+        assert_eq!(path(&rows, 3).past_samples(&times, thresholds), own);
+    }
+
+    /// A load of 1 N per second: the past sample is exactly F_th seconds old, once there is that much past.
+    #[test]
+    fn a_ramp_looks_back_by_the_threshold() {
+        let times: Vec<f64> = (0..100).map(f64::from).collect();
+        let thresholds = Thresholds {
+            f_th: 5.0,
+            t_th_secs: 15.0,
+        };
+        let past = LoadPath::new(&times, &[1.0]).past_samples(&times, thresholds);
+        assert_eq!(past[4], 4);
+        assert!((5..100).all(|k| past[k] == k as u32 - 5));
+    }
+
+    #[test]
+    fn the_time_threshold_counts_seconds_not_samples() {
+        let times = [0.0, 10.0, 10.1, 10.2];
+        let loads = [5.0, 0.0, 0.0, 0.0];
+        let past = |t_th_secs| {
+            let thresholds = Thresholds {
+                f_th: 3.0,
+                t_th_secs,
+            };
+            LoadPath::new(&loads, &[1.0]).past_samples(&times, thresholds)
+        };
+        assert_eq!(past(10.1), [0, 0, 0, 3]);
+        assert_eq!(past(9.0), [0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn forces_count_in_newtons_and_moments_only_over_full_scale() {
+        let axes = [Axis::Fz, Axis::Mx];
+        let scale = [10.0, 0.5];
+        assert_eq!(Distance::Force.weights(&axes, &scale), [1.0, 0.0]);
+        assert_eq!(Distance::FullScale.weights(&axes, &scale), [0.1, 2.0]);
+        assert_eq!(Distance::Force.weights(&axes[1..], &scale[1..]), [2.0]);
+    }
+}
