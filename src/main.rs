@@ -1,1 +1,27 @@
-fn main() {}
+//! Starts the window, or does one command-line job.
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use loopscope::cli::{self, Cli};
+
+fn main() -> ExitCode {
+    let Cli { job, files } = Cli::parse();
+    match job {
+        Some(job) => cli::run(job),
+        None => open_window(files),
+    }
+}
+
+#[cfg(feature = "gui")]
+fn open_window(files: Vec<std::path::PathBuf>) -> ExitCode {
+    loopscope::ui::open_window(files)
+}
+
+#[cfg(not(feature = "gui"))]
+fn open_window(_files: Vec<std::path::PathBuf>) -> ExitCode {
+    eprintln!(
+        "loopscope: this build has no window; use `loopscope fit`, `apply` or `demo` (see --help)"
+    );
+    ExitCode::FAILURE
+}

@@ -29,8 +29,19 @@ pub struct Thresholds {
 impl Default for Thresholds {
     /// The paper's choice (section 4.2): 3 N and 15 s.
     fn default() -> Self {
+        Self::default_for(Distance::Force)
+    }
+}
+
+impl Thresholds {
+    /// The paper's choice, 3 N and 15 s; over full scale the same 3 N of its sensor's rated 12 N.
+    #[must_use]
+    pub fn default_for(distance: Distance) -> Self {
         Self {
-            f_th: 3.0,
+            f_th: match distance {
+                Distance::Force => 3.0,
+                Distance::FullScale => 0.25,
+            },
             t_th_secs: 15.0,
         }
     }

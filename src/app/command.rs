@@ -1,0 +1,88 @@
+//! What can be asked of the state, and what it asks of the window.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::analysis::{Analysis, Request, View};
+use crate::calibration::{Calibration, FitSettings};
+use crate::recording::delimited::Loaded;
+use crate::recording::{Axis, RecordingSet, Role};
+
+/// A wish: from a panel, or the result of background work.
+#[derive(Clone, Debug)]
+pub enum Command {
+    /// Change the choices of the fit.
+    SetSettings(FitSettings),
+    /// Give a recording a role.
+    SetRole(usize, Role),
+    /// Give every recording with a reference a role.
+    SetAllRoles(Role),
+    /// Close one recording.
+    RemoveRecording(usize),
+    /// Close all recordings.
+    CloseRecordings,
+    /// Cut each recording in time: this first share trains, the rest tests.
+    Split(f64),
+    /// Take the cut back.
+    Unsplit,
+    /// Put these recordings on screen.
+    SetView(View),
+    /// Show or hide an axis.
+    ShowAxis(Axis, bool),
+    /// Ask which files to open.
+    ChooseFiles,
+    /// Open recordings or a calibration.
+    OpenFiles(Vec<PathBuf>),
+    /// Background reading has ended.
+    FilesOpened(Vec<(PathBuf, Result<Opened, String>)>),
+    /// Open the built-in simulated sensor instead of what is loaded.
+    OpenBuiltIn,
+    /// The built-in sensor is ready.
+    BuiltInReady(RecordingSet),
+    /// Stop applying a calibration, fit again.
+    FitAgain,
+    /// Ask where to write the calibration.
+    ChooseExport,
+    /// Write the calibration.
+    Export(PathBuf),
+    /// Writing has ended.
+    Exported(PathBuf, Result<(), String>),
+    /// An analysis has ended.
+    Analysed(Result<Arc<Analysis>, String>),
+    /// Something to tell.
+    Tell(crate::app::Notice),
+    /// Take notice `n` away.
+    DismissNotice(usize),
+    /// Take all notices away.
+    DismissNotices,
+    /// Stop background work.
+    Cancel,
+}
+
+/// What a file held.
+#[derive(Clone, Debug)]
+pub enum Opened {
+    /// Recordings, with what was remarkable about reading them.
+    Recordings(Loaded),
+    /// A calibration.
+    Calibration(Calibration),
+}
+
+/// What the window must do for the state.
+#[derive(Clone, Debug)]
+pub enum Effect {
+    /// Analyse this; the newest wish wins.
+    Analyse(Request),
+    /// Read these files.
+    Read(Vec<PathBuf>),
+    /// Make the built-in recordings.
+    Simulate,
+    /// Ask for files with a dialog.
+    AskForFiles,
+    /// Ask for a file to write with a dialog.
+    AskForExport,
+    /// Write a calibration.
+    Write(Arc<Calibration>, PathBuf),
+    /// Stop background work.
+    CancelWork,
+}

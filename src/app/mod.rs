@@ -1,0 +1,12 @@
+//! The state of the program and how it changes: no drawing, no files, no threads.
+//!
+//! Panels read [`AppState`] and push [`Command`]s; [`AppState::apply`] changes the state and says what else must happen
+//! as [`Effect`]s, which the window carries out.
+
+mod command;
+mod notice;
+mod state;
+
+pub use command::{Command, Effect, Opened};
+pub use notice::{Level, Notice};
+pub use state::{AppState, Applied};

@@ -1,0 +1,30 @@
+//! What the program has to say: errors, warnings and news, kept until they are dismissed.
+
+/// How much a notice matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Something went as asked.
+    Info,
+    /// Something was read differently from how it was written.
+    Warning,
+    /// Something that was asked for could not be done.
+    Error,
+}
+
+/// One thing to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// How much it matters.
+    pub level: Level,
+    /// One or two sentences.
+    pub text: String,
+}
+
+impl Notice {
+    /// A notice of this level.
+    #[must_use]
+    pub fn new(level: Level, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self { level, text }
+    }
+}

@@ -1,0 +1,91 @@
+//! The calibration matrices with their features named, and their way out.
+
+use egui::RichText;
+
+use crate::app::{AppState, Command};
+use crate::calibration::LinearMap;
+use crate::export::look_back_text;
+use crate::recording::Axis;
+use crate::ui::numbers::significant;
+use crate::ui::palette::Trace;
+use crate::ui::shell::Fields;
+
+/// Draws the matrices and the export row.
+pub fn calibration_pane(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    fields: &mut Fields,
+    out: &mut Vec<Command>,
+) {
+    ui.horizontal(|ui| {
+        ui.heading("Calibration");
+        if let Some(analysis) = &state.analysis {
+            let calibration = &analysis.calibration;
+            if calibration.simulated {
+                ui.colored_label(ui.visuals().warn_fg_color, "of the simulated sensor");
+            }
+            ui.weak(look_back_text(calibration.thresholds, calibration.distance));
+        }
+    });
+    export_row(ui, state, fields, out);
+    let Some(analysis) = &state.analysis else {
+        return;
+    };
+    let calibration = &analysis.calibration;
+    egui::ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
+        for (trace, map) in [
+            (Trace::Compensated, &calibration.compensated),
+            (Trace::Conventional, &calibration.conventional),
+        ] {
+            ui.label(RichText::new(format!("{} = matrix × features", trace.label())).color(trace.color(ui.visuals())))
+                .on_hover_text(trace.explanation());
+            matrix(ui, trace.label(), map, &calibration.axes);
+            ui.add_space(6.0);
+        }
+    });
+}
+
+fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Export to");
+        let buttons = 110.0;
+        let field = egui::TextEdit::singleline(&mut fields.export)
+            .hint_text("path ending in .json or .csv")
+            .desired_width((ui.available_width() - buttons).clamp(60.0, 400.0));
+        let field = ui.add(field).labelled_by(label.id);
+        let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        ui.add_enabled_ui(state.analysis.is_some(), |ui| {
+            let export = ui.button("Export").on_hover_text(
+                ".json holds everything and can be opened here again; .csv holds the matrices. A file of that name is replaced",
+            );
+            let path = fields.export.trim();
+            if (export.clicked() || entered) && !path.is_empty() {
+                out.push(Command::Export(path.into()));
+            }
+            if ui.button("…").on_hover_text("Choose a file").clicked() {
+                out.push(Command::ChooseExport);
+            }
+        });
+    });
+}
+
+fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, axes: &[Axis]) {
+    egui::Grid::new(name)
+        .striped(true)
+        .min_col_width(64.0)
+        .spacing([8.0, 2.0])
+        .show(ui, |ui| {
+            ui.label("");
+            for feature in &map.features {
+                ui.strong(feature);
+            }
+            ui.end_row();
+            for (axis, row) in axes.iter().zip(&map.matrix) {
+                ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                for value in row {
+                    ui.monospace(significant(*value, 5));
+                }
+                ui.end_row();
+            }
+        });
+}

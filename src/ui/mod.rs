@@ -1,0 +1,19 @@
+//! The window: the only place that knows egui. One file a panel; [`Shell`] ties them to the state and to the threads.
+
+mod calibration_pane;
+mod dialogs;
+mod errors_pane;
+mod menu;
+mod notices_panel;
+mod numbers;
+mod palette;
+mod recordings_panel;
+mod settings_panel;
+mod shell;
+mod start;
+mod status_line;
+mod trace_panes;
+
+pub use dialogs::{Dialogs, NativeDialogs};
+pub use shell::Shell;
+pub use start::open_window;

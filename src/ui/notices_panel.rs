@@ -1,0 +1,50 @@
+//! Errors and warnings, kept until they are dismissed.
+
+use egui::{Color32, RichText};
+
+use crate::app::{AppState, Command, Level};
+
+/// Draws the notices, newest first, with ways to copy and dismiss them.
+pub fn notices_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let count = state.notices.len();
+        ui.strong(if count == 1 {
+            "1 notice".to_owned()
+        } else {
+            format!("{count} notices")
+        });
+        if ui.button("Copy all").clicked() {
+            let texts: Vec<_> = state.notices.iter().map(|notice| &*notice.text).collect();
+            ui.copy_text(texts.join("\n"));
+        }
+        if ui.button("Dismiss all").clicked() {
+            out.push(Command::DismissNotices);
+        }
+    });
+    egui::ScrollArea::vertical()
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            for (at, notice) in state.notices.iter().enumerate().rev() {
+                ui.horizontal_top(|ui| {
+                    if ui
+                        .small_button("×")
+                        .on_hover_text("Dismiss this notice")
+                        .clicked()
+                    {
+                        out.push(Command::DismissNotice(at));
+                    }
+                    let (label, color) = kind(notice.level, ui.visuals());
+                    ui.label(RichText::new(label).color(color));
+                    ui.add(egui::Label::new(&notice.text).wrap());
+                });
+            }
+        });
+}
+
+fn kind(level: Level, visuals: &egui::Visuals) -> (&'static str, Color32) {
+    match level {
+        Level::Info => ("Done", visuals.text_color()),
+        Level::Warning => ("Warning", visuals.warn_fg_color),
+        Level::Error => ("Error", visuals.error_fg_color),
+    }
+}

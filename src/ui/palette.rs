@@ -1,0 +1,77 @@
+//! Colours: the same for Calc., Conv. and Comp. everywhere, apart for colour-blind eyes too (Okabe and Ito 2008).
+
+use egui::{Color32, Stroke, Visuals};
+
+/// One of the three loads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trace {
+    /// The true load.
+    Calculated,
+    /// From the present gauges.
+    Conventional,
+    /// With what the past adds.
+    Compensated,
+}
+
+impl Trace {
+    /// All, in the order in which they are drawn: the later over the earlier.
+    pub const ALL: [Self; 3] = [Self::Calculated, Self::Conventional, Self::Compensated];
+
+    /// The paper's abbreviation.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Calculated => "Calc.",
+            Self::Conventional => "Conv.",
+            Self::Compensated => "Comp.",
+        }
+    }
+
+    /// What the abbreviation stands for.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Calculated => "Calculated: the load that was really applied",
+            Self::Conventional => "Conventional: from the present gauges alone (Eq. 3-8)",
+            Self::Compensated => {
+                "Compensated: from the present gauges and those of the past sample (Eq. 9-12)"
+            }
+        }
+    }
+
+    pub fn color(self, visuals: &Visuals) -> Color32 {
+        match (self, visuals.dark_mode) {
+            (Self::Calculated, true) => Color32::from_gray(215),
+            (Self::Calculated, false) => Color32::from_gray(60),
+            (Self::Conventional, true) => Color32::from_rgb(240, 165, 40),
+            (Self::Conventional, false) => Color32::from_rgb(213, 94, 0),
+            (Self::Compensated, true) => Color32::from_rgb(86, 180, 233),
+            (Self::Compensated, false) => Color32::from_rgb(0, 114, 178),
+        }
+    }
+
+    pub fn stroke(self, visuals: &Visuals) -> Stroke {
+        let width = match self {
+            Self::Calculated => 1.8,
+            Self::Conventional => 1.2,
+            Self::Compensated => 1.4,
+        };
+        Stroke::new(width, self.color(visuals))
+    }
+}
+
+/// What marks the look-back.
+pub fn look_back(visuals: &Visuals) -> Color32 {
+    if visuals.dark_mode {
+        Color32::from_rgb(0, 200, 150)
+    } else {
+        Color32::from_rgb(0, 140, 105)
+    }
+}
+
+/// Behind stretches where past = present.
+pub fn without_past(visuals: &Visuals) -> Color32 {
+    if visuals.dark_mode {
+        Color32::from_white_alpha(16)
+    } else {
+        Color32::from_black_alpha(20)
+    }
+}

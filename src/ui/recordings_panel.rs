@@ -1,0 +1,266 @@
+//! The recordings: what each is for, how long it is, how well it is calibrated.
+
+use egui_extras::{Column, TableBuilder};
+
+use crate::analysis::{RecordingResult, View};
+use crate::app::{AppState, Command};
+use crate::evaluation::metrics::Group;
+use crate::recording::{Axis, Entry, Role};
+use crate::ui::numbers::significant;
+use crate::ui::shell::Fields;
+
+/// Draws the list of recordings with a field for opening more.
+pub fn recordings_panel(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    fields: &mut Fields,
+    out: &mut Vec<Command>,
+) {
+    ui.horizontal(|ui| {
+        ui.heading("Recordings");
+        if state.recordings.is_simulated() {
+            ui.colored_label(ui.visuals().warn_fg_color, "simulated").on_hover_text(
+                "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
+                 a weight of 1.128 kg on a robot arm that turns",
+            );
+        }
+        ui.weak(format!("{}", state.recordings.entries().len()));
+    });
+    path_field(ui, fields, out);
+    split_row(ui, state, fields, out);
+    if let Some(applied) = &state.applied {
+        ui.horizontal_wrapped(|ui| {
+            ui.colored_label(
+                ui.visuals().warn_fg_color,
+                format!("Applying {}", applied.path.display()),
+            );
+            if ui
+                .button("Fit again")
+                .on_hover_text("Stop applying the opened calibration; fit to the recordings again")
+                .clicked()
+            {
+                out.push(Command::FitAgain);
+            }
+        });
+    }
+    ui.separator();
+    if state.recordings.entries().is_empty() {
+        ui.weak("Open files, drop them on the window, or choose File > Built-in sensor.");
+        return;
+    }
+    table(ui, state, out);
+}
+
+fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Open");
+        let buttons = 90.0;
+        let field = egui::TextEdit::singleline(&mut fields.open)
+            .hint_text("path of a recording or calibration")
+            .desired_width((ui.available_width() - buttons).max(60.0));
+        let response = ui.add(field).labelled_by(label.id);
+        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let pressed = ui.button("Load").clicked();
+        let path = fields.open.trim();
+        if (entered || pressed) && !path.is_empty() {
+            out.push(Command::OpenFiles(vec![path.into()]));
+        }
+        if ui.button("…").on_hover_text("Choose files").clicked() {
+            out.push(Command::ChooseFiles);
+        }
+    });
+}
+
+fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Cut in time: train on the first");
+        let field = egui::DragValue::new(&mut fields.split_percent)
+            .range(1.0..=99.0)
+            .max_decimals(1)
+            .suffix(" %");
+        ui.add(field).labelled_by(label.id);
+        let cut = ui.button("Cut").on_hover_text(
+            "Cut each recording in time: the first part trains, the rest tests. History does not cross the cut",
+        );
+        if cut.clicked() {
+            out.push(Command::Split(fields.split_percent / 100.0));
+        }
+        if state.unsplit.is_some() && ui.button("Undo cut").clicked() {
+            out.push(Command::Unsplit);
+        }
+    });
+}
+
+fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+    let axes = state.axes();
+    let group = if axes.iter().any(|axis| axis.is_force()) {
+        Group::Force
+    } else {
+        Group::Moment
+    };
+    let unit = axes.first().map_or("", |axis| axis.unit());
+    let results = state
+        .analysis
+        .as_ref()
+        .map_or(&[][..], |analysis| &analysis.recordings[..]);
+    TableBuilder::new(ui)
+        .striped(true)
+        .auto_shrink([false, false])
+        .column(Column::exact(52.0))
+        .column(Column::remainder().at_least(70.0).clip(true))
+        .column(Column::exact(54.0))
+        .column(Column::exact(44.0))
+        .column(Column::exact(92.0))
+        .column(Column::exact(18.0))
+        .header(18.0, |mut header| {
+            for (title, explanation) in [
+                ("Role", "What the recording is for; press to change"),
+                ("Name", "Press to put it on screen"),
+                ("Samples", "After decimation"),
+                ("Hz", "One over the median time step"),
+                (
+                    "RMSE",
+                    "Conv. → Comp.: root mean square over the force axes (without any: the moments)",
+                ),
+                ("", ""),
+            ] {
+                header.col(|ui| {
+                    let text = if title == "RMSE" {
+                        format!("RMSE [{unit}]")
+                    } else {
+                        title.to_owned()
+                    };
+                    let label = ui.strong(text);
+                    if !explanation.is_empty() {
+                        label.on_hover_text(explanation);
+                    }
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(20.0, state.recordings.entries().len(), |mut row| {
+                let at = row.index();
+                let entry = &state.recordings.entries()[at];
+                row.set_selected(state.view == View::One(at));
+                row.col(|ui| role_menu(ui, at, entry, out));
+                row.col(|ui| name_button(ui, state, at, entry, out));
+                let result = results.get(at);
+                row.col(|ui| {
+                    let samples = result.map_or(entry.recording.n_samples(), |r| r.n_samples);
+                    ui.label(samples.to_string());
+                });
+                row.col(|ui| {
+                    let rate = rate_text(entry, state.settings.decimation);
+                    ui.label(rate);
+                });
+                row.col(|ui| rmse_label(ui, group, axes, result));
+                row.col(|ui| {
+                    if ui.small_button("×").on_hover_text("Close this recording").clicked() {
+                        out.push(Command::RemoveRecording(at));
+                    }
+                });
+            });
+        });
+}
+
+fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {
+    let label = match entry.role {
+        Role::Train => "Train",
+        Role::Test => "Test",
+        Role::Off => "Off",
+    };
+    if !entry.recording.has_reference() {
+        ui.weak("–").on_hover_text(
+            "No reference load: it can be shown with a calibration, but neither fitted nor scored",
+        );
+        return;
+    }
+    ui.menu_button(label, |ui| {
+        for (label, role) in [
+            ("Train", Role::Train),
+            ("Test", Role::Test),
+            ("Off", Role::Off),
+        ] {
+            if ui.radio(entry.role == role, label).clicked() {
+                out.push(Command::SetRole(at, role));
+                ui.close();
+            }
+        }
+    });
+}
+
+fn name_button(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    at: usize,
+    entry: &Entry,
+    out: &mut Vec<Command>,
+) {
+    let recording = &entry.recording;
+    let button = egui::Button::selectable(state.view == View::One(at), recording.name()).truncate();
+    let response = ui.add(button).on_hover_ui(|ui| {
+        ui.strong(recording.name());
+        let source = match recording.source() {
+            crate::recording::Source::File(path) => path.display().to_string(),
+            crate::recording::Source::Simulated => "built-in simulated sensor".to_owned(),
+        };
+        ui.label(source);
+        let reference: Vec<_> = recording.axes().iter().map(|axis| axis.symbol()).collect();
+        ui.label(format!(
+            "{} samples over {} s, {} gauges, reference: {}",
+            recording.n_samples(),
+            significant(recording.duration_secs(), 4),
+            recording.n_gauges(),
+            if reference.is_empty() {
+                "none".to_owned()
+            } else {
+                reference.join(" ")
+            },
+        ));
+    });
+    if response.clicked() {
+        out.push(Command::SetView(View::One(at)));
+    }
+}
+
+/// The rate with every `step`-th sample used.
+fn rate_text(entry: &Entry, step: usize) -> String {
+    let rate = entry.recording.rate_hz();
+    rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
+}
+
+fn rmse_label(ui: &mut egui::Ui, group: Group, axes: &[Axis], result: Option<&RecordingResult>) {
+    let Some(RecordingResult {
+        conventional_rmse: Some(before),
+        compensated_rmse: Some(after),
+        share_with_past,
+        ..
+    }) = result
+    else {
+        ui.weak("–");
+        return;
+    };
+    let text = |rmse: &[f64]| {
+        group
+            .rmse(axes, rmse)
+            .map_or_else(|| "–".to_owned(), |rmse| significant(rmse, 3))
+    };
+    ui.label(format!("{} → {}", text(before), text(after)))
+        .on_hover_ui(|ui| {
+            for (at, axis) in axes.iter().enumerate() {
+                if let (Some(before), Some(after)) = (before.get(at), after.get(at)) {
+                    ui.label(format!(
+                        "{}: {} → {} {}",
+                        axis.symbol(),
+                        significant(*before, 4),
+                        significant(*after, 4),
+                        axis.unit()
+                    ));
+                }
+            }
+            ui.label(format!(
+                "{:.0} % of the samples have a past sample",
+                100.0 * share_with_past
+            ));
+        });
+}

@@ -1,0 +1,215 @@
+//! Thresholds and the other choices of the fit. Edits go to a copy, which is sent when it differs.
+
+use egui::{DragValue, Slider, SliderClamping};
+
+use crate::app::{AppState, Command};
+use crate::calibration::FitSettings;
+use crate::features::{Distance, Thresholds};
+use crate::ui::numbers::significant;
+use crate::ui::shell::Fields;
+
+/// The t_th slider reaches this far where recordings are longer; larger values can be typed.
+const LONGEST_SLIDER_SECS: f64 = 60.0;
+
+/// Draws the choices of the fit.
+pub fn settings_panel(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    _fields: &mut Fields,
+    out: &mut Vec<Command>,
+) {
+    ui.add_space(4.0);
+    // An applied calibration brings its own choices; only how samples are thinned out stays open.
+    let mut settings = state.settings.clone();
+    ui.add_enabled_ui(state.applied.is_none(), |ui| {
+        thresholds(ui, state, &mut settings);
+        ui.checkbox(&mut settings.offset, "Offset term").on_hover_text(
+            "A constant added to each axis. The paper has none (Eq. 3); real gauges have a zero point",
+        );
+    });
+    decimation(ui, &mut settings);
+    ui.add_enabled_ui(state.applied.is_none(), |ui| {
+        full_scales(ui, state, &mut settings);
+    });
+    if settings != state.settings {
+        out.push(Command::SetSettings(settings));
+    }
+    ui.add_space(2.0);
+}
+
+fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
+    let axes = state.axes();
+    let distance = settings.distance.effective(axes);
+    ui.horizontal(|ui| {
+        ui.heading("Look-back");
+        let default = Thresholds::default_for(distance);
+        let label = match distance {
+            Distance::Force => format!("Reset to {} N, {} s", default.f_th, default.t_th_secs),
+            Distance::FullScale => {
+                format!("Reset to {} %, {} s", 100.0 * default.f_th, default.t_th_secs)
+            }
+        };
+        if ui.button(label).clicked() {
+            settings.thresholds = default;
+        }
+    });
+    ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
+    f_th_slider(ui, state, distance, &mut settings.thresholds.f_th);
+    let t_th = Slider::new(&mut settings.thresholds.t_th_secs, 0.0..=t_range(state))
+        .text("t_th")
+        .suffix(" s")
+        .max_decimals(2)
+        .clamping(SliderClamping::Never);
+    ui.add(t_th).on_hover_text(
+        "How old the past sample may be (Eq. 12). With 0 s there is no past, and Comp. equals Conv.",
+    );
+    let thresholds = &mut settings.thresholds;
+    for value in [&mut thresholds.f_th, &mut thresholds.t_th_secs] {
+        // Typed values may exceed the slider, but neither be negative nor no number.
+        *value = if value.is_finite() { value.max(0.0) } else { 0.0 };
+    }
+    if axes.iter().any(|axis| axis.is_force()) {
+        ui.horizontal(|ui| {
+            ui.label("F_th is measured over");
+            for (kind, label, explanation) in [
+                (Distance::Force, "forces [N]", "Norm of the force difference, as in the paper"),
+                (
+                    Distance::FullScale,
+                    "all axes [% FS]",
+                    "Norm over all axes, each divided by its full scale: for sensors whose moments move on their own",
+                ),
+            ] {
+                let radio = ui.radio(distance == kind, label).on_hover_text(explanation);
+                if radio.clicked() && distance != kind {
+                    settings.distance = kind;
+                    settings.thresholds.f_th = Thresholds::default_for(kind).f_th;
+                }
+            }
+        });
+    }
+}
+
+fn f_th_slider(ui: &mut egui::Ui, state: &AppState, distance: Distance, f_th: &mut f64) {
+    let (shown_as, suffix, largest) = match distance {
+        Distance::Force => (1.0, " N", force_range(state)),
+        Distance::FullScale => (100.0, " %", 200.0),
+    };
+    let mut shown = *f_th * shown_as;
+    let slider = Slider::new(&mut shown, 0.0..=largest)
+        .text("F_th")
+        .suffix(suffix)
+        .max_decimals(3)
+        .clamping(SliderClamping::Never);
+    let response = ui.add(slider).on_hover_text(
+        "How much the load must have differed (Fig. 2). The gauges at the last moment when the conventional load \
+         differed by this much are appended to the present ones. With 0 Comp. equals Conv.; near the mean hysteresis \
+         (2.64 N in the paper) it helps most",
+    );
+    if response.changed() {
+        *f_th = shown / shown_as;
+    }
+}
+
+/// Twice the largest force that occurs, rounded up: what two samples can differ by on one axis.
+fn force_range(state: &AppState) -> f64 {
+    let largest = state.analysis.as_ref().map_or(0.0, |analysis| {
+        let calibration = &analysis.calibration;
+        calibration
+            .axes
+            .iter()
+            .zip(&calibration.full_scale)
+            .filter(|(axis, _)| axis.is_force())
+            .fold(0.0, |largest: f64, (_, scale)| largest.max(*scale))
+    });
+    if largest > 0.0 {
+        rounded_up(2.0 * largest)
+    } else {
+        10.0
+    }
+}
+
+fn t_range(state: &AppState) -> f64 {
+    let longest = state
+        .recordings
+        .entries()
+        .iter()
+        .map(|entry| entry.recording.duration_secs())
+        .fold(0.0, f64::max);
+    if longest > 0.0 {
+        rounded_up(longest.min(LONGEST_SLIDER_SECS))
+    } else {
+        LONGEST_SLIDER_SECS
+    }
+}
+
+/// The next number of the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten.
+fn rounded_up(value: f64) -> f64 {
+    let power = 10_f64.powf(value.log10().floor());
+    let steps = [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+    let found = steps.into_iter().find(|step| step * power >= value * (1.0 - 1e-9));
+    found.unwrap_or(10.0) * power
+}
+
+fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Use every");
+        let field = DragValue::new(&mut settings.decimation)
+            .range(1..=100_000)
+            .speed(0.05);
+        ui.add(field).labelled_by(label.id);
+        ui.label("-th sample");
+        for (name, step, explanation) in [
+            ("A", 1, "Pattern A of the paper: all samples"),
+            ("B", 10, "Pattern B of the paper: every tenth sample"),
+        ] {
+            let selected = settings.decimation == step;
+            let button = ui.selectable_label(selected, name).on_hover_text(explanation);
+            if button.clicked() {
+                settings.decimation = step;
+            }
+        }
+    });
+}
+
+fn full_scales(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
+    let Some(analysis) = &state.analysis else {
+        return;
+    };
+    let calibration = &analysis.calibration;
+    ui.collapsing("Full scale", |ui| {
+        ui.label("Per axis; where nothing is entered, half the peak-to-peak training reference.");
+        egui::Grid::new("full scale").num_columns(3).show(ui, |ui| {
+            for (at, (axis, current)) in calibration.axes.iter().zip(&calibration.full_scale).enumerate() {
+                let label = ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                let entered = settings.full_scale.get(at).copied().flatten();
+                let mut value = entered.unwrap_or(*current);
+                let field = DragValue::new(&mut value)
+                    .range(1e-9..=1e9)
+                    .speed(0.01 * current.max(1e-6))
+                    .custom_formatter(|value, _| significant(value, 4));
+                if ui.add(field).labelled_by(label.id).changed() {
+                    settings.full_scale.resize(calibration.axes.len(), None);
+                    settings.full_scale[at] = Some(value);
+                }
+                let measure = egui::Button::new("Measure").small();
+                let measure = ui.add_enabled(entered.is_some(), measure);
+                if measure.on_hover_text("Forget the entered value").clicked() {
+                    settings.full_scale[at] = None;
+                }
+                ui.end_row();
+            }
+        });
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_end_at_a_round_number_not_below_the_data() {
+        for (value, expected) in [(22.1, 25.0), (20.0, 20.0), (0.13, 0.2), (9.1, 10.0), (60.0, 60.0)] {
+            assert!((rounded_up(value) - expected).abs() < 1e-12, "{value}");
+        }
+    }
+}

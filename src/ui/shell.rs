@@ -1,0 +1,317 @@
+//! One frame after another: finished work in, commands applied, effects carried out, panels drawn.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
+use crate::app::{AppState, Command, Effect, Level, Notice, Opened};
+use crate::export::{read_calibration, write_calibration};
+use crate::progress::Progress;
+use crate::recording::{RecordingSet, delimited, simulated};
+use crate::ui::dialogs::Reply;
+use crate::ui::trace_panes::{TracePanes, trace_panes};
+use crate::ui::{
+    Dialogs, calibration_pane, errors_pane, menu, notices_panel, recordings_panel, settings_panel,
+    status_line,
+};
+use crate::worker::{Job, Notify, Worker};
+
+/// How often progress bars move while something runs.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The program behind the window: state, threads, and what only the window remembers.
+pub struct Shell {
+    state: AppState,
+    commands: VecDeque<Command>,
+    inbox: Receiver<Command>,
+    post: Sender<Command>,
+    notify: Notify,
+    analysis: Worker<Request, Result<Analysis, AnalysisError>>,
+    reading: Vec<Job<Vec<(PathBuf, Result<Opened, String>)>>>,
+    simulating: Option<Job<RecordingSet>>,
+    writing: Vec<Job<Command>>,
+    dialogs: Box<dyn Dialogs>,
+    fields: Fields,
+    panes: TracePanes,
+}
+
+/// What stands in the window's text fields.
+#[derive(Debug)]
+pub struct Fields {
+    /// The path to open.
+    pub open: String,
+    /// The path to export to.
+    pub export: String,
+    /// The share of a split that trains [%].
+    pub split_percent: f64,
+}
+
+impl Shell {
+    /// Starts the threads; opens `files`, or the built-in sensor if there are none.
+    #[must_use]
+    pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
+        let waker = context.clone();
+        let notify: Notify = Arc::new(move || waker.request_repaint());
+        let (post, inbox) = channel();
+        let only_calibrations = files.iter().all(|path| is_calibration(path));
+        let mut commands = VecDeque::new();
+        if only_calibrations {
+            commands.push_back(Command::OpenBuiltIn);
+        }
+        if !files.is_empty() {
+            commands.push_back(Command::OpenFiles(files));
+        }
+        Self {
+            state: AppState::default(),
+            commands,
+            inbox,
+            post,
+            analysis: Worker::start("analysis", Arc::clone(&notify), || {
+                let mut analyst = Analyst::default();
+                move |request: Request, progress: &Progress| analyst.analyse(&request, progress)
+            }),
+            notify,
+            reading: Vec::new(),
+            simulating: None,
+            writing: Vec::new(),
+            dialogs,
+            fields: Fields {
+                open: String::new(),
+                export: "calibration.json".to_owned(),
+                split_percent: 60.0,
+            },
+            panes: TracePanes::default(),
+        }
+    }
+
+    /// The program's state, as the panels see it.
+    #[must_use]
+    pub fn state(&self) -> &AppState {
+        &self.state
+    }
+
+    /// Whether anything runs or waits to run.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        !self.commands.is_empty()
+            || !self.reading.is_empty()
+            || !self.writing.is_empty()
+            || self.simulating.is_some()
+            || self.analysis.running().is_some()
+    }
+
+    /// Asks for something as a panel would.
+    pub fn send(&mut self, command: Command) {
+        self.commands.push_back(command);
+    }
+
+    /// Runs one frame inside `ui`, which is the whole window.
+    pub fn frame(&mut self, ui: &mut egui::Ui) {
+        self.take_finished_work();
+        self.take_dropped_files(ui);
+        while let Some(command) = self.commands.pop_front() {
+            for effect in self.state.apply(command) {
+                self.carry_out(effect);
+            }
+        }
+        let mut wishes = Vec::new();
+        self.draw(ui, &mut wishes);
+        if !wishes.is_empty() {
+            self.commands.extend(wishes);
+            ui.request_repaint();
+        }
+        if self.is_busy() {
+            ui.request_repaint_after(PROGRESS_INTERVAL);
+        }
+    }
+
+    fn take_finished_work(&mut self) {
+        self.commands.extend(self.inbox.try_iter());
+        while let Some(answer) = self.analysis.answer() {
+            let is_newest = answer.generation == self.analysis.newest();
+            let outcome = match answer.result {
+                Ok(Ok(analysis)) => Ok(Arc::new(analysis)),
+                // Cancelled by a newer request, or by the user, who knows.
+                Ok(Err(AnalysisError::Cancelled(_))) => continue,
+                Ok(Err(error)) if is_newest => Err(error.to_string()),
+                Ok(Err(_)) => continue,
+                Err(panicked) => Err(panicked.to_string()),
+            };
+            self.commands.push_back(Command::Analysed(outcome));
+        }
+        finish(&mut self.reading, &mut self.commands, Command::FilesOpened);
+        finish(&mut self.writing, &mut self.commands, |command| command);
+        let mut simulating: Vec<_> = self.simulating.take().into_iter().collect();
+        finish(&mut simulating, &mut self.commands, Command::BuiltInReady);
+        self.simulating = simulating.pop();
+    }
+
+    fn take_dropped_files(&mut self, ui: &egui::Ui) {
+        let dropped: Vec<PathBuf> = ui.input(|input| {
+            let files = input.raw.dropped_files.iter();
+            files.map(|file| file.path().to_owned()).collect()
+        });
+        if !dropped.is_empty() {
+            self.commands.push_back(Command::OpenFiles(dropped));
+        }
+    }
+
+    fn carry_out(&mut self, effect: Effect) {
+        let notify = Arc::clone(&self.notify);
+        match effect {
+            Effect::Analyse(request) => {
+                self.analysis.request(request);
+            }
+            Effect::Read(paths) => {
+                let title = match &paths[..] {
+                    [one] => format!("Reading {}", file_name(one)),
+                    many => format!("Reading {} files", many.len()),
+                };
+                let job = Job::start(title, notify, move |progress| read_files(paths, progress));
+                self.reading.push(job);
+            }
+            Effect::Simulate => {
+                self.simulating = Some(Job::start("Simulating the built-in sensor", notify, |_| {
+                    simulated::recordings(simulated::DEFAULT_SEED)
+                }));
+            }
+            Effect::AskForFiles => self.dialogs.open_files(Reply {
+                commands: self.post.clone(),
+                notify,
+            }),
+            Effect::AskForExport => self.dialogs.export(Reply {
+                commands: self.post.clone(),
+                notify,
+            }),
+            Effect::Write(calibration, path) => {
+                let title = format!("Writing {}", file_name(&path));
+                self.writing.push(Job::start(title, notify, move |_| {
+                    let written = write_calibration(&calibration, &path);
+                    Command::Exported(path, written.map_err(|error| error.to_string()))
+                }));
+            }
+            Effect::CancelWork => {
+                self.analysis.cancel();
+                for job in &self.reading {
+                    job.progress.cancel();
+                }
+            }
+        }
+    }
+
+    fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
+        let state = &self.state;
+        egui::Panel::top("menu").show(ui, |ui| menu::menu_bar(ui, state, out));
+        egui::Panel::bottom("status").show(ui, |ui| {
+            let jobs = self
+                .reading
+                .iter()
+                .map(|job| (job.title.as_str(), &job.progress))
+                .chain(
+                    self.simulating
+                        .iter()
+                        .map(|job| (job.title.as_str(), &job.progress)),
+                );
+            status_line::status_line(ui, state, jobs, self.analysis.running(), out);
+        });
+        if !state.notices.is_empty() {
+            egui::Panel::bottom("notices")
+                .resizable(true)
+                .default_size(90.0)
+                .show(ui, |ui| notices_panel::notices_panel(ui, state, out));
+        }
+        egui::Panel::left("recordings")
+            .resizable(true)
+            .default_size(390.0)
+            .min_size(240.0)
+            .show(ui, |ui| {
+                egui::Panel::bottom("settings")
+                    .resizable(false)
+                    .show_separator_line(true)
+                    .show(ui, |ui| {
+                        settings_panel::settings_panel(ui, state, &mut self.fields, out);
+                    });
+                egui::CentralPanel::no_frame().show(ui, |ui| {
+                    recordings_panel::recordings_panel(ui, state, &mut self.fields, out);
+                });
+            });
+        egui::Panel::bottom("results")
+            .resizable(true)
+            .default_size(218.0)
+            .min_size(60.0)
+            .show(ui, |ui| {
+                egui::Panel::left("errors")
+                    .resizable(true)
+                    .default_size(ui.available_width() * 0.57)
+                    .show(ui, |ui| errors_pane::errors_pane(ui, state));
+                egui::CentralPanel::no_frame().show(ui, |ui| {
+                    calibration_pane::calibration_pane(ui, state, &mut self.fields, out);
+                });
+            });
+        egui::CentralPanel::default().show(ui, |ui| trace_panes(ui, state, &mut self.panes, out));
+    }
+}
+
+/// Takes the results of finished jobs.
+fn finish<A: Send + 'static>(
+    jobs: &mut Vec<Job<A>>,
+    commands: &mut VecDeque<Command>,
+    command: impl Fn(A) -> Command,
+) {
+    jobs.retain(|job| match job.result() {
+        None => true,
+        Some(result) => {
+            commands.push_back(match result {
+                Ok(result) => command(result),
+                Err(panicked) => Command::Tell(Notice::new(
+                    Level::Error,
+                    format!("{}: {panicked}", job.title),
+                )),
+            });
+            false
+        }
+    });
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn is_calibration(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
+}
+
+/// Reads files one after another; what was read before a cancel is kept.
+fn read_files(
+    paths: Vec<PathBuf>,
+    progress: &Progress,
+) -> Vec<(PathBuf, Result<Opened, String>)> {
+    for path in &paths {
+        // A file that cannot be asked for its size is reported when it is read.
+        progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
+    }
+    let mut read = Vec::new();
+    for path in paths {
+        let opened = if is_calibration(&path) {
+            read_calibration(&path)
+                .map(Opened::Calibration)
+                .map_err(|error| error.to_string())
+        } else {
+            delimited::read(&path, progress)
+                .map(Opened::Recordings)
+                .map_err(|error| error.to_string())
+        };
+        if progress.is_cancelled() {
+            break;
+        }
+        read.push((path, opened));
+    }
+    read
+}

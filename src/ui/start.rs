@@ -1,0 +1,90 @@
+//! Opens the window, or says in one line why there is none.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
+
+use crate::ui::{NativeDialogs, Shell};
+use crate::worker::panic_message;
+
+const WITHOUT_DISPLAY: &str =
+    "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";
+
+struct Window(Shell);
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.0.frame(ui);
+    }
+}
+
+/// Opens the window on `files`, or on the built-in sensor if there are none, and returns when it is closed.
+#[must_use]
+pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
+    if let Some(missing) = missing_display() {
+        eprintln!("loopscope: {missing}; {WITHOUT_DISPLAY}");
+        return ExitCode::FAILURE;
+    }
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("LoopScope")
+            .with_app_id("loopscope")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([800.0, 500.0])
+            .with_drag_and_drop(true),
+        ..Default::default()
+    };
+    let create: eframe::AppCreator<'_> = Box::new(move |creation| {
+        let context = creation.egui_ctx.clone();
+        Ok(Box::new(Window(Shell::new(
+            &context,
+            files,
+            Box::new(NativeDialogs),
+        ))))
+    });
+    // The window system's libraries are found at run time, and one that is missing panics deep inside; one line says it
+    // better than a backtrace. What panics on our own threads is shown in the window and needs no line.
+    let panicked = Arc::new(Mutex::new(None));
+    let seen = Arc::clone(&panicked);
+    std::panic::set_hook(Box::new(move |info| {
+        if let Ok(mut seen) = seen.lock() {
+            let place = info.location().map(ToString::to_string).unwrap_or_default();
+            *seen = Some(format!("{} ({place})", panic_message(info.payload())));
+        }
+    }));
+    match catch_unwind(AssertUnwindSafe(|| {
+        eframe::run_native("LoopScope", options, create)
+    })) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) => {
+            eprintln!(
+                "loopscope: the window cannot open: {}; {WITHOUT_DISPLAY}",
+                one_line(&error.to_string())
+            );
+            ExitCode::FAILURE
+        }
+        Err(_) => {
+            let message = panicked.lock().ok().and_then(|mut seen| seen.take());
+            let message = one_line(&message.unwrap_or_default());
+            eprintln!("loopscope: the window failed: {message}; {WITHOUT_DISPLAY}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// What a machine lacks for a window to open at all.
+fn missing_display() -> Option<&'static str> {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let is_unix_desktop = cfg!(all(unix, not(target_os = "macos")));
+    let any = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"]
+        .into_iter()
+        .any(is_set);
+    (is_unix_desktop && !any).then_some(
+        "there is no display to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set)",
+    )
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,73 @@
+//! What runs, how far it is, and how long the last refit took.
+
+use std::time::Duration;
+
+use crate::app::{AppState, Command};
+use crate::progress::Progress;
+use crate::ui::numbers::significant;
+
+/// Work that ends sooner is not worth a word.
+const WORTH_SAYING: Duration = Duration::from_millis(100);
+
+/// Draws the line at the foot of the window.
+pub fn status_line<'a>(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    jobs: impl Iterator<Item = (&'a str, &'a Progress)>,
+    refit: Option<(Progress, Duration)>,
+    out: &mut Vec<Command>,
+) {
+    ui.horizontal(|ui| {
+        let mut busy = false;
+        for (title, progress) in jobs {
+            busy = true;
+            ui.spinner();
+            ui.label(title);
+            if let Some(fraction) = progress.fraction() {
+                bar(ui, title, fraction);
+            }
+        }
+        if let Some((progress, elapsed)) = &refit
+            && *elapsed > WORTH_SAYING
+        {
+            busy = true;
+            ui.label("Updating");
+            bar(ui, "Updating", progress.fraction().unwrap_or(0.0));
+        }
+        if busy && ui.button("Cancel").clicked() {
+            out.push(Command::Cancel);
+        }
+        if let Some(problem) = &state.problem {
+            ui.colored_label(ui.visuals().error_fg_color, problem);
+        } else if let Some(analysis) = &state.analysis {
+            let quality = &analysis.calibration.quality;
+            let condition = quality
+                .condition
+                .map_or_else(|| "none".to_owned(), |value| significant(value, 3));
+            let verb = if analysis.fitted { "Refit" } else { "Applied" };
+            ui.label(format!(
+                "{verb} in {} ms · {} training and {} test samples · rank {} of {} · condition {condition}",
+                significant(1e3 * analysis.elapsed.as_secs_f64(), 3),
+                quality.n_train,
+                quality.n_test,
+                quality.rank,
+                analysis.calibration.compensated.features.len(),
+            ))
+            .on_hover_text(
+                "Rank: how many columns of the compensated fit are independent; condition: how far its gauges and \
+                 their past are from being interchangeable (1 is best)",
+            );
+        }
+    });
+}
+
+fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {
+    let bar = egui::ProgressBar::new(fraction)
+        .desired_width(120.0)
+        .show_percentage();
+    let response = ui.add(bar);
+    let label = format!("{what}: {:.0} %", 100.0 * fraction);
+    response.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, label.clone())
+    });
+}

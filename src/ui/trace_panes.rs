@@ -1,0 +1,193 @@
+//! The middle of the window: per axis a pane with Calc., Conv. and Comp., and under it one with their errors.
+//!
+//! All panes share one stretch of time, and the sample under the pointer.
+
+mod overlay;
+mod pane;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::analysis::{AxisTraces, TraceSet, View};
+use crate::app::{AppState, Command};
+use crate::recording::Axis;
+use crate::ui::palette::Trace;
+use pane::{Kind, Place};
+
+/// Panes are at least this high; what does not fit is scrolled to.
+const LEAST_CELL_HEIGHT: f32 = 140.0;
+/// Room for the time axis under the lowest pane.
+const TIME_AXIS_HEIGHT: f32 = 34.0;
+/// Narrower than this, all axes stand in one column.
+const LEAST_TWO_COLUMN_WIDTH: f32 = 620.0;
+
+/// What the panes remember between frames.
+#[derive(Debug, Default)]
+pub struct TracePanes {
+    /// The time axis that the rest was chosen on.
+    on: Option<Arc<[f64]>>,
+    /// The stretch of time on screen; `None` shows all of it.
+    time: Option<(f64, f64)>,
+    /// Value ranges that were chosen by hand.
+    values: BTreeMap<(Axis, Kind), (f64, f64)>,
+    /// The sample under the pointer in the last frame.
+    hovered: Option<usize>,
+    hidden: Vec<Trace>,
+}
+
+impl TracePanes {
+    /// Forgets what was chosen for other recordings.
+    fn follow(&mut self, traces: &TraceSet) {
+        let same = self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times));
+        if !same {
+            self.on = Some(Arc::clone(&traces.times));
+            self.fit();
+            self.hovered = None;
+        }
+    }
+
+    /// Shows everything.
+    fn fit(&mut self) {
+        self.time = None;
+        self.values.clear();
+    }
+
+    fn is_shown(&self, trace: Trace) -> bool {
+        !self.hidden.contains(&trace)
+    }
+}
+
+/// Draws the row of choices and the panes.
+pub fn trace_panes(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    panes: &mut TracePanes,
+    out: &mut Vec<Command>,
+) {
+    let Some(analysis) = &state.analysis else {
+        ui.centered_and_justified(|ui| match &state.problem {
+            Some(problem) => ui.label(problem),
+            None if state.recordings.entries().is_empty() => {
+                ui.label("Open recordings to see them here: File > Open, or drop files on the window")
+            }
+            None => ui.label("Fitting…"),
+        });
+        return;
+    };
+    let traces = &*analysis.traces;
+    panes.follow(traces);
+    choices(ui, state, panes, out);
+    let shown: Vec<&AxisTraces> = traces
+        .axes
+        .iter()
+        .filter(|axis| state.is_shown(axis.axis))
+        .collect();
+    if shown.is_empty() {
+        ui.centered_and_justified(|ui| ui.label("No axis is shown; choose some above"));
+        return;
+    }
+    let columns = columns(&shown, ui.available_width());
+    let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
+    let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0;
+    let cell_height = (room / rows).max(LEAST_CELL_HEIGHT);
+    let hovered_before = panes.hovered;
+    let mut hovered = None;
+    egui::ScrollArea::vertical()
+        .auto_shrink([false, false])
+        // The wheel zooms.
+        .scroll_source(egui::scroll_area::ScrollSource {
+            mouse_wheel: false,
+            ..Default::default()
+        })
+        .show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            ui.columns(columns.len(), |uis| {
+                for (ui, cells) in uis.iter_mut().zip(&columns) {
+                    for (at, axis) in cells.iter().enumerate() {
+                        let place = Place {
+                            height: cell_height - 4.0,
+                            time_axis: (at + 1 == cells.len()).then_some(TIME_AXIS_HEIGHT),
+                        };
+                        hovered = hovered.or(pane::cell(ui, traces, axis, place, panes));
+                    }
+                }
+            });
+        });
+    panes.hovered = hovered;
+    if hovered != hovered_before {
+        // The panes drawn before the hovered one show the sample in the next frame.
+        ui.request_repaint();
+    }
+}
+
+/// Forces to the left, moments to the right, where there is room for both; else one column.
+fn columns<'a>(shown: &[&'a AxisTraces], width: f32) -> Vec<Vec<&'a AxisTraces>> {
+    let (forces, moments): (Vec<_>, Vec<_>) =
+        shown.iter().copied().partition(|axis| axis.axis.is_force());
+    if width < LEAST_TWO_COLUMN_WIDTH || forces.is_empty() || moments.is_empty() {
+        vec![shown.to_vec()]
+    } else {
+        vec![forces, moments]
+    }
+}
+
+fn choices(ui: &mut egui::Ui, state: &AppState, panes: &mut TracePanes, out: &mut Vec<Command>) {
+    ui.horizontal_wrapped(|ui| {
+        view_choice(ui, state, out);
+        ui.separator();
+        for axis in state.axes() {
+            let shown = state.is_shown(*axis);
+            let toggle = ui
+                .selectable_label(shown, axis.symbol())
+                .on_hover_text("Show or hide this axis");
+            if toggle.clicked() {
+                out.push(Command::ShowAxis(*axis, !shown));
+            }
+        }
+        ui.separator();
+        for trace in Trace::ALL {
+            let mut shown = panes.is_shown(trace);
+            let color = trace.color(ui.visuals());
+            let text = egui::RichText::new(trace.label()).color(color).strong();
+            if ui
+                .checkbox(&mut shown, text)
+                .on_hover_text(trace.explanation())
+                .changed()
+            {
+                panes.hidden.retain(|hidden| *hidden != trace);
+                if !shown {
+                    panes.hidden.push(trace);
+                }
+            }
+        }
+        ui.separator();
+        let fit = ui.button("Fit view").on_hover_text(
+            "Show all of it (or double-click in a pane). Wheel: zoom in time; drag: move; right drag: zoom into a box",
+        );
+        if fit.clicked() {
+            panes.fit();
+        }
+    });
+}
+
+fn view_choice(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+    let entries = state.recordings.entries();
+    let name = |view: View| match view {
+        View::One(at) => entries
+            .get(at)
+            .map_or_else(|| "–".to_owned(), |entry| entry.recording.name().to_owned()),
+        View::All => "All, end to end".to_owned(),
+    };
+    egui::ComboBox::from_label("on screen")
+        .selected_text(name(state.view))
+        .width(180.0)
+        .truncate()
+        .show_ui(ui, |ui| {
+            let views = (0..entries.len()).map(View::One);
+            for view in std::iter::once(View::All).chain(views) {
+                if ui.selectable_label(state.view == view, name(view)).clicked() {
+                    out.push(Command::SetView(view));
+                }
+            }
+        });
+}

@@ -1,0 +1,333 @@
+//! One axis: the pane with its traces, and the one with their errors under it.
+
+use std::ops::Range;
+
+use egui_plot::{Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span, VLine};
+
+use crate::analysis::{AxisTraces, TraceSet};
+use crate::evaluation::Series;
+use crate::recording::Axis;
+use crate::ui::palette::{self, Trace};
+use crate::ui::trace_panes::{TracePanes, overlay};
+
+/// The share of a cell's height that the traces get; the errors get the rest.
+const TRACES_SHARE: f32 = 0.6;
+/// More recordings than this on screen are drawn as one line each trace, without marks between them.
+const MOST_SEPARATE_SEGMENTS: usize = 30;
+/// Room for the labels of the value axis, the same for all panes so that their times line up.
+const VALUE_AXIS_WIDTH: f32 = 52.0;
+/// How far one notch of the wheel zooms.
+const ZOOM_PER_POINT: f64 = 0.004;
+
+/// Which of an axis' two panes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    Load,
+    Error,
+}
+
+/// How high a cell is, and whether the time axis stands under it.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub height: f32,
+    pub time_axis: Option<f32>,
+}
+
+/// The part of time and samples that is on screen.
+struct Visible {
+    time: (f64, f64),
+    samples: Range<usize>,
+}
+
+/// Draws both panes of an axis; returns the sample under the pointer.
+pub fn cell(
+    ui: &mut egui::Ui,
+    traces: &TraceSet,
+    axis: &AxisTraces,
+    place: Place,
+    panes: &mut TracePanes,
+) -> Option<usize> {
+    let time_axis = place.time_axis.unwrap_or(0.0);
+    if axis.calculated.is_none() {
+        let height = place.height + time_axis;
+        return pane(ui, traces, axis, Kind::Load, height, place.time_axis.is_some(), panes);
+    }
+    let upper = place.height * TRACES_SHARE;
+    let lower = place.height - upper + time_axis;
+    let above = pane(ui, traces, axis, Kind::Load, upper, false, panes);
+    let below = pane(ui, traces, axis, Kind::Error, lower, place.time_axis.is_some(), panes);
+    above.or(below)
+}
+
+fn pane(
+    ui: &mut egui::Ui,
+    traces: &TraceSet,
+    axis: &AxisTraces,
+    kind: Kind,
+    height: f32,
+    time_axis: bool,
+    panes: &mut TracePanes,
+) -> Option<usize> {
+    let visible = visible(traces, panes.time)?;
+    let shown = shown_series(axis, kind, panes);
+    let key = (axis.axis, kind);
+    let values = panes
+        .values
+        .get(&key)
+        .copied()
+        .unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
+    let bounds = PlotBounds::from_min_max([visible.time.0, values.0], [visible.time.1, values.1]);
+    let buckets = (ui.available_width() - VALUE_AXIS_WIDTH).max(1.0) as usize;
+    let visuals = ui.visuals().clone();
+    let title = title(axis.axis, kind);
+    let mut plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error))
+        .height(height)
+        .allow_scroll(false)
+        .allow_zoom([true, false])
+        .allow_drag([true, false])
+        .allow_axis_zoom_drag(true)
+        .allow_double_click_reset(false)
+        .show_x(false)
+        .show_y(false)
+        .show_crosshair(false)
+        .show_axes([time_axis, true])
+        .y_axis_min_width(VALUE_AXIS_WIDTH)
+        .y_axis_label(title.clone())
+        .set_margin_fraction(egui::Vec2::ZERO);
+    if time_axis {
+        plot = plot.x_axis_label("time [s]");
+    }
+    let hovered = panes.hovered;
+    let response = plot.show(ui, |plot| {
+        plot.set_plot_bounds(bounds);
+        shade_without_past(plot, traces, &visible, buckets, &visuals);
+        separate_segments(plot, traces, &visible, &visuals);
+        if kind == Kind::Load {
+            overlay::thresholds(plot, traces, axis, hovered, &visuals);
+        }
+        for (trace, series) in &shown {
+            for points in polylines(series, traces, &visible.samples, buckets) {
+                let line = Line::new(trace.label(), PlotPoints::Owned(points))
+                    .stroke(trace.stroke(&visuals))
+                    .allow_band(false)
+                    .allow_hover(false);
+                plot.line(line);
+            }
+        }
+        overlay::samples(plot, traces, axis, kind, hovered, &visuals);
+    });
+    response.response.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, title.clone())
+    });
+    follow_gestures(ui, &response, bounds, key, traces, panes);
+    let sample = sample_under_pointer(&response, traces);
+    if let Some(k) = sample {
+        overlay::tooltip(ui, &response.response, traces, axis, k);
+    }
+    sample
+}
+
+fn title(axis: Axis, kind: Kind) -> String {
+    match kind {
+        Kind::Load => format!("{} [{}]", axis.symbol(), axis.unit()),
+        Kind::Error => format!("error [{}]", axis.unit()),
+    }
+}
+
+/// All of the time axis, or the chosen stretch, with the samples in it and one to each side.
+fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
+    let (first, last) = (*traces.times.first()?, *traces.times.last()?);
+    let margin = if last > first { 0.01 * (last - first) } else { 0.5 };
+    let time = chosen.unwrap_or((first - margin, last + margin));
+    let start = traces.times.partition_point(|t| *t < time.0).saturating_sub(1);
+    let end = traces.times.partition_point(|t| *t <= time.1) + 1;
+    let end = end.min(traces.times.len());
+    let samples = start.min(end)..end;
+    Some(Visible { time, samples })
+}
+
+fn shown_series<'a>(
+    axis: &'a AxisTraces,
+    kind: Kind,
+    panes: &TracePanes,
+) -> Vec<(Trace, &'a Series)> {
+    let of = |trace: Trace| match (kind, trace) {
+        (Kind::Load, Trace::Calculated) => axis.calculated.as_deref(),
+        (Kind::Load, Trace::Conventional) => Some(&*axis.conventional),
+        (Kind::Load, Trace::Compensated) => Some(&*axis.compensated),
+        (Kind::Error, Trace::Calculated) => None,
+        (Kind::Error, Trace::Conventional) => axis.conventional_error.as_deref(),
+        (Kind::Error, Trace::Compensated) => axis.compensated_error.as_deref(),
+    };
+    Trace::ALL
+        .into_iter()
+        .filter(|trace| panes.is_shown(*trace))
+        .filter_map(|trace| Some((trace, of(trace)?)))
+        .collect()
+}
+
+/// The range of the visible values with a margin; of errors always with zero in it.
+fn value_range(shown: &[(Trace, &Series)], samples: &Range<usize>, kind: Kind) -> (f64, f64) {
+    let zero = (kind == Kind::Error).then_some((0.0, 0.0));
+    let range = shown
+        .iter()
+        .filter_map(|(_, series)| series.min_max(samples.clone()))
+        .chain(zero)
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let (low, high) = range.unwrap_or((-1.0, 1.0));
+    let margin = if high > low {
+        0.06 * (high - low)
+    } else {
+        0.1 * high.abs().max(1e-3)
+    };
+    (low - margin, high + margin)
+}
+
+/// The recordings on screen.
+fn visible_segments<'a>(
+    traces: &'a TraceSet,
+    samples: &Range<usize>,
+) -> &'a [crate::analysis::Segment] {
+    let segments = &traces.segments;
+    let first = segments.partition_point(|segment| segment.samples.end <= samples.start);
+    let end = segments.partition_point(|segment| segment.samples.start < samples.end);
+    &segments[first..end.max(first)]
+}
+
+/// What is drawn of a series: about two points per pixel column, a line for each recording.
+fn polylines(
+    series: &Series,
+    traces: &TraceSet,
+    samples: &Range<usize>,
+    buckets: usize,
+) -> Vec<Vec<PlotPoint>> {
+    let line = |run: Range<usize>, buckets: usize| {
+        let mut points = Vec::with_capacity(2 * buckets + 8);
+        series.reduce(run, buckets, |at, value| {
+            let time = traces.times[(at as usize).min(traces.times.len() - 1)];
+            points.push(PlotPoint::new(time, value));
+        });
+        points
+    };
+    let segments = visible_segments(traces, samples);
+    if segments.len() > MOST_SEPARATE_SEGMENTS {
+        return vec![line(samples.clone(), buckets)];
+    }
+    segments
+        .iter()
+        .map(|segment| {
+            let own = &segment.samples;
+            let run = own.start.max(samples.start)..own.end.min(samples.end);
+            let share = run.len() as f64 / samples.len() as f64;
+            line(run, (share * buckets as f64).ceil() as usize)
+        })
+        .collect()
+}
+
+/// Shades stretches in which no sample has a past.
+fn shade_without_past(
+    plot: &mut PlotUi<'_>,
+    traces: &TraceSet,
+    visible: &Visible,
+    buckets: usize,
+    visuals: &egui::Visuals,
+) {
+    let time_of = |k: usize| traces.times[k.min(traces.times.len() - 1)];
+    let pixel = (visible.time.1 - visible.time.0) / buckets.max(1) as f64;
+    let stretches = &traces.without_past;
+    let first = stretches.partition_point(|stretch| stretch.end <= visible.samples.start);
+    let mut open: Option<(f64, f64)> = None;
+    let mut shade = |(start, end): (f64, f64)| {
+        let span = Span::new("", start..=end)
+            .fill(palette::without_past(visuals))
+            .border_width(0.0);
+        plot.span(span);
+    };
+    for stretch in &stretches[first..] {
+        if stretch.start >= visible.samples.end {
+            break;
+        }
+        let (start, end) = (time_of(stretch.start), time_of(stretch.end));
+        // Stretches that no pixel lies between are one on screen.
+        open = match open {
+            Some((from, to)) if start - to < pixel => Some((from, end)),
+            Some(done) => {
+                shade(done);
+                Some((start, end))
+            }
+            None => Some((start, end)),
+        };
+    }
+    if let Some(last) = open {
+        shade(last);
+    }
+}
+
+/// Marks where one recording ends and the next begins.
+fn separate_segments(
+    plot: &mut PlotUi<'_>,
+    traces: &TraceSet,
+    visible: &Visible,
+    visuals: &egui::Visuals,
+) {
+    let segments = visible_segments(traces, &visible.samples);
+    if segments.len() > MOST_SEPARATE_SEGMENTS {
+        return;
+    }
+    for segment in segments.iter().skip(1) {
+        let start = traces.times[segment.samples.start];
+        let stroke = visuals.widgets.noninteractive.bg_stroke;
+        plot.vline(VLine::new("", start).stroke(stroke).allow_hover(false));
+    }
+}
+
+/// Takes over what the user did to the bounds: time for all panes, values for this one.
+fn follow_gestures(
+    ui: &egui::Ui,
+    response: &PlotResponse<()>,
+    set: PlotBounds,
+    key: (Axis, Kind),
+    traces: &TraceSet,
+    panes: &mut TracePanes,
+) {
+    if response.response.double_clicked() {
+        panes.time = None;
+        panes.values.remove(&key);
+        return;
+    }
+    let now = *response.transform.bounds();
+    if (now.min()[0], now.max()[0]) != (set.min()[0], set.max()[0]) {
+        panes.time = Some(within(traces, (now.min()[0], now.max()[0])));
+    }
+    if (now.min()[1], now.max()[1]) != (set.min()[1], set.max()[1]) {
+        panes.values.insert(key, (now.min()[1], now.max()[1]));
+    }
+    if let Some(pointer) = response.response.hover_pos() {
+        let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
+        if wheel != 0.0 {
+            let at = response.transform.value_from_position(pointer).x;
+            let factor = (-ZOOM_PER_POINT * wheel).exp();
+            let zoomed = (
+                at + (now.min()[0] - at) * factor,
+                at + (now.max()[0] - at) * factor,
+            );
+            panes.time = Some(within(traces, zoomed));
+        }
+    }
+}
+
+/// Keeps a stretch of time on the recordings and wide enough to be drawn.
+fn within(traces: &TraceSet, (start, end): (f64, f64)) -> (f64, f64) {
+    let first = traces.times.first().copied().unwrap_or(0.0);
+    let last = traces.times.last().copied().unwrap_or(1.0);
+    let all = (last - first).max(1e-3);
+    let width = (end - start).clamp(1e-6 * all, 1.2 * all);
+    let middle = (0.5 * (start + end)).clamp(first, last);
+    (middle - 0.5 * width, middle + 0.5 * width)
+}
+
+fn sample_under_pointer(response: &PlotResponse<()>, traces: &TraceSet) -> Option<usize> {
+    let pointer = response.response.hover_pos()?;
+    let time = response.transform.value_from_position(pointer).x;
+    traces.sample_at(time)
+}
