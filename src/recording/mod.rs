@@ -4,10 +4,12 @@
 
 mod axis;
 pub mod delimited;
+pub mod kinetics;
 mod recording;
 pub mod set;
 pub mod simulated;
 pub mod units;
+pub mod write_csv;
 
 pub use axis::Axis;
 pub use recording::{Recording, RecordingError, Source};

@@ -1,0 +1,109 @@
+//! The load that a hanging weight puts on a sensor, from how the sensor is turned.
+//!
+//! Guarantees: quasi-static (no inertia force), and the force never exceeds the weight's `m·g` beyond rounding.
+
+/// Standard gravity in m/s².
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// How a sensor is turned: the rotation matrix, by rows, that takes sensor coordinates to world coordinates, whose z
+/// axis points up.
+pub type Rotation = [[f64; 3]; 3];
+
+/// A weight fixed to the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weight {
+    /// Its mass in kg.
+    pub mass_kg: f64,
+    /// Its centre of mass in m, in the sensor's frame.
+    pub centre_m: [f64; 3],
+}
+
+/// The attitude after turning by `roll` about x, then by `pitch` about the world's y.
+///
+/// **Units** angles in rad.
+#[must_use]
+pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
+    let (sin_roll, cos_roll) = roll.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch.sin_cos();
+    [
+        [cos_pitch, sin_pitch * sin_roll, sin_pitch * cos_roll],
+        [0.0, cos_roll, -sin_roll],
+        [-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll],
+    ]
+}
+
+/// The load at the sensor's origin in its own frame: `F = Rᵀ m g`, `M = r × F`.
+///
+/// **Source** Koike et al. 2019: the load of Eq. 1, computed from the robot's attitude as in section 4.1.2.
+///
+/// **Shapes** `[Fx, Fy, Fz, Mx, My, Mz]`.
+///
+/// **Units** N and N·m.
+///
+/// **Example** Upright, a kilogram 2 cm off in x:
+/// ```
+/// use loopscope::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
+/// let weight = Weight { mass_kg: 1.0, centre_m: [0.02, 0.0, 0.0] };
+/// let load = gravity_load(&rotation_from_roll_pitch(0.0, 0.0), &weight);
+/// assert_eq!(load[2], -9.80665);
+/// assert_eq!(load[4], 0.02 * 9.80665);
+/// ```
+#[must_use]
+pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
+    // The weight pulls along −z of the world, and Rᵀ times that axis is R's last row.
+    let pull = -weight.mass_kg * STANDARD_GRAVITY;
+    let [fx, fy, fz] = sensor_to_world[2].map(|along_up| pull * along_up);
+    let [x, y, z] = weight.centre_m;
+    [
+        fx,
+        fy,
+        fz,
+        y * fz - z * fy,
+        z * fx - x * fz,
+        x * fy - y * fx,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn assert_close(actual: [f64; 6], expected: [f64; 6]) {
+        for (a, e) in actual.iter().zip(expected) {
+            assert!((a - e).abs() < 1e-12, "{actual:?} is not {expected:?}");
+        }
+    }
+
+    /// With `m g = W` and `r = (x, y, z)`: level, F = (0, 0, −W) and M = r × F = (−yW, xW, 0). Rolled by 90° the
+    /// sensor's y axis points up, so F = (0, −W, 0) and M = (zW, 0, −xW). Pitched by 90° its x axis points down, so
+    /// F = (W, 0, 0) and M = (0, zW, −yW).
+    #[test]
+    fn quarter_turns_give_known_loads() {
+        let [x, y, z] = [0.02, 0.015, 0.03];
+        let weight = Weight {
+            mass_kg: 2.0,
+            centre_m: [x, y, z],
+        };
+        let w = 2.0 * STANDARD_GRAVITY;
+        let load = |roll, pitch| gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight);
+        assert_close(load(0.0, 0.0), [0.0, 0.0, -w, -y * w, x * w, 0.0]);
+        assert_close(load(FRAC_PI_2, 0.0), [0.0, -w, 0.0, z * w, 0.0, -x * w]);
+        assert_close(load(0.0, FRAC_PI_2), [w, 0.0, 0.0, 0.0, z * w, -y * w]);
+    }
+
+    #[test]
+    fn attitudes_are_rotations() {
+        for (roll, pitch) in [(0.0, 0.0), (0.4, -1.3), (-3.0, 1.5), (2.0, 0.7)] {
+            let r = rotation_from_roll_pitch(roll, pitch);
+            for i in 0..3 {
+                for j in 0..3 {
+                    let dot: f64 = (0..3).map(|k| r[i][k] * r[j][k]).sum();
+                    let unit = if i == j { 1.0 } else { 0.0 };
+                    assert!((dot - unit).abs() < 1e-12);
+                }
+            }
+        }
+    }
+}

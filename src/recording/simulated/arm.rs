@@ -1,0 +1,135 @@
+//! The robot arm: a path of attitudes, and the load that the weight makes along it.
+//!
+//! Guarantees: roll, pitch and their rates are continuous along a path, and a path is the same curve at every speed.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::random::Random;
+use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
+
+/// The paper's weight (section 4.1.2).
+pub(super) const MASS_KG: f64 = 1.128;
+
+/// Where the weight is fixed, in metres: the centre, then the four combinations of the paper's offsets of 0.02 m and
+/// 0.015 m. All lie in the sensor's x-y plane, so that the centre gives no moment.
+pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
+    [0.0, 0.0, 0.0],
+    [0.02, 0.015, 0.0],
+    [-0.02, 0.015, 0.0],
+    [-0.02, -0.015, 0.0],
+    [0.02, -0.015, 0.0],
+];
+
+/// How long a path is: 95 s at 0.05 Hz, the fast run's.
+pub(super) const CYCLES: f64 = 4.75;
+
+/// One random amplitude per whole cycle, from the start of the first to the end of the last.
+const N_KNOTS: usize = 6;
+
+/// A sinusoid whose amplitude glides from cycle to cycle.
+struct Swing {
+    phase: f64,
+    amplitudes: [f64; N_KNOTS],
+}
+
+impl Swing {
+    fn angle(&self, cycle: f64) -> f64 {
+        let knot = (cycle as usize).min(N_KNOTS - 2);
+        let along = cycle - knot as f64;
+        // A raised cosine is flat at the knots: the amplitude's own rate is continuous, so the angle's is, too.
+        let blend = 0.5 - 0.5 * (PI * along).cos();
+        let (from, to) = (self.amplitudes[knot], self.amplitudes[knot + 1]);
+        (from + (to - from) * blend) * (self.phase + TAU * cycle).sin()
+    }
+}
+
+/// Roll and pitch over one path.
+pub(super) struct Path {
+    roll: Swing,
+    pitch: Swing,
+}
+
+impl Path {
+    /// The path number `path` of a seed.
+    ///
+    /// Roll goes around by up to 170° to either side and pitch by up to 86°, so that gravity reaches nearly every
+    /// direction. Pitch follows roll by 30° to 150° of phase on odd paths and leads it on even ones: in phase, a path
+    /// would go back on itself, and with one sense throughout, one axis would foretell another's hysteresis.
+    pub(super) fn new(seed: u64, path: u64) -> Self {
+        let mut random = Random::new(seed, &[path]);
+        let phase = random.between(0.0, TAU);
+        let sense = if path % 2 == 1 { 1.0 } else { -1.0 };
+        let lag = sense * random.between(PI / 6.0, 5.0 * PI / 6.0);
+        let mut swing = |phase, low, high| Swing {
+            phase,
+            amplitudes: std::array::from_fn(|_| random.between(low, high)),
+        };
+        Self {
+            roll: swing(phase, PI / 4.0, 0.95 * PI),
+            pitch: swing(phase - lag, 0.1 * FRAC_PI_2, 0.95 * FRAC_PI_2),
+        }
+    }
+
+    /// Roll and pitch in radians after so many cycles.
+    fn attitude(&self, cycle: f64) -> (f64, f64) {
+        (self.roll.angle(cycle), self.pitch.angle(cycle))
+    }
+
+    /// The loads of `n_samples` samples at even steps along the path, with the weight at `centre_m`.
+    pub(super) fn loads(&self, n_samples: usize, centre_m: [f64; 3]) -> Vec<[f64; 6]> {
+        let weight = Weight {
+            mass_kg: MASS_KG,
+            centre_m,
+        };
+        (0..n_samples)
+            .map(|k| {
+                let (roll, pitch) = self.attitude(CYCLES * k as f64 / n_samples as f64);
+                gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight)
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::kinetics::STANDARD_GRAVITY;
+
+    /// Over a step of 1e-6 cycles the greatest angle changes by 2π · 0.95π · 1e-6 < 2e-5 rad, and the rate between
+    /// neighbouring steps by 1e-6 of its own rate of change, (2π)² · 0.95π < 120 plus the amplitude's.
+    #[test]
+    fn angle_and_rate_are_continuous_at_the_knots() {
+        let step = 1e-6;
+        for path in 1..=6 {
+            let path = Path::new(1, path);
+            for knot in 1..=4 {
+                let at = |side: f64| path.roll.angle(f64::from(knot) + side * step);
+                assert!((at(1.0) - at(-1.0)).abs() < 4e-5);
+                let (before, after) = (at(0.0) - at(-1.0), at(1.0) - at(0.0));
+                assert!((after - before).abs() / step < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_path_at_another_speed_meets_the_same_loads() {
+        let path = Path::new(3, 2);
+        let fast = path.loads(1900, MOUNTS_M[1]);
+        let slow = path.loads(3800, MOUNTS_M[1]);
+        assert!(fast.iter().zip(slow.iter().step_by(2)).all(|(f, s)| f == s));
+    }
+
+    #[test]
+    fn every_force_axis_swings_through_most_of_the_weight_both_ways() {
+        let most = 0.8 * MASS_KG * STANDARD_GRAVITY;
+        for seed in 0..20 {
+            let loads: Vec<_> = (1..=5)
+                .flat_map(|path| Path::new(seed, path).loads(1900, MOUNTS_M[0]))
+                .collect();
+            for axis in 0..3 {
+                assert!(loads.iter().any(|load| load[axis] > most));
+                assert!(loads.iter().any(|load| load[axis] < -most));
+            }
+        }
+    }
+}

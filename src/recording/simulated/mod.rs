@@ -1,0 +1,143 @@
+//! The built-in sensor: recordings like the paper's, so that there is something to look at before any file is open.
+//!
+//! A robot arm turns a weight of 1.128 kg fixed at five points along six paths at three speeds; a resin sensor with
+//! six gauges, hysteresis, creep and noise carries it.
+//!
+//! Guarantees: the same seed gives the same numbers; a recording depends on its seed, path, mounting point and speed
+//! and on nothing else; reference loads are exact.
+
+mod arm;
+mod mean_hysteresis;
+mod random;
+mod sensor;
+
+use rayon::prelude::*;
+
+use self::arm::{MOUNTS_M, Path};
+use self::random::Random;
+use super::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+pub use self::mean_hysteresis::mean_hysteresis_newtons;
+
+/// The seed of the recordings that the program starts with.
+pub const DEFAULT_SEED: u64 = 2019;
+
+/// The paper's sampling rate (section 4.2.2).
+const RATE_HZ: f64 = 20.0;
+
+/// The last of the six paths tests, the others train.
+const N_PATHS: u64 = 6;
+
+/// Speeds and how many samples they last: 95 s, 135 s and 175 s.
+const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3500)];
+
+/// All 90 recordings with their roles: five paths train (202,500 samples), the sixth tests (40,500).
+///
+/// They are called `train_path1_mount1_fast` to `test_path6_mount5_slow`. Roll and pitch are sinusoids with a random
+/// amplitude for each cycle, at 0.05 Hz in the fast runs; medium and slow runs follow the same path in 135 s and
+/// 175 s, so at 0.035 Hz and 0.027 Hz. The sensor is relaxed before each recording, and the weight is put on within
+/// the 5 s before it starts.
+///
+/// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not say how speed goes with frequency, nor
+/// which signs the mounting offsets have; both are ours, and so is the sensor.
+///
+/// **Units** times in s from 0 in steps of 0.05, gauges `S1` to `S6` in mV/V, loads in N and N·m.
+#[must_use]
+pub fn recordings(seed: u64) -> RecordingSet {
+    let runs: Vec<(u64, usize, usize)> = (1..=N_PATHS)
+        .flat_map(|path| {
+            (0..MOUNTS_M.len())
+                .flat_map(move |mount| (0..SPEEDS.len()).map(move |speed| (path, mount, speed)))
+        })
+        .collect();
+    let entries: Vec<Entry> = runs
+        .into_par_iter()
+        .map(|(path, mount, speed)| entry(seed, path, mount, speed))
+        .collect();
+    let mut set = RecordingSet::default();
+    for entry in entries {
+        set.push(entry).expect("all have the same columns");
+    }
+    set
+}
+
+fn entry(seed: u64, path: u64, mount: usize, speed: usize) -> Entry {
+    let (pace, n_samples) = SPEEDS[speed];
+    let (role, part) = if path == N_PATHS {
+        (Role::Test, "test")
+    } else {
+        (Role::Train, "train")
+    };
+    let loads = Path::new(seed, path).loads(n_samples, MOUNTS_M[mount]);
+    let mut random = Random::new(seed, &[path, mount as u64 + 1, speed as u64 + 1]);
+    let gauges = sensor::gauges_from_loads(&loads, RATE_HZ, &mut random);
+    let recording = Recording::new(
+        format!("{part}_path{path}_mount{}_{pace}", mount + 1),
+        Source::Simulated,
+        (0..n_samples).map(|k| k as f64 / RATE_HZ).collect(),
+        (1..=6).map(|gauge| format!("S{gauge}")).collect(),
+        gauges,
+        Axis::ALL.to_vec(),
+        loads.into_iter().flatten().collect(),
+    )
+    .expect("simulated numbers make a recording");
+    Entry::new(recording, role)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::kinetics::STANDARD_GRAVITY;
+
+    #[test]
+    fn there_are_as_many_recordings_and_samples_as_in_the_paper() {
+        let set = recordings(DEFAULT_SEED);
+        assert!(set.is_simulated());
+        for (role, count, samples) in [(Role::Train, 75, 202_500), (Role::Test, 15, 40_500)] {
+            let sizes: Vec<usize> = (set.entries().iter())
+                .filter(|entry| entry.role == role)
+                .map(|entry| entry.recording.n_samples())
+                .collect();
+            assert_eq!((sizes.len(), sizes.iter().sum()), (count, samples));
+        }
+        let name = |index: usize| set.entries()[index].recording.name().to_owned();
+        assert_eq!(name(0), "train_path1_mount1_fast");
+        assert_eq!(name(89), "test_path6_mount5_slow");
+        let slow = &set.entries()[89].recording;
+        assert_eq!((slow.times()[0], slow.times()[3499]), (0.0, 3499.0 / 20.0));
+    }
+
+    #[test]
+    fn the_seed_decides_the_numbers() {
+        let first = recordings(7);
+        assert_eq!(first, recordings(7));
+        let other = recordings(8);
+        for (a, b) in first.entries().iter().zip(other.entries()) {
+            assert_ne!(a.recording.loads(), b.recording.loads());
+            assert_ne!(a.recording.gauges(), b.recording.gauges());
+        }
+    }
+
+    #[test]
+    fn force_never_exceeds_the_weight_and_the_centre_gives_no_moment() {
+        let weight = arm::MASS_KG * STANDARD_GRAVITY;
+        for entry in recordings(DEFAULT_SEED).entries() {
+            let centred = entry.recording.name().contains("mount1");
+            for load in entry.recording.loads().chunks(6) {
+                let force = load[..3].iter().map(|f| f * f).sum::<f64>().sqrt();
+                assert!(force <= weight * (1.0 + 1e-12));
+                let moment = load[3..].iter().map(|m| m * m).sum::<f64>().sqrt();
+                assert!(moment <= 0.025 * weight * (1.0 + 1e-12));
+                assert_eq!(moment == 0.0, centred);
+            }
+        }
+    }
+
+    /// A gauge's output stays within some strains of its offset; outside, something has run away.
+    #[test]
+    fn gauges_stay_in_range() {
+        for entry in recordings(DEFAULT_SEED).entries() {
+            assert!(entry.recording.gauges().iter().all(|s| s.abs() < 2.5));
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Reproducible random numbers: the same seed and keys give the same stream, whatever else is drawn elsewhere.
+
+use std::f64::consts::TAU;
+
+/// A SplitMix64 stream (Steele, Lea and Flood 2014).
+pub(super) struct Random {
+    state: u64,
+    spare_normal: Option<f64>,
+}
+
+impl Random {
+    /// The stream that belongs to a seed and a list of keys; other keys give unrelated streams.
+    pub(super) fn new(seed: u64, keys: &[u64]) -> Self {
+        let mut stream = Self {
+            state: seed,
+            spare_normal: None,
+        };
+        for key in keys {
+            stream.state = stream.next() ^ key;
+        }
+        stream
+    }
+
+    fn next(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform between two bounds.
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Standard normal (Box and Muller 1958).
+    pub(super) fn normal(&mut self) -> f64 {
+        if let Some(spare) = self.spare_normal.take() {
+            return spare;
+        }
+        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt(); // 1 − u is never 0
+        let (sin, cos) = (TAU * self.unit()).sin_cos();
+        self.spare_normal = Some(radius * sin);
+        radius * cos
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The published first numbers of SplitMix64 from seed 0.
+    #[test]
+    fn the_stream_is_splitmix64() {
+        let mut random = Random::new(0, &[]);
+        assert_eq!(random.next(), 0xE220_A839_7B1D_CDAF);
+        assert_eq!(random.next(), 0x6E78_9E6A_A1B9_65F4);
+    }
+
+    #[test]
+    fn keys_in_another_order_give_another_stream() {
+        assert_ne!(
+            Random::new(1, &[2, 3]).next(),
+            Random::new(1, &[3, 2]).next()
+        );
+        assert_ne!(Random::new(1, &[2]).next(), Random::new(2, &[1]).next());
+    }
+
+    /// 40,000 draws: the mean has a standard error of 0.005, the variance one of 0.007; the band is five of them.
+    #[test]
+    fn normals_have_zero_mean_and_unit_variance() {
+        let mut random = Random::new(5, &[]);
+        let draws: Vec<f64> = (0..40_000).map(|_| random.normal()).collect();
+        let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+        let variance = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / draws.len() as f64;
+        assert!(mean.abs() < 0.025 && (variance - 1.0).abs() < 0.035);
+    }
+}
