@@ -172,11 +172,13 @@ impl AppState {
         self.show_first_test()
     }
 
-    /// Puts the first test recording on screen, or the first of all.
+    /// Puts a test recording on screen: the first in which every axis moves, else the first, else any.
     fn show_first_test(&mut self) -> Vec<Effect> {
         let entries = self.recordings.entries();
-        let test = entries.iter().position(|entry| entry.role == Role::Test);
-        self.view = View::One(test.unwrap_or(0));
+        let first = |wanted: &dyn Fn(&Entry) -> bool| entries.iter().position(wanted);
+        let is_test = |entry: &Entry| entry.role == Role::Test;
+        let shown = first(&|entry| is_test(entry) && every_axis_moves(entry)).or(first(&is_test));
+        self.view = View::One(shown.unwrap_or(0));
         self.analyse()
     }
 
@@ -313,4 +315,19 @@ impl AppState {
         let surplus = self.notices.len().saturating_sub(MOST_NOTICES);
         self.notices.drain(..surplus);
     }
+}
+
+fn every_axis_moves(entry: &Entry) -> bool {
+    let n_axes = entry.recording.axes().len();
+    let mut samples = entry.recording.loads().chunks_exact(n_axes.max(1));
+    let Some(first) = samples.next() else {
+        return false;
+    };
+    let mut moves = vec![false; n_axes];
+    for sample in samples {
+        for axis in 0..n_axes {
+            moves[axis] |= sample[axis] != first[axis];
+        }
+    }
+    moves.into_iter().all(|moves| moves)
 }

@@ -12,6 +12,7 @@ type Pick = fn(&Scores) -> &Option<Vec<f64>>;
 
 /// Draws the table.
 pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
+    ui.take_available_width();
     ui.horizontal(|ui| {
         ui.heading("RMSE");
         if let Some(analysis) = &state.analysis

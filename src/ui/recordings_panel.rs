@@ -7,6 +7,7 @@ use crate::app::{AppState, Command};
 use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, Role};
 use crate::ui::numbers::significant;
+use crate::ui::palette::Trace;
 use crate::ui::shell::Fields;
 
 /// Draws the list of recordings with a field for opening more.
@@ -106,36 +107,31 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
     TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
-        .column(Column::exact(52.0))
+        .column(Column::exact(46.0))
         .column(Column::remainder().at_least(70.0).clip(true))
-        .column(Column::exact(54.0))
-        .column(Column::exact(44.0))
-        .column(Column::exact(92.0))
+        .column(Column::exact(50.0))
+        .column(Column::exact(34.0))
+        .columns(Column::exact(44.0), 2)
         .column(Column::exact(18.0))
         .header(18.0, |mut header| {
+            let rmse = format!("RMSE over the force axes (without any: the moments) [{unit}]");
             for (title, explanation) in [
                 ("Role", "What the recording is for; press to change"),
                 ("Name", "Press to put it on screen"),
                 ("Samples", "After decimation"),
                 ("Hz", "One over the median time step"),
-                (
-                    "RMSE",
-                    "Conv. → Comp.: root mean square over the force axes (without any: the moments)",
-                ),
-                ("", ""),
             ] {
                 header.col(|ui| {
-                    let text = if title == "RMSE" {
-                        format!("RMSE [{unit}]")
-                    } else {
-                        title.to_owned()
-                    };
-                    let label = ui.strong(text);
-                    if !explanation.is_empty() {
-                        label.on_hover_text(explanation);
-                    }
+                    ui.strong(title).on_hover_text(explanation);
                 });
             }
+            for trace in [Trace::Conventional, Trace::Compensated] {
+                header.col(|ui| {
+                    ui.colored_label(trace.color(ui.visuals()), trace.label())
+                        .on_hover_text(format!("{}: {rmse}", trace.explanation()));
+                });
+            }
+            header.col(|_| {});
         })
         .body(|body| {
             body.rows(20.0, state.recordings.entries().len(), |mut row| {
@@ -153,7 +149,11 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                     let rate = rate_text(entry, state.settings.decimation);
                     ui.label(rate);
                 });
-                row.col(|ui| rmse_label(ui, group, axes, result));
+                let rmse = result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
+                for at in 0..2 {
+                    let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
+                    row.col(|ui| rmse_label(ui, group, axes, rmse, result));
+                }
                 row.col(|ui| {
                     if ui.small_button("×").on_hover_text("Close this recording").clicked() {
                         out.push(Command::RemoveRecording(at));
@@ -229,38 +229,24 @@ fn rate_text(entry: &Entry, step: usize) -> String {
     rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
 }
 
-fn rmse_label(ui: &mut egui::Ui, group: Group, axes: &[Axis], result: Option<&RecordingResult>) {
-    let Some(RecordingResult {
-        conventional_rmse: Some(before),
-        compensated_rmse: Some(after),
-        share_with_past,
-        ..
-    }) = result
-    else {
+fn rmse_label(
+    ui: &mut egui::Ui,
+    group: Group,
+    axes: &[Axis],
+    rmse: Option<&[f64]>,
+    result: Option<&RecordingResult>,
+) {
+    let (Some(rmse), Some(result)) = (rmse, result) else {
         ui.weak("–");
         return;
     };
-    let text = |rmse: &[f64]| {
-        group
-            .rmse(axes, rmse)
-            .map_or_else(|| "–".to_owned(), |rmse| significant(rmse, 3))
-    };
-    ui.label(format!("{} → {}", text(before), text(after)))
-        .on_hover_ui(|ui| {
-            for (at, axis) in axes.iter().enumerate() {
-                if let (Some(before), Some(after)) = (before.get(at), after.get(at)) {
-                    ui.label(format!(
-                        "{}: {} → {} {}",
-                        axis.symbol(),
-                        significant(*before, 4),
-                        significant(*after, 4),
-                        axis.unit()
-                    ));
-                }
-            }
-            ui.label(format!(
-                "{:.0} % of the samples have a past sample",
-                100.0 * share_with_past
-            ));
-        });
+    let over_group = group.rmse(axes, rmse).unwrap_or_default();
+    ui.label(significant(over_group, 3)).on_hover_ui(|ui| {
+        for (axis, rmse) in axes.iter().zip(rmse) {
+            let rmse = significant(*rmse, 4);
+            ui.label(format!("{}: {rmse} {}", axis.symbol(), axis.unit()));
+        }
+        let share = 100.0 * result.share_with_past;
+        ui.label(format!("{share:.0} % of the samples have a past sample"));
+    });
 }

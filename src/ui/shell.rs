@@ -225,7 +225,7 @@ impl Shell {
         }
         egui::Panel::left("recordings")
             .resizable(true)
-            .default_size(390.0)
+            .default_size(400.0)
             .min_size(240.0)
             .show(ui, |ui| {
                 egui::Panel::bottom("settings")
@@ -245,7 +245,8 @@ impl Shell {
             .show(ui, |ui| {
                 egui::Panel::left("errors")
                     .resizable(true)
-                    .default_size(ui.available_width() * 0.57)
+                    .default_size(0.58 * ui.available_width())
+                    .frame(egui::Frame::NONE)
                     .show(ui, |ui| errors_pane::errors_pane(ui, state));
                 egui::CentralPanel::no_frame().show(ui, |ui| {
                     calibration_pane::calibration_pane(ui, state, &mut self.fields, out);

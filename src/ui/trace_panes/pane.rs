@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use egui_plot::{Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span, VLine};
+use egui_plot::{GridInput, GridMark, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::evaluation::Series;
@@ -16,6 +16,12 @@ const TRACES_SHARE: f32 = 0.6;
 const MOST_SEPARATE_SEGMENTS: usize = 30;
 /// Room for the labels of the value axis, the same for all panes so that their times line up.
 const VALUE_AXIS_WIDTH: f32 = 52.0;
+/// Labels of the time axis are at least this far apart.
+const LEAST_TIME_STEP_POINTS: f64 = 55.0;
+/// Labels of a value axis are at least this far apart.
+const LEAST_VALUE_STEP_POINTS: f64 = 24.0;
+/// The plot hands its grid the width of this many points as `base_step_size`; set below so that both agree.
+const GRID_BASE_POINTS: f64 = 8.0;
 /// How far one notch of the wheel zooms.
 const ZOOM_PER_POINT: f64 = 0.004;
 
@@ -93,6 +99,9 @@ fn pane(
         .show_axes([time_axis, true])
         .y_axis_min_width(VALUE_AXIS_WIDTH)
         .y_axis_label(title.clone())
+        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
+        .x_grid_spacer(|input| grid(input, LEAST_TIME_STEP_POINTS))
+        .y_grid_spacer(|input| grid(input, LEAST_VALUE_STEP_POINTS))
         .set_margin_fraction(egui::Vec2::ZERO);
     if time_axis {
         plot = plot.x_axis_label("time [s]");
@@ -125,6 +134,25 @@ fn pane(
         overlay::tooltip(ui, &response.response, traces, axis, k);
     }
     sample
+}
+
+/// Grid lines at multiples of 1, 2 or 5 times a power of ten, at least `least_points` apart on screen.
+fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
+    let least = input.base_step_size / GRID_BASE_POINTS * least_points;
+    let power = 10_f64.powf(least.log10().floor());
+    let found = [1.0, 2.0, 5.0].into_iter().find(|step| step * power >= least);
+    let step_size = found.unwrap_or(10.0) * power;
+    if !(step_size.is_finite() && step_size > 0.0) {
+        return Vec::new();
+    }
+    let first = (input.bounds.0 / step_size).ceil() as i64;
+    let last = (input.bounds.1 / step_size).floor() as i64;
+    (first..=last)
+        .map(|at| GridMark {
+            value: at as f64 * step_size,
+            step_size,
+        })
+        .collect()
 }
 
 fn title(axis: Axis, kind: Kind) -> String {
