@@ -1,1 +1,167 @@
 //! Units that files use, and what they are in SI. Conversion happens only where files are read or written.
+//!
+//! Guarantees: a spelling is either known or `None`, never guessed; capitals do not matter except where they would turn
+//! milli into mega.
+
+/// Force units that [`force_in_newtons`] understands, for messages.
+pub const FORCE_UNITS: &str = "N, kN, mN, lbf, kgf, gf";
+/// Moment units that [`moment_in_newton_metres`] understands, for messages.
+pub const MOMENT_UNITS: &str =
+    "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, kgf·cm (also written Nm, N-m, N.m, N*m)";
+/// Time units that [`TimeUnit::from_name`] understands, for messages.
+pub const TIME_UNITS: &str = "s, ms, us, ns";
+
+const POUND_FORCE: f64 = 4.448_221_615_260_5;
+const KILOGRAM_FORCE: f64 = 9.806_65;
+const INCH: f64 = 0.0254;
+const FOOT: f64 = 0.3048;
+
+/// How many newtons one `unit` is; `None` for an unknown spelling.
+#[must_use]
+pub fn force_in_newtons(unit: &str) -> Option<f64> {
+    Some(match plain(unit)?.as_str() {
+        "n" | "newton" | "newtons" => 1.0,
+        "kn" => 1e3,
+        "mn" => 1e-3,
+        "lbf" => POUND_FORCE,
+        "kgf" => KILOGRAM_FORCE,
+        "gf" => KILOGRAM_FORCE / 1e3,
+        _ => return None,
+    })
+}
+
+/// How many newton metres one `unit` is; `None` for an unknown spelling.
+#[must_use]
+pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
+    Some(match plain(unit)?.as_str() {
+        "nm" => 1.0,
+        "nmm" | "mnm" => 1e-3,
+        "ncm" => 1e-2,
+        "knm" => 1e3,
+        "lbfin" | "inlbf" => POUND_FORCE * INCH,
+        "lbfft" | "ftlbf" => POUND_FORCE * FOOT,
+        "kgfcm" => KILOGRAM_FORCE / 1e2,
+        _ => return None,
+    })
+}
+
+/// The unit without the signs that people put between its factors, in small letters; `None` for mega.
+fn plain(unit: &str) -> Option<String> {
+    const BETWEEN: [char; 9] = ['·', '⋅', '∙', '•', '*', '.', '-', '_', ' '];
+    let unit = unit.trim().replace(BETWEEN, "");
+    let is_mega = unit.starts_with("MN") || unit.starts_with("Mn");
+    (!is_mega).then(|| unit.to_lowercase())
+}
+
+/// A unit in which loggers write time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum TimeUnit {
+    Seconds,
+    Milliseconds,
+    Microseconds,
+    Nanoseconds,
+}
+
+impl TimeUnit {
+    /// The unit spelled so, whatever the capitals; `None` for an unknown spelling.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
+        let name = name
+            .trim()
+            .to_lowercase()
+            .replace(['\u{b5}', '\u{3bc}'], "u");
+        Some(match name.as_str() {
+            "s" | "sec" | "secs" | "second" | "seconds" => Self::Seconds,
+            "ms" | "msec" | "msecs" | "millisecond" | "milliseconds" | "millis" => {
+                Self::Milliseconds
+            }
+            "us" | "usec" | "usecs" | "microsecond" | "microseconds" | "micros" => {
+                Self::Microseconds
+            }
+            "ns" | "nsec" | "nsecs" | "nanosecond" | "nanoseconds" | "nanos" => Self::Nanoseconds,
+            _ => return None,
+        })
+    }
+
+    /// How many of this unit make one second. Divide by it: the quotient is then the nearest number there is.
+    #[must_use]
+    pub const fn per_second(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1e3,
+            Self::Microseconds => 1e6,
+            Self::Nanoseconds => 1e9,
+        }
+    }
+
+    /// The unit's symbol in plain letters, `s` to `ns`.
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::Seconds => "s",
+            Self::Milliseconds => "ms",
+            Self::Microseconds => "us",
+            Self::Nanoseconds => "ns",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_become_newtons() {
+        for (unit, newtons) in [
+            ("N", 1.0),
+            ("kN", 1000.0),
+            ("mN", 0.001),
+            ("lbf", 4.448_221_615_260_5),
+            ("kgf", 9.806_65),
+            (" gf ", 0.009_806_65),
+        ] {
+            assert_eq!(force_in_newtons(unit), Some(newtons), "{unit}");
+        }
+        for unknown in ["", "MN", "Nm", "kg", "bananas"] {
+            assert_eq!(force_in_newtons(unknown), None, "{unknown}");
+        }
+    }
+
+    #[test]
+    fn moments_become_newton_metres_however_they_are_spelled() {
+        for unit in ["Nm", "N-m", "N·m", "N⋅m", "N.m", "N*m", "N m", "NM"] {
+            assert_eq!(moment_in_newton_metres(unit), Some(1.0), "{unit}");
+        }
+        for (unit, newton_metres) in [
+            ("N·mm", 1e-3),
+            ("Ncm", 1e-2),
+            ("kN·m", 1e3),
+            ("mNm", 1e-3),
+            ("lbf-in", 0.112_984_829_027_616_7), // 4.4482216152605 N · 0.0254 m
+            ("lbf·ft", 1.355_817_948_331_400_4), // 4.4482216152605 N · 0.3048 m
+            ("kgf·cm", 0.098_066_5),
+        ] {
+            let factor = moment_in_newton_metres(unit).unwrap();
+            assert!(
+                (factor - newton_metres).abs() <= 1e-15 * newton_metres,
+                "{unit}"
+            );
+        }
+        for unknown in ["", "N", "MNm", "m"] {
+            assert_eq!(moment_in_newton_metres(unknown), None, "{unknown}");
+        }
+    }
+
+    #[test]
+    fn both_micro_signs_are_microseconds() {
+        for name in ["us", "\u{b5}s", "\u{3bc}s", "USEC"] {
+            assert_eq!(TimeUnit::from_name(name), Some(TimeUnit::Microseconds));
+        }
+        for unit in ["s", "ms", "us", "ns"] {
+            assert_eq!(TimeUnit::from_name(unit).unwrap().symbol(), unit);
+        }
+        assert_eq!(TimeUnit::from_name("min"), None);
+    }
+}

@@ -1,0 +1,155 @@
+//! Why a file gives no recording, in one sentence each.
+
+use std::borrow::Cow;
+use std::io;
+use std::path::PathBuf;
+
+use super::warning::LoadWarning;
+use crate::progress::Cancelled;
+use crate::recording::Axis;
+
+/// How many names a message lists before it only counts.
+const LISTED_NAMES: usize = 8;
+/// How many characters of a file's own text a message repeats.
+const SHOWN_CHARS: usize = 40;
+
+/// Why a file gives no recording. Columns and lines are counted from 1.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum ReadError {
+    #[error("{}: not a file; choose a text file with one row per sample", path.display())]
+    NotAFile { path: PathBuf },
+    #[error("{}: cannot be read: {source}", path.display())]
+    Io { path: PathBuf, source: io::Error },
+    #[error("{}: the file is empty", path.display())]
+    Empty { path: PathBuf },
+    #[error("{}: not UTF-8 text but {what}; save it as CSV in UTF-8", path.display())]
+    NotText { path: PathBuf, what: &'static str },
+    #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line", path.display())]
+    LineTooLong { path: PathBuf, limit_bytes: usize },
+    #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
+    NoHeader { path: PathBuf },
+    #[error("{}:{line}: no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #", path.display())]
+    HeaderIsNumbers { path: PathBuf, line: u64 },
+    #[error("{}:{line}: no time column among {}; name one t or time, with its unit, e.g. t_ms", path.display(), listed(names))]
+    NoTime {
+        path: PathBuf,
+        line: u64,
+        names: Vec<String>,
+    },
+    #[error("{}:{line}: no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1)", path.display(), listed(names))]
+    NoGauges {
+        path: PathBuf,
+        line: u64,
+        names: Vec<String>,
+    },
+    #[error("{}:{line}: {count} gauge columns where at most {limit} are supported: {}", path.display(), listed(names))]
+    TooManyGauges {
+        path: PathBuf,
+        line: u64,
+        count: usize,
+        limit: usize,
+        names: Vec<String>,
+    },
+    #[error("{}:{line}: columns {first} and {second} are both gauge {}; give each its own name", path.display(), shown(name))]
+    DuplicateGauge {
+        path: PathBuf,
+        line: u64,
+        name: String,
+        first: usize,
+        second: usize,
+    },
+    #[error("{}:{line}: columns {first} and {second} are both {}; rename the one that is not the reference", path.display(), axis.symbol())]
+    DuplicateAxis {
+        path: PathBuf,
+        line: u64,
+        axis: Axis,
+        first: usize,
+        second: usize,
+    },
+    #[error("{}:{line}: column {column} ({}) has the unknown unit {}; understood here: {known}", path.display(), shown(name), shown(unit))]
+    UnknownUnit {
+        path: PathBuf,
+        line: u64,
+        column: usize,
+        name: String,
+        unit: String,
+        known: &'static str,
+    },
+    #[error("{}:{line}: no rows follow the header", path.display())]
+    NoRows { path: PathBuf, line: u64 },
+    #[error("{}:{line}: {what} {} (column {column}) has no number in any row; mend or delete the column", path.display(), shown(name))]
+    NoNumberInColumn {
+        path: PathBuf,
+        line: u64,
+        what: &'static str,
+        column: usize,
+        name: String,
+    },
+    #[error("{first} - and no other row is usable either")]
+    NoUsableRow { first: Box<LoadWarning> },
+    #[error("{}:{line}: time jumps or goes back at {count} places, the first here; is column {column} ({}) the time?", path.display(), shown(name))]
+    TooManyRecordings {
+        path: PathBuf,
+        line: u64,
+        count: usize,
+        column: usize,
+        name: String,
+    },
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl From<Cancelled> for ReadError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// A file's own text as a message may repeat it: control characters escaped, and short.
+pub(super) fn shown(text: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.escape_debug().len() == 1;
+    if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
+        return Cow::Borrowed(text);
+    }
+    let mut escaped = text.chars().flat_map(char::escape_debug);
+    let mut start: String = escaped.by_ref().take(SHOWN_CHARS).collect();
+    if escaped.next().is_some() {
+        start.push('…');
+    }
+    Cow::Owned(start)
+}
+
+/// The first few names, and how many more there are.
+pub(super) fn listed(names: &[String]) -> String {
+    let first: Vec<_> = names
+        .iter()
+        .take(LISTED_NAMES)
+        .map(|name| shown(name))
+        .collect();
+    match names.len().saturating_sub(LISTED_NAMES) {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_from_files_is_escaped_and_short() {
+        assert_eq!(shown("Fx µ"), "Fx µ");
+        assert_eq!(shown("a\u{1b}[2J\n"), "a\\u{1b}[2J\\n");
+        let long = shown(&"x".repeat(10_000)).into_owned();
+        assert_eq!(long.chars().count(), SHOWN_CHARS + 1);
+        assert!(shown(&"\0".repeat(10_000)).chars().count() <= SHOWN_CHARS + 1);
+    }
+
+    #[test]
+    fn long_lists_end_in_a_count() {
+        let names: Vec<_> = (0..10).map(|k| format!("c{k}")).collect();
+        assert_eq!(listed(&names[..2]), "c0, c1");
+        assert!(listed(&names).ends_with("c7 and 2 more"));
+    }
+}

@@ -1,0 +1,268 @@
+//! What did not stop the reading, collected: one warning per kind and file, however often it happened.
+
+use std::fmt;
+use std::mem::discriminant;
+use std::path::{Path, PathBuf};
+
+use super::error::{listed, shown};
+use crate::recording::units::TimeUnit;
+
+/// Something a person should know about a file that was read all the same. Lines are counted from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadWarning {
+    /// The file.
+    pub path: PathBuf,
+    /// The line where it happened first.
+    pub first_line: u64,
+    /// The line where it happened last.
+    pub last_line: u64,
+    /// How often it happened.
+    pub count: u64,
+    /// What happened first.
+    pub finding: Finding,
+}
+
+/// What happened. Columns are counted from 1.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum Finding {
+    /// A row is skipped: nothing stands where a number is needed.
+    EmptyCell { column: usize, name: String },
+    /// A row is skipped: something other than a number stands where one is needed.
+    NotANumber {
+        column: usize,
+        name: String,
+        value: String,
+    },
+    /// A row is skipped: NaN or infinity.
+    NotFinite {
+        column: usize,
+        name: String,
+        value: String,
+    },
+    /// A row is skipped: it is shorter than the header.
+    TooFewCells { expected: usize, actual: usize },
+    /// A row is longer than the header; what is too much is left out.
+    TooManyCells { expected: usize, actual: usize },
+    /// A number with a comma where others write a point.
+    DecimalComma {
+        column: usize,
+        name: String,
+        value: String,
+    },
+    /// A gauge that never changes.
+    ConstantGauge {
+        column: usize,
+        name: String,
+        value: f64,
+    },
+    /// Time jumps or goes back, so that a new recording starts.
+    NewRecording { from_secs: f64, to_secs: f64 },
+    /// Two samples of one time.
+    RepeatedTime { time_secs: f64 },
+    /// The header names no time unit, and the values do not look like seconds.
+    AssumedTimeUnit {
+        column: usize,
+        name: String,
+        unit: TimeUnit,
+    },
+    /// More than one column could be the time.
+    SeveralTimes { used: String, others: Vec<String> },
+    /// Columns that are neither time nor gauge nor reference.
+    IgnoredColumns { names: Vec<String> },
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::EmptyCell { column, name } => {
+                write!(f, "column {column} ({}) is empty; row skipped", shown(name))
+            }
+            Self::NotANumber {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) holds \"{}\", which is not a number; row skipped",
+                shown(name),
+                shown(value)
+            ),
+            Self::NotFinite {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) holds {}, which is not a finite number; row skipped",
+                shown(name),
+                shown(value)
+            ),
+            Self::TooFewCells { expected, actual } => write!(
+                f,
+                "{actual} cells where the header names {expected}; row skipped"
+            ),
+            Self::TooManyCells { expected, actual } => write!(
+                f,
+                "{actual} cells where the header names {expected}; the extra ones are ignored"
+            ),
+            Self::DecimalComma {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) holds {}; its comma is read as a decimal point",
+                shown(name),
+                shown(value)
+            ),
+            Self::ConstantGauge {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} (gauge {}) is {value} in every row; is it connected?",
+                shown(name)
+            ),
+            Self::NewRecording { from_secs, to_secs } => write!(
+                f,
+                "time goes from {from_secs} s to {to_secs} s, so a new recording starts"
+            ),
+            Self::RepeatedTime { time_secs } => {
+                write!(f, "time {time_secs} s is that of the row before")
+            }
+            Self::AssumedTimeUnit { column, name, unit } => write!(
+                f,
+                "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit in the header, e.g. t_{unit}",
+                shown(name),
+                unit = unit.symbol(),
+            ),
+            Self::SeveralTimes { used, others } => write!(
+                f,
+                "several columns could be the time: {} is used, ignored: {}",
+                shown(used),
+                listed(others)
+            ),
+            Self::IgnoredColumns { names } => write!(f, "ignored columns: {}", listed(names)),
+        }
+    }
+}
+
+impl fmt::Display for LoadWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}:{}: {}",
+            self.path.display(),
+            self.first_line,
+            self.finding
+        )?;
+        if self.count > 1 {
+            write!(
+                f,
+                " ({} times, last on line {})",
+                self.count, self.last_line
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Findings of one stretch of a file, one per kind.
+#[derive(Debug, Default)]
+pub(super) struct Findings(Vec<Collected>);
+
+#[derive(Debug)]
+struct Collected {
+    first_line: u64,
+    last_line: u64,
+    count: u64,
+    finding: Finding,
+}
+
+impl Findings {
+    /// Notes a finding; its kind's first one is kept, later ones only count.
+    pub(super) fn note(&mut self, line: u64, finding: Finding) {
+        self.note_many(line, line, 1, finding);
+    }
+
+    /// Notes `count` findings of one kind at once.
+    pub(super) fn note_many(&mut self, first: u64, last: u64, count: u64, finding: Finding) {
+        self.add(Collected {
+            first_line: first,
+            last_line: last,
+            count,
+            finding,
+        });
+    }
+
+    /// Appends what was found in a later stretch whose line 1 is line `lines_before + 1` here.
+    pub(super) fn append(&mut self, later: Self, lines_before: u64) {
+        for mut collected in later.0 {
+            collected.first_line += lines_before;
+            collected.last_line += lines_before;
+            self.add(collected);
+        }
+    }
+
+    fn add(&mut self, new: Collected) {
+        let kind = discriminant(&new.finding);
+        let same = |old: &&mut Collected| discriminant(&old.finding) == kind;
+        // Constant gauges differ in their columns: each is worth its own warning.
+        let is_single = matches!(new.finding, Finding::ConstantGauge { .. });
+        match self.0.iter_mut().find(same) {
+            Some(old) if !is_single => {
+                old.count += new.count;
+                old.last_line = new.last_line;
+            }
+            _ => self.0.push(new),
+        }
+    }
+
+    /// How many rows are skipped for having too few cells.
+    pub(super) fn short_rows(&self) -> u64 {
+        let is_short = |c: &&Collected| matches!(c.finding, Finding::TooFewCells { .. });
+        self.0.iter().find(is_short).map_or(0, |c| c.count)
+    }
+
+    /// The warnings about the file at `path`, in the order of their first lines.
+    pub(super) fn into_warnings(mut self, path: &Path) -> Vec<LoadWarning> {
+        self.0.sort_by_key(|collected| collected.first_line);
+        self.0
+            .into_iter()
+            .map(|collected| LoadWarning {
+                path: path.to_owned(),
+                first_line: collected.first_line,
+                last_line: collected.last_line,
+                count: collected.count,
+                finding: collected.finding,
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_kind_is_one_warning_across_stretches() {
+        let empty = |column| Finding::EmptyCell {
+            column,
+            name: "S1".into(),
+        };
+        let mut findings = Findings::default();
+        findings.note(3, empty(2));
+        let mut later = Findings::default();
+        later.note(4, empty(5));
+        later.note(6, empty(2));
+        findings.append(later, 100);
+        let warnings = findings.into_warnings(Path::new("a.csv"));
+        assert_eq!(warnings.len(), 1);
+        assert_eq!((warnings[0].count, warnings[0].last_line), (3, 106));
+        let message = warnings[0].to_string();
+        assert!(message.starts_with("a.csv:3: column 2 (S1) is empty"));
+        assert!(message.ends_with("(3 times, last on line 106)"));
+    }
+}
