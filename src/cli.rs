@@ -82,7 +82,12 @@ pub struct FitArgs {
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     f_th: Option<f64>,
     /// How old the past sample may be, in seconds.
-    #[arg(long, value_name = "SECONDS", default_value_t = 15.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 15.0,
+        allow_negative_numbers = true
+    )]
     t_th: f64,
     /// What F_th is measured in; without a force axis it is full-scale.
     #[arg(long, value_enum, default_value = "force")]
@@ -281,9 +286,7 @@ fn run_fit(args: &FitArgs) -> Result<(), JobError> {
     .effective(&recordings.layout().axes);
     let settings = FitSettings {
         thresholds: Thresholds {
-            f_th: args
-                .f_th
-                .unwrap_or(Thresholds::default_for(distance).f_th),
+            f_th: args.f_th.unwrap_or(Thresholds::default_for(distance).f_th),
             t_th_secs: args.t_th,
         },
         distance,
@@ -392,13 +395,19 @@ fn print_fit(analysis: &Analysis, out: &mut impl Write) -> io::Result<()> {
     let tables = [
         ("train", scores_of(quality, |scores| &scores.train_rmse)),
         ("test", scores_of(quality, |scores| &scores.test_rmse)),
-        ("leave-one-out", scores_of(quality, |scores| &scores.cv_rmse)),
+        (
+            "leave-one-out",
+            scores_of(quality, |scores| &scores.cv_rmse),
+        ),
     ];
     for (name, scores) in tables {
         let Some((conventional, compensated)) = scores else {
             continue;
         };
-        writeln!(out, "\nRMSE, {name:<14}      Conv.         Comp.     change")?;
+        writeln!(
+            out,
+            "\nRMSE, {name:<14}      Conv.         Comp.     change"
+        )?;
         for (at, axis) in calibration.axes.iter().enumerate() {
             let (before, after) = (conventional[at], compensated[at]);
             let change = percent_change(before, after)

@@ -183,7 +183,10 @@ impl AppState {
     }
 
     fn split(&mut self, fraction: f64) -> Vec<Effect> {
-        let whole = self.unsplit.take().unwrap_or_else(|| Arc::clone(&self.recordings));
+        let whole = self
+            .unsplit
+            .take()
+            .unwrap_or_else(|| Arc::clone(&self.recordings));
         let cut = whole.split(fraction);
         if !cut.entries().iter().any(|entry| entry.role == Role::Test) {
             self.tell(Notice::new(
@@ -244,7 +247,8 @@ impl AppState {
             self.unsplit = None;
             self.view = View::One(before);
             let axes = &self.recordings.layout().axes;
-            if !axes.is_empty() && self.settings.distance.effective(axes) != self.settings.distance {
+            if !axes.is_empty() && self.settings.distance.effective(axes) != self.settings.distance
+            {
                 self.settings.distance = Distance::FullScale;
                 self.settings.thresholds = Thresholds::default_for(Distance::FullScale);
             }

@@ -78,14 +78,11 @@ impl NormalEquations {
         let stride = self.stride();
         assert_eq!(rows.len() % stride, 0, "rows must be whole");
         self.n_samples += (rows.len() / stride) as u64;
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for block in rows.chunks(BLOCK_ROWS * stride) {
-                    add_block(&mut self.gram, block, stride);
-                }
-            },
-        );
+        pulp::Arch::new().dispatch(AddRows {
+            gram: &mut self.gram,
+            rows,
+            stride,
+        });
     }
 
     /// Adds the sums of other samples.
@@ -172,6 +169,24 @@ impl NormalEquations {
     }
 }
 
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct AddRows<'a> {
+    gram: &'a mut [f64],
+    rows: &'a [f64],
+    stride: usize,
+}
+
+impl pulp::WithSimd for AddRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for block in self.rows.chunks(BLOCK_ROWS * self.stride) {
+            add_block(self.gram, block, self.stride);
+        }
+    }
+}
+
 /// Adds the products of one block's columns, a tile of `TILE × LANES` at a time.
 #[inline(always)]
 fn add_block(gram: &mut [f64], block: &[f64], stride: usize) {
@@ -182,9 +197,9 @@ fn add_block(gram: &mut [f64], block: &[f64], stride: usize) {
             for row in block.chunks_exact(stride) {
                 let left: &[f64; TILE] = row[first_row..][..TILE].try_into().expect("a tile");
                 let right: &[f64; LANES] = row[first_column..][..LANES].try_into().expect("lanes");
-                for (sums, left) in tile.iter_mut().zip(left) {
-                    for (sum, right) in sums.iter_mut().zip(right) {
-                        *sum = left.mul_add(*right, *sum);
+                for i in 0..TILE {
+                    for lane in 0..LANES {
+                        tile[i][lane] = left[i].mul_add(right[lane], tile[i][lane]);
                     }
                 }
             }

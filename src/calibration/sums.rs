@@ -114,22 +114,16 @@ pub fn recording_sums(
             for start in piece.samples.clone().step_by(BLOCK) {
                 let samples = start..(start + BLOCK).min(piece.samples.end);
                 let rows = &mut rows[..samples.len() * stride];
-                pulp::Arch::new().dispatch(
-                    #[inline(always)]
-                    || {
-                        for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
-                            let past = columns.with_past.then(|| past[k] as usize);
-                            fill_features(recording, scale, columns, k, past, row);
-                            let targets = &mut row[columns.count()..][..n_axes];
-                            let loads = &recording.loads()[k * n_axes..][..n_axes];
-                            let known = &conventional[k * n_axes..][..n_axes];
-                            for ((target, load), known) in targets.iter_mut().zip(loads).zip(known)
-                            {
-                                *target = load - known;
-                            }
-                        }
-                    },
-                );
+                for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
+                    let past = columns.with_past.then(|| past[k] as usize);
+                    fill_features(recording, scale, columns, k, past, row);
+                    let targets = &mut row[columns.count()..][..n_axes];
+                    let loads = &recording.loads()[k * n_axes..][..n_axes];
+                    let known = &conventional[k * n_axes..][..n_axes];
+                    for ((target, load), known) in targets.iter_mut().zip(loads).zip(known) {
+                        *target = load - known;
+                    }
+                }
                 sums.add_rows(rows);
             }
             sums
@@ -140,7 +134,7 @@ pub fn recording_sums(
 /// Rows that are filled before they are multiplied.
 const BLOCK: usize = 128;
 
-#[inline(always)]
+#[inline]
 fn fill_features(
     recording: &Recording,
     scale: &GaugeScale,

@@ -174,7 +174,7 @@ struct Path<const D: usize> {
     n: usize,
     /// `groups[g][dimension][lane]`; the last group repeats the last sample.
     groups: Vec<[Lanes; D]>,
-    /// `levels[0]` holds boxes over `FAN_OUT` whole groups, each next level over `FAN_OUT` boxes of the one below.
+    /// `levels[0]` holds a box for each group, each next level one for every `FAN_OUT` boxes of the one below.
     levels: Vec<Vec<Bounds<D>>>,
 }
 
@@ -193,17 +193,11 @@ impl<const D: usize> Path<D> {
                 })
             })
             .collect();
-        let mut levels: Vec<Vec<Bounds<D>>> = Vec::new();
-        let mut level: Vec<_> = groups
-            .chunks_exact(FAN_OUT)
-            .map(|groups| Bounds::of_groups(groups))
-            .collect();
-        while !level.is_empty() {
-            let next = level
-                .chunks_exact(FAN_OUT)
-                .map(|boxes| Bounds::of_boxes(boxes))
-                .collect();
-            levels.push(std::mem::replace(&mut level, next));
+        let mut levels = vec![groups.iter().map(Bounds::of_group).collect::<Vec<_>>()];
+        while let Some(below) = levels.last()
+            && below.len() >= FAN_OUT
+        {
+            levels.push(below.chunks_exact(FAN_OUT).map(Bounds::of_boxes).collect());
         }
         Self { n, groups, levels }
     }
@@ -211,11 +205,12 @@ impl<const D: usize> Path<D> {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
         assert_eq!(times.len(), self.n, "one time per sample");
         let mut past = vec![0; self.n];
-        // The closure is compiled anew for each instruction set and picked when the program runs.
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.search(times, thresholds, &mut past),
-        );
+        pulp::Arch::new().dispatch(Search {
+            path: self,
+            times,
+            thresholds,
+            past: &mut past,
+        });
         past
     }
 
@@ -223,49 +218,79 @@ impl<const D: usize> Path<D> {
     fn search(&self, times: &[f64], thresholds: Thresholds, past: &mut [u32]) {
         let least = thresholds.f_th * thresholds.f_th;
         let mut oldest = 0;
-        for (k, past) in past.iter_mut().enumerate() {
-            // `while`, not a subtraction from t_k: the rule compares t_k − t_j as rounded.
-            while oldest < k && times[k] - times[oldest] > thresholds.t_th_secs {
-                oldest += 1;
+        // `while`, not a subtraction from t_k: the rule compares t_k − t_j as rounded.
+        let advance = |oldest: &mut usize, k: usize| {
+            while *oldest < k && times[k] - times[*oldest] > thresholds.t_th_secs {
+                *oldest += 1;
             }
-            *past = self.find(k, oldest, least).unwrap_or(k) as u32;
+        };
+        for (group, past) in past.chunks_mut(LANES).enumerate() {
+            let first = group * LANES;
+            // Neighbours in time are near each other, so most boxes can be skipped for all of a group at once.
+            let around = self.levels[0][group];
+            let own_is_near = around.farthest_of(&around) < least;
+            let mut end = group;
+            advance(&mut oldest, first);
+            while own_is_near
+                && end > oldest / LANES
+                && let Some(skipped) = self.skip(end, 1, least, |b| b.farthest_of(&around))
+            {
+                end -= skipped;
+            }
+            for (lane, past) in past.iter_mut().enumerate() {
+                let k = first + lane;
+                advance(&mut oldest, k);
+                let point = self.point(k);
+                let own = match own_is_near {
+                    true => 0,
+                    false => far_lanes(&self.groups[group], &point, least) & ((2 << lane) - 1),
+                };
+                let found = if own != 0 {
+                    Some(first + own.ilog2() as usize)
+                } else {
+                    self.find(&point, end, oldest / LANES, least)
+                };
+                *past = found.filter(|j| *j >= oldest).unwrap_or(k) as u32;
+            }
         }
     }
 
-    /// The last sample in `oldest..=k` whose squared distance to sample `k` is at least `least`.
     #[inline(always)]
-    fn find(&self, k: usize, oldest: usize, least: f64) -> Option<usize> {
-        let own = &self.groups[k / LANES];
-        let point: [f64; D] = std::array::from_fn(|dimension| own[dimension][k % LANES]);
-        // One past the next group to look at; lanes after k do not count.
-        let mut end = k / LANES + 1;
-        let mut counted = (2_u32 << (k % LANES)) - 1;
-        let first_group = oldest / LANES;
-        while end > first_group {
-            if counted == u32::from(u8::MAX)
-                && let Some(skipped) = self.skip(end, &point, least)
-            {
-                end -= skipped.min(end);
+    fn point(&self, k: usize) -> [f64; D] {
+        let group = &self.groups[k / LANES];
+        std::array::from_fn(|dimension| group[dimension][k % LANES])
+    }
+
+    /// The last sample in the groups `first..end` whose squared distance to `point` is at least `least`.
+    #[inline(always)]
+    fn find(&self, point: &[f64; D], mut end: usize, first: usize, least: f64) -> Option<usize> {
+        while end > first {
+            if let Some(skipped) = self.skip(end, FAN_OUT, least, |b| b.farthest(point)) {
+                end -= skipped;
                 continue;
             }
-            let hits = far_lanes(&self.groups[end - 1], &point, least) & counted;
-            counted = u32::from(u8::MAX);
-            if hits != 0 {
-                let j = (end - 1) * LANES + hits.ilog2() as usize;
-                return (j >= oldest).then_some(j);
-            }
             end -= 1;
+            let hits = far_lanes(&self.groups[end], point, least);
+            if hits != 0 {
+                return Some(end * LANES + hits.ilog2() as usize);
+            }
         }
         None
     }
 
-    /// How many groups before `end` hold no answer, judged by the largest box that ends there.
+    /// How many groups before `end` hold no answer, judged by the largest box that ends there and spans at least
+    /// `size` groups; `None` if even that one may hold one.
     #[inline(always)]
-    fn skip(&self, end: usize, point: &[f64; D], least: f64) -> Option<usize> {
-        let mut size = FAN_OUT;
+    fn skip(
+        &self,
+        end: usize,
+        mut size: usize,
+        least: f64,
+        farthest: impl Fn(&Bounds<D>) -> f64,
+    ) -> Option<usize> {
         let mut skipped = None;
-        for level in &self.levels {
-            if !end.is_multiple_of(size) || level[end / size - 1].farthest(point) >= least {
+        for level in &self.levels[size.ilog(FAN_OUT) as usize..] {
+            if !end.is_multiple_of(size) || farthest(&level[end / size - 1]) >= least {
                 break;
             }
             skipped = Some(size);
@@ -275,15 +300,27 @@ impl<const D: usize> Path<D> {
     }
 }
 
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct Search<'a, const D: usize> {
+    path: &'a Path<D>,
+    times: &'a [f64],
+    thresholds: Thresholds,
+    past: &'a mut [u32],
+}
+
+impl<const D: usize> pulp::WithSimd for Search<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.path.search(self.times, self.thresholds, self.past);
+    }
+}
+
 impl<const D: usize> Bounds<D> {
-    fn of_groups(groups: &[[Lanes; D]]) -> Self {
+    fn of_group(group: &[Lanes; D]) -> Self {
         let fold = |start: f64, pick: fn(f64, f64) -> f64| {
-            std::array::from_fn(|dimension| {
-                groups
-                    .iter()
-                    .flat_map(|group| group[dimension])
-                    .fold(start, pick)
-            })
+            std::array::from_fn(|dimension| group[dimension].into_iter().fold(start, pick))
         };
         Self {
             low: fold(f64::INFINITY, f64::min),
@@ -307,6 +344,21 @@ impl<const D: usize> Bounds<D> {
         for dimension in 0..D {
             let below = point[dimension] - self.low[dimension];
             let above = self.high[dimension] - point[dimension];
+            let reach = if below > above { below } else { above };
+            sum += reach * reach;
+        }
+        sum
+    }
+}
+
+impl<const D: usize> Bounds<D> {
+    /// Squared distance between the farthest corners of two boxes; no sample of one is farther from one of the other.
+    #[inline(always)]
+    fn farthest_of(&self, other: &Self) -> f64 {
+        let mut sum = 0.0;
+        for dimension in 0..D {
+            let below = other.high[dimension] - self.low[dimension];
+            let above = self.high[dimension] - other.low[dimension];
             let reach = if below > above { below } else { above };
             sum += reach * reach;
         }

@@ -1,10 +1,14 @@
 //! What was measured: recordings, the roles they play, and where they come from.
 //!
-//! Everything in here is SI ([s], [N], [N·m]); units are converted where files are read or written.
+//! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
 mod axis;
 pub mod delimited;
 pub mod kinetics;
+#[expect(
+    clippy::module_inception,
+    reason = "the room's main thing has the room's name"
+)]
 mod recording;
 pub mod set;
 pub mod simulated;

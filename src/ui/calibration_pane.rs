@@ -32,17 +32,22 @@ pub fn calibration_pane(
         return;
     };
     let calibration = &analysis.calibration;
-    egui::ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
-        for (trace, map) in [
-            (Trace::Compensated, &calibration.compensated),
-            (Trace::Conventional, &calibration.conventional),
-        ] {
-            ui.label(RichText::new(format!("{} = matrix × features", trace.label())).color(trace.color(ui.visuals())))
+    egui::ScrollArea::both()
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            for (trace, map) in [
+                (Trace::Compensated, &calibration.compensated),
+                (Trace::Conventional, &calibration.conventional),
+            ] {
+                ui.label(
+                    RichText::new(format!("{} = matrix × features", trace.label()))
+                        .color(trace.color(ui.visuals())),
+                )
                 .on_hover_text(trace.explanation());
-            matrix(ui, trace.label(), map, &calibration.axes);
-            ui.add_space(6.0);
-        }
-    });
+                matrix(ui, trace.label(), map, &calibration.axes);
+                ui.add_space(6.0);
+            }
+        });
 }
 
 fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {

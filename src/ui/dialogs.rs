@@ -46,7 +46,10 @@ impl Dialogs for NativeDialogs {
         asked(reply, || {
             let dialog = rfd::AsyncFileDialog::new()
                 .set_title("Open recordings or a calibration")
-                .add_filter("Recordings and calibrations", &["csv", "txt", "tsv", "dat", "json"])
+                .add_filter(
+                    "Recordings and calibrations",
+                    &["csv", "txt", "tsv", "dat", "json"],
+                )
                 .add_filter("All files", &["*"]);
             let files = pollster::block_on(dialog.pick_files())?;
             let paths = files.iter().map(|file| file.path().to_owned()).collect();

@@ -28,7 +28,9 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
     let calibration = &analysis.calibration;
     let quality = &calibration.quality;
     let sets: [(&str, &str, Pick); 3] = [
-        ("Train", "On the training recordings themselves", |s| &s.train_rmse),
+        ("Train", "On the training recordings themselves", |s| {
+            &s.train_rmse
+        }),
         ("Test", "On the test recordings", |s| &s.test_rmse),
         (
             "Leave-one-out",
@@ -37,38 +39,40 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
             |s| &s.cv_rmse,
         ),
     ];
-    egui::ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
-        egui::Grid::new("errors")
-            .striped(true)
-            .min_col_width(46.0)
-            .spacing([10.0, 3.0])
-            .show(ui, |ui| {
-                ui.label("");
-                for (title, explanation, _) in sets {
-                    ui.strong(title).on_hover_text(explanation);
+    egui::ScrollArea::both()
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            egui::Grid::new("errors")
+                .striped(true)
+                .min_col_width(46.0)
+                .spacing([10.0, 3.0])
+                .show(ui, |ui| {
                     ui.label("");
-                    ui.label("");
-                }
-                ui.end_row();
-                ui.label("");
-                for _ in sets {
-                    for trace in [Trace::Conventional, Trace::Compensated] {
-                        let color = trace.color(ui.visuals());
-                        ui.label(RichText::new(trace.label()).color(color))
-                            .on_hover_text(trace.explanation());
-                    }
-                    ui.label("change");
-                }
-                ui.end_row();
-                for (at, axis) in calibration.axes.iter().enumerate() {
-                    ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
-                    for (_, _, pick) in sets {
-                        cells(ui, quality, pick, at);
+                    for (title, explanation, _) in sets {
+                        ui.strong(title).on_hover_text(explanation);
+                        ui.label("");
+                        ui.label("");
                     }
                     ui.end_row();
-                }
-            });
-    });
+                    ui.label("");
+                    for _ in sets {
+                        for trace in [Trace::Conventional, Trace::Compensated] {
+                            let color = trace.color(ui.visuals());
+                            ui.label(RichText::new(trace.label()).color(color))
+                                .on_hover_text(trace.explanation());
+                        }
+                        ui.label("change");
+                    }
+                    ui.end_row();
+                    for (at, axis) in calibration.axes.iter().enumerate() {
+                        ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                        for (_, _, pick) in sets {
+                            cells(ui, quality, pick, at);
+                        }
+                        ui.end_row();
+                    }
+                });
+        });
 }
 
 fn cells(ui: &mut egui::Ui, quality: &Quality, pick: Pick, at: usize) {

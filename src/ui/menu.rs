@@ -10,7 +10,10 @@ const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::
 
 /// Draws the menus and listens to their shortcuts.
 pub fn menu_bar(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
-    for (shortcut, command) in [(OPEN, Command::ChooseFiles), (EXPORT, Command::ChooseExport)] {
+    for (shortcut, command) in [
+        (OPEN, Command::ChooseFiles),
+        (EXPORT, Command::ChooseExport),
+    ] {
         if ui.input_mut(|input| input.consume_shortcut(&shortcut)) {
             out.push(command);
         }

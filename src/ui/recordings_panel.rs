@@ -60,7 +60,8 @@ fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
             .hint_text("path of a recording or calibration")
             .desired_width((ui.available_width() - buttons).max(60.0));
         let response = ui.add(field).labelled_by(label.id);
-        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let entered =
+            response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         let pressed = ui.button("Load").clicked();
         let path = fields.open.trim();
         if (entered || pressed) && !path.is_empty() {
@@ -149,13 +150,18 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                     let rate = rate_text(entry, state.settings.decimation);
                     ui.label(rate);
                 });
-                let rmse = result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
+                let rmse =
+                    result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
                 for at in 0..2 {
                     let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
                     row.col(|ui| rmse_label(ui, group, axes, rmse, result));
                 }
                 row.col(|ui| {
-                    if ui.small_button("×").on_hover_text("Close this recording").clicked() {
+                    if ui
+                        .small_button("×")
+                        .on_hover_text("Close this recording")
+                        .clicked()
+                    {
                         out.push(Command::RemoveRecording(at));
                     }
                 });
@@ -226,7 +232,10 @@ fn name_button(
 /// The rate with every `step`-th sample used.
 fn rate_text(entry: &Entry, step: usize) -> String {
     let rate = entry.recording.rate_hz();
-    rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
+    rate.map_or_else(
+        || "–".to_owned(),
+        |rate| significant(rate / step.max(1) as f64, 3),
+    )
 }
 
 fn rmse_label(

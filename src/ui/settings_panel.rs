@@ -46,7 +46,11 @@ fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
         let label = match distance {
             Distance::Force => format!("Reset to {} N, {} s", default.f_th, default.t_th_secs),
             Distance::FullScale => {
-                format!("Reset to {} %, {} s", 100.0 * default.f_th, default.t_th_secs)
+                format!(
+                    "Reset to {} %, {} s",
+                    100.0 * default.f_th,
+                    default.t_th_secs
+                )
             }
         };
         if ui.button(label).clicked() {
@@ -66,7 +70,11 @@ fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
     let thresholds = &mut settings.thresholds;
     for value in [&mut thresholds.f_th, &mut thresholds.t_th_secs] {
         // Typed values may exceed the slider, but neither be negative nor no number.
-        *value = if value.is_finite() { value.max(0.0) } else { 0.0 };
+        *value = if value.is_finite() {
+            value.max(0.0)
+        } else {
+            0.0
+        };
     }
     if axes.iter().any(|axis| axis.is_force()) {
         ui.horizontal(|ui| {
@@ -146,7 +154,9 @@ fn t_range(state: &AppState) -> f64 {
 fn rounded_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
-    let found = steps.into_iter().find(|step| step * power >= value * (1.0 - 1e-9));
+    let found = steps
+        .into_iter()
+        .find(|step| step * power >= value * (1.0 - 1e-9));
     found.unwrap_or(10.0) * power
 }
 
@@ -163,7 +173,9 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
             ("B", 10, "Pattern B of the paper: every tenth sample"),
         ] {
             let selected = settings.decimation == step;
-            let button = ui.selectable_label(selected, name).on_hover_text(explanation);
+            let button = ui
+                .selectable_label(selected, name)
+                .on_hover_text(explanation);
             if button.clicked() {
                 settings.decimation = step;
             }
@@ -179,7 +191,12 @@ fn full_scales(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) 
     ui.collapsing("Full scale", |ui| {
         ui.label("Per axis; where nothing is entered, half the peak-to-peak training reference.");
         egui::Grid::new("full scale").num_columns(3).show(ui, |ui| {
-            for (at, (axis, current)) in calibration.axes.iter().zip(&calibration.full_scale).enumerate() {
+            for (at, (axis, current)) in calibration
+                .axes
+                .iter()
+                .zip(&calibration.full_scale)
+                .enumerate()
+            {
                 let label = ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
                 let entered = settings.full_scale.get(at).copied().flatten();
                 let mut value = entered.unwrap_or(*current);
@@ -208,7 +225,13 @@ mod tests {
 
     #[test]
     fn ranges_end_at_a_round_number_not_below_the_data() {
-        for (value, expected) in [(22.1, 25.0), (20.0, 20.0), (0.13, 0.2), (9.1, 10.0), (60.0, 60.0)] {
+        for (value, expected) in [
+            (22.1, 25.0),
+            (20.0, 20.0),
+            (0.13, 0.2),
+            (9.1, 10.0),
+            (60.0, 60.0),
+        ] {
             assert!((rounded_up(value) - expected).abs() < 1e-12, "{value}");
         }
     }

@@ -174,9 +174,10 @@ impl Shell {
                 self.reading.push(job);
             }
             Effect::Simulate => {
-                self.simulating = Some(Job::start("Simulating the built-in sensor", notify, |_| {
-                    simulated::recordings(simulated::DEFAULT_SEED)
-                }));
+                self.simulating =
+                    Some(Job::start("Simulating the built-in sensor", notify, |_| {
+                        simulated::recordings(simulated::DEFAULT_SEED)
+                    }));
             }
             Effect::AskForFiles => self.dialogs.open_files(Reply {
                 commands: self.post.clone(),
@@ -290,10 +291,7 @@ fn is_calibration(path: &Path) -> bool {
 }
 
 /// Reads files one after another; what was read before a cancel is kept.
-fn read_files(
-    paths: Vec<PathBuf>,
-    progress: &Progress,
-) -> Vec<(PathBuf, Result<Opened, String>)> {
+fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<(PathBuf, Result<Opened, String>)> {
     for path in &paths {
         // A file that cannot be asked for its size is reported when it is read.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));

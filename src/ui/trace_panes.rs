@@ -38,7 +38,10 @@ pub struct TracePanes {
 impl TracePanes {
     /// Forgets what was chosen for other recordings.
     fn follow(&mut self, traces: &TraceSet) {
-        let same = self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times));
+        let same = self
+            .on
+            .as_ref()
+            .is_some_and(|on| Arc::ptr_eq(on, &traces.times));
         if !same {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
@@ -67,9 +70,9 @@ pub fn trace_panes(
     let Some(analysis) = &state.analysis else {
         ui.centered_and_justified(|ui| match &state.problem {
             Some(problem) => ui.label(problem),
-            None if state.recordings.entries().is_empty() => {
-                ui.label("Open recordings to see them here: File > Open, or drop files on the window")
-            }
+            None if state.recordings.entries().is_empty() => ui.label(
+                "Open recordings to see them here: File > Open, or drop files on the window",
+            ),
             None => ui.label("Fitting…"),
         });
         return;
@@ -185,7 +188,10 @@ fn view_choice(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
         .show_ui(ui, |ui| {
             let views = (0..entries.len()).map(View::One);
             for view in std::iter::once(View::All).chain(views) {
-                if ui.selectable_label(state.view == view, name(view)).clicked() {
+                if ui
+                    .selectable_label(state.view == view, name(view))
+                    .clicked()
+                {
                     out.push(Command::SetView(view));
                 }
             }

@@ -65,7 +65,6 @@ fn read_in_blocks(
     block_bytes: usize,
 ) -> Result<Loaded, ReadError> {
     let mut blocks = Blocks::open(path, block_bytes)?;
-    progress.add_total(blocks.file_bytes());
     let (header, rows) = stream::read_rows(path, progress, &mut blocks)?;
     if rows.times.is_empty() {
         return Err(assemble::why_nothing_is_usable(path, &header, rows));

@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn standing_time_never_cuts() {
         let cuts = cuts(&[3.0; 4]);
-        assert_eq!(cuts.starts, []);
+        assert!(cuts.starts.is_empty());
         assert_eq!(cuts.repeats, Some((1, 3, 3)));
         assert_eq!(super::cuts(&[]), Cuts::default());
     }

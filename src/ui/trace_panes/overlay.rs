@@ -36,7 +36,12 @@ pub fn thresholds(
     if weight > 0.0 {
         let load = axis.conventional.value(k);
         let reach = traces.thresholds.f_th / weight;
-        let corners = [(oldest, -reach), (now, -reach), (now, reach), (oldest, reach)];
+        let corners = [
+            (oldest, -reach),
+            (now, -reach),
+            (now, reach),
+            (oldest, reach),
+        ];
         let corners: PlotPoints<'_> = corners
             .iter()
             .map(|(time, offset)| [*time, load + offset])
@@ -82,7 +87,10 @@ pub fn samples(
             .width(1.5)
             .allow_hover(false);
         plot.line(link);
-        for (end, shape) in ends.into_iter().zip([MarkerShape::Diamond, MarkerShape::Circle]) {
+        for (end, shape) in ends
+            .into_iter()
+            .zip([MarkerShape::Diamond, MarkerShape::Circle])
+        {
             let marker = Points::new("", PlotPoints::from(end))
                 .shape(shape)
                 .radius(4.5)
@@ -111,7 +119,11 @@ pub fn tooltip(
     .show(|ui| {
         let unit = axis.axis.unit();
         let name = traces.segment_of(k).map_or("", |segment| &segment.name);
-        ui.strong(format!("{} at {} s", axis.axis.symbol(), significant(traces.times[k], 6)));
+        ui.strong(format!(
+            "{} at {} s",
+            axis.axis.symbol(),
+            significant(traces.times[k], 6)
+        ));
         ui.weak(name);
         egui::Grid::new("values").num_columns(3).show(ui, |ui| {
             let rows = [

@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use egui_plot::{GridInput, GridMark, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span, VLine};
+use egui_plot::{
+    GridInput, GridMark, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span,
+    VLine,
+};
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::evaluation::Series;
@@ -56,12 +59,28 @@ pub fn cell(
     let time_axis = place.time_axis.unwrap_or(0.0);
     if axis.calculated.is_none() {
         let height = place.height + time_axis;
-        return pane(ui, traces, axis, Kind::Load, height, place.time_axis.is_some(), panes);
+        return pane(
+            ui,
+            traces,
+            axis,
+            Kind::Load,
+            height,
+            place.time_axis.is_some(),
+            panes,
+        );
     }
     let upper = place.height * TRACES_SHARE;
     let lower = place.height - upper + time_axis;
     let above = pane(ui, traces, axis, Kind::Load, upper, false, panes);
-    let below = pane(ui, traces, axis, Kind::Error, lower, place.time_axis.is_some(), panes);
+    let below = pane(
+        ui,
+        traces,
+        axis,
+        Kind::Error,
+        lower,
+        place.time_axis.is_some(),
+        panes,
+    );
     above.or(below)
 }
 
@@ -125,9 +144,9 @@ fn pane(
         }
         overlay::samples(plot, traces, axis, kind, hovered, &visuals);
     });
-    response.response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, title.clone())
-    });
+    response
+        .response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, title.clone()));
     follow_gestures(ui, &response, bounds, key, traces, panes);
     let sample = sample_under_pointer(&response, traces);
     if let Some(k) = sample {
@@ -140,7 +159,9 @@ fn pane(
 fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
     let least = input.base_step_size / GRID_BASE_POINTS * least_points;
     let power = 10_f64.powf(least.log10().floor());
-    let found = [1.0, 2.0, 5.0].into_iter().find(|step| step * power >= least);
+    let found = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|step| step * power >= least);
     let step_size = found.unwrap_or(10.0) * power;
     if !(step_size.is_finite() && step_size > 0.0) {
         return Vec::new();
@@ -165,9 +186,16 @@ fn title(axis: Axis, kind: Kind) -> String {
 /// All of the time axis, or the chosen stretch, with the samples in it and one to each side.
 fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
     let (first, last) = (*traces.times.first()?, *traces.times.last()?);
-    let margin = if last > first { 0.01 * (last - first) } else { 0.5 };
+    let margin = if last > first {
+        0.01 * (last - first)
+    } else {
+        0.5
+    };
     let time = chosen.unwrap_or((first - margin, last + margin));
-    let start = traces.times.partition_point(|t| *t < time.0).saturating_sub(1);
+    let start = traces
+        .times
+        .partition_point(|t| *t < time.0)
+        .saturating_sub(1);
     let end = traces.times.partition_point(|t| *t <= time.1) + 1;
     let end = end.min(traces.times.len());
     let samples = start.min(end)..end;

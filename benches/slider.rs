@@ -1,0 +1,82 @@
+//! One step of a slider on the built-in sensor: search, sums, solve, all scores, the traces on screen.
+//!
+//! And the search alone, at 20 Hz and at 1 kHz, from its best to its worst threshold.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use loopscope::analysis::{Analyst, Request, View};
+use loopscope::calibration::FitSettings;
+use loopscope::features::{LoadPath, Thresholds};
+use loopscope::progress::Progress;
+use loopscope::recording::simulated;
+
+fn slider_step(c: &mut Criterion) {
+    let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+    let mut group = c.benchmark_group("slider step, 243,000 samples");
+    for (name, view) in [
+        ("one recording on screen", View::One(80)),
+        ("all on screen", View::All),
+    ] {
+        for f_th in [0.0, 3.0, 20.0] {
+            let mut analyst = Analyst::default();
+            let mut request = Request {
+                recordings: Arc::clone(&recordings),
+                settings: FitSettings::default(),
+                view,
+                calibration: None,
+            };
+            let mut nudge = 0.0;
+            group.bench_function(format!("{name}, F_th {f_th} N"), |b| {
+                b.iter(|| {
+                    nudge += 1e-6;
+                    request.settings.thresholds.f_th =
+                        f_th + nudge * f64::from(u8::from(f_th > 0.0));
+                    analyst
+                        .analyse(&request, &Progress::default())
+                        .expect("the built-in sensor can be fitted")
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+/// A load that turns slowly, at `rate_hz`, as `n × 3` rows with their times.
+fn turning_load(n: usize, rate_hz: f64) -> (Vec<f64>, Vec<f64>) {
+    let times: Vec<f64> = (0..n).map(|k| k as f64 / rate_hz).collect();
+    let loads = times
+        .iter()
+        .flat_map(|t| {
+            let (a, b) = (0.31 * t, 0.23 * t);
+            [
+                11.0 * a.sin() * b.cos(),
+                11.0 * b.sin(),
+                11.0 * a.cos() * b.cos(),
+            ]
+        })
+        .collect();
+    (times, loads)
+}
+
+fn search(c: &mut Criterion) {
+    for (n, rate_hz) in [(243_000, 20.0), (95_000, 1000.0)] {
+        let (times, loads) = turning_load(n, rate_hz);
+        let path = LoadPath::new(&loads, &[1.0; 3]);
+        let mut group = c.benchmark_group(format!("search, {n} samples at {rate_hz} Hz, 15 s"));
+        for f_th in [0.0, 1.0, 3.0, 8.0, 15.0, 20.0, 21.0, 30.0] {
+            let thresholds = Thresholds {
+                f_th,
+                t_th_secs: 15.0,
+            };
+            group.bench_function(format!("F_th {f_th} N"), |b| {
+                b.iter(|| black_box(path.past_samples(&times, thresholds)));
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, slider_step, search);
+criterion_main!(benches);
