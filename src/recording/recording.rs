@@ -31,6 +31,7 @@ pub struct Recording {
     gauges: Vec<f64>,
     axes: Vec<Axis>,
     loads: Vec<f64>,
+    rate_hz: Option<f64>,
 }
 
 /// Why numbers do not make a recording.
@@ -118,6 +119,7 @@ impl Recording {
             });
         }
         Ok(Self {
+            rate_hz: rate_hz(&times),
             name,
             source,
             times,
@@ -161,17 +163,7 @@ impl Recording {
     /// One over the median time step [Hz]; `None` with one sample or where most steps are zero.
     #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
-        let mut steps: Vec<f64> = self
-            .times
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
-        if steps.is_empty() {
-            return None;
-        }
-        let middle = steps.len() / 2;
-        let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-        (*median > 0.0).then(|| 1.0 / *median)
+        self.rate_hz
     }
 
     /// The gauges' names in column order.
@@ -244,23 +236,35 @@ impl Recording {
     }
 
     fn picked(&self, samples: impl Iterator<Item = usize> + Clone, name: String) -> Self {
-        let rows = |values: &[f64], width: usize| {
+        let rows = |values: &[f64], width: usize| -> Vec<f64> {
             samples
                 .clone()
                 .flat_map(|k| &values[k * width..(k + 1) * width])
                 .copied()
                 .collect()
         };
+        let times = rows(&self.times, 1);
         Self {
             name,
             source: self.source.clone(),
-            times: rows(&self.times, 1),
+            rate_hz: rate_hz(&times),
+            times,
             gauge_names: self.gauge_names.clone(),
             gauges: rows(&self.gauges, self.n_gauges()),
             axes: self.axes.clone(),
             loads: rows(&self.loads, self.axes.len()),
         }
     }
+}
+
+fn rate_hz(times: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let middle = steps.len() / 2;
+    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    (*median > 0.0).then(|| 1.0 / *median)
 }
 
 #[cfg(test)]

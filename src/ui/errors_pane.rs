@@ -61,7 +61,7 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
                             ui.label(RichText::new(trace.label()).color(color))
                                 .on_hover_text(trace.explanation());
                         }
-                        ui.label("change");
+                        ui.label("change").on_hover_text("From Conv. to Comp.");
                     }
                     ui.end_row();
                     for (at, axis) in calibration.axes.iter().enumerate() {
@@ -80,10 +80,10 @@ fn cells(ui: &mut egui::Ui, quality: &Quality, pick: Pick, at: usize) {
     let (before, after) = (value(&quality.conventional), value(&quality.compensated));
     for value in [before, after] {
         let text = value.map_or_else(|| "–".to_owned(), |value| significant(value, 4));
-        ui.monospace(text);
+        ui.label(text);
     }
     let change = before
         .zip(after)
         .and_then(|(before, after)| percent_change(before, after));
-    ui.monospace(percent(change));
+    ui.label(percent(change));
 }

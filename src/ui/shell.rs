@@ -226,7 +226,7 @@ impl Shell {
         }
         egui::Panel::left("recordings")
             .resizable(true)
-            .default_size(400.0)
+            .default_size(420.0)
             .min_size(240.0)
             .show(ui, |ui| {
                 egui::Panel::bottom("settings")
@@ -246,10 +246,14 @@ impl Shell {
             .show(ui, |ui| {
                 egui::Panel::left("errors")
                     .resizable(true)
-                    .default_size(0.58 * ui.available_width())
+                    .default_size(0.68 * ui.available_width())
                     .frame(egui::Frame::NONE)
                     .show(ui, |ui| errors_pane::errors_pane(ui, state));
-                egui::CentralPanel::no_frame().show(ui, |ui| {
+                let beside = egui::Frame::NONE.inner_margin(egui::Margin {
+                    left: 8,
+                    ..Default::default()
+                });
+                egui::CentralPanel::no_frame().frame(beside).show(ui, |ui| {
                     calibration_pane::calibration_pane(ui, state, &mut self.fields, out);
                 });
             });

@@ -51,6 +51,8 @@ pub struct Loaded {
 /// the reference load if there is one. Other columns are not looked at. A pause or a step back in time starts a new
 /// recording.
 ///
+/// `progress` advances by bytes; whoever shows it adds the size of the file to its total.
+///
 /// **Units** those that the header names; without one newtons, newton metres, and what the times look like.
 ///
 /// # Errors
@@ -253,6 +255,7 @@ mod tests {
         assert!(whole.recordings.len() == 3 && whole.warnings.len() > 4);
         for block_bytes in [1, 7, 64, 1000] {
             let progress = Progress::default();
+            progress.add_total(std::fs::metadata(&file.path).unwrap().len());
             let blocks = read_in_blocks(&file.path, &progress, block_bytes).unwrap();
             assert_eq!(blocks, whole, "{block_bytes} bytes");
             assert_eq!(progress.fraction(), Some(1.0));

@@ -20,7 +20,7 @@ const MOST_SEPARATE_SEGMENTS: usize = 30;
 /// Room for the labels of the value axis, the same for all panes so that their times line up.
 const VALUE_AXIS_WIDTH: f32 = 52.0;
 /// Labels of the time axis are at least this far apart.
-const LEAST_TIME_STEP_POINTS: f64 = 55.0;
+const LEAST_TIME_STEP_POINTS: f64 = 82.0;
 /// Labels of a value axis are at least this far apart.
 const LEAST_VALUE_STEP_POINTS: f64 = 24.0;
 /// The plot hands its grid the width of this many points as `base_step_size`; set below so that both agree.
@@ -291,31 +291,27 @@ fn shade_without_past(
     let time_of = |k: usize| traces.times[k.min(traces.times.len() - 1)];
     let pixel = (visible.time.1 - visible.time.0) / buckets.max(1) as f64;
     let stretches = &traces.without_past;
-    let first = stretches.partition_point(|stretch| stretch.end <= visible.samples.start);
-    let mut open: Option<(f64, f64)> = None;
-    let mut shade = |(start, end): (f64, f64)| {
+    let last = stretches.partition_point(|stretch| stretch.start < visible.samples.end);
+    let mut at = stretches.partition_point(|stretch| stretch.end <= visible.samples.start);
+    while at < last {
+        let start = time_of(stretches[at].start);
+        let mut end = time_of(stretches[at].end);
+        at += 1;
+        // Stretches that no pixel lies between are one on screen; found by bisection, since there may be millions.
+        loop {
+            let near = at
+                + stretches[at..last]
+                    .partition_point(|stretch| time_of(stretch.start) - end < pixel);
+            if near == at {
+                break;
+            }
+            end = time_of(stretches[near - 1].end);
+            at = near;
+        }
         let span = Span::new("", start..=end)
             .fill(palette::without_past(visuals))
             .border_width(0.0);
         plot.span(span);
-    };
-    for stretch in &stretches[first..] {
-        if stretch.start >= visible.samples.end {
-            break;
-        }
-        let (start, end) = (time_of(stretch.start), time_of(stretch.end));
-        // Stretches that no pixel lies between are one on screen.
-        open = match open {
-            Some((from, to)) if start - to < pixel => Some((from, end)),
-            Some(done) => {
-                shade(done);
-                Some((start, end))
-            }
-            None => Some((start, end)),
-        };
-    }
-    if let Some(last) = open {
-        shade(last);
     }
 }
 

@@ -1,0 +1,115 @@
+//! One frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation, as
+//! the window does them, without a graphics card.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use loopscope::analysis::View;
+use loopscope::app::Command;
+use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, simulated};
+use loopscope::ui::{NativeDialogs, Shell};
+
+const SIZE: egui::Vec2 = egui::vec2(1600.0, 900.0);
+
+/// One recording of a sensor that nobody has, long enough to hurt.
+fn long_recording(n: usize) -> RecordingSet {
+    let wave = |k: usize, phase: usize| {
+        let t = k as f64 * 1e-3;
+        let noise = ((k * 7 + phase * 13) % 101) as f64 * 1e-3;
+        (t * (0.3 + 0.01 * phase as f64)).sin() + noise
+    };
+    let rows = || (0..n).flat_map(|k| (0..6).map(move |phase| wave(k, phase)));
+    let recording = Recording::new(
+        "long",
+        Source::Simulated,
+        (0..n).map(|k| k as f64 * 1e-3).collect(),
+        (1..=6).map(|gauge| format!("S{gauge}")).collect(),
+        rows().collect(),
+        Axis::ALL.to_vec(),
+        rows().map(|value| 10.0 * value).collect(),
+    )
+    .expect("the recording is whole");
+    let mut set = RecordingSet::default();
+    set.push(Entry::new(recording, Role::Train))
+        .expect("the set is empty");
+    set
+}
+
+struct Screen {
+    context: egui::Context,
+    shell: Shell,
+}
+
+impl Screen {
+    /// Opens the window on `set` and waits until everything is drawn.
+    fn showing(set: RecordingSet) -> Self {
+        let context = egui::Context::default();
+        let shell = Shell::new(&context, Vec::new(), Box::new(NativeDialogs));
+        let mut screen = Self { context, shell };
+        // The built-in sensor comes first; what is shown must come after it.
+        screen.settle();
+        screen.shell.send(Command::BuiltInReady(set));
+        screen.shell.send(Command::SetView(View::All));
+        screen.settle();
+        screen
+    }
+
+    fn settle(&mut self) {
+        self.frame(None);
+        while self.shell.is_busy() {
+            std::thread::sleep(Duration::from_millis(5));
+            self.frame(None);
+        }
+        self.frame(None);
+        assert!(
+            self.shell.state().analysis.is_some(),
+            "{:?}",
+            self.shell.state().problem
+        );
+    }
+
+    fn frame(&mut self, pointer: Option<egui::Pos2>) {
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, SIZE)),
+            events: pointer.map(egui::Event::PointerMoved).into_iter().collect(),
+            ..Default::default()
+        };
+        let mut output = self.context.run_ui(input, |ui| self.shell.frame(ui));
+        output.textures_delta.clear();
+        let shapes = std::mem::take(&mut output.shapes);
+        std::hint::black_box(self.context.tessellate(shapes, output.pixels_per_point));
+    }
+}
+
+type MakeSet = Arc<dyn Fn() -> RecordingSet>;
+
+fn frame(c: &mut Criterion) {
+    let mut group = c.benchmark_group("frame, six axes, all on screen");
+    group.sample_size(50);
+    let sensor = simulated::recordings(simulated::DEFAULT_SEED);
+    let sets: [(&str, MakeSet); 2] = [
+        ("243,000 samples", Arc::new(move || sensor.clone())),
+        (
+            "20,000,000 samples",
+            Arc::new(|| long_recording(20_000_000)),
+        ),
+    ];
+    for (name, set) in sets {
+        let mut screen = Screen::showing(set());
+        group.bench_function(format!("{name}, at rest"), |b| {
+            b.iter(|| screen.frame(None))
+        });
+        let mut x = 700.0;
+        group.bench_function(format!("{name}, pointer moving over a trace"), |b| {
+            b.iter(|| {
+                x = if x > 900.0 { 700.0 } else { x + 1.0 };
+                screen.frame(Some(egui::pos2(x, 150.0)));
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, frame);
+criterion_main!(benches);
