@@ -30,6 +30,8 @@ pub struct Shell {
     post: Sender<Command>,
     notify: Notify,
     analysis: Worker<Request, Result<Analysis, AnalysisError>>,
+    /// The recordings of the newest request, and the first request that was for them.
+    analysed: (Arc<RecordingSet>, u64),
     reading: Vec<Job<Vec<(PathBuf, Result<Opened, String>)>>>,
     simulating: Option<Job<RecordingSet>>,
     writing: Vec<Job<Command>>,
@@ -73,6 +75,7 @@ impl Shell {
                 let mut analyst = Analyst::default();
                 move |request: Request, progress: &Progress| analyst.analyse(&request, progress)
             }),
+            analysed: Default::default(),
             notify,
             reading: Vec::new(),
             simulating: None,
@@ -100,7 +103,7 @@ impl Shell {
             || !self.reading.is_empty()
             || !self.writing.is_empty()
             || self.simulating.is_some()
-            || self.analysis.running().is_some()
+            || !self.analysis.is_idle()
     }
 
     /// Asks for something as a panel would.
@@ -113,9 +116,7 @@ impl Shell {
         self.take_finished_work();
         self.take_dropped_files(ui);
         while let Some(command) = self.commands.pop_front() {
-            for effect in self.state.apply(command) {
-                self.carry_out(effect);
-            }
+            self.apply(command);
         }
         let mut wishes = Vec::new();
         self.draw(ui, &mut wishes);
@@ -128,9 +129,18 @@ impl Shell {
         }
     }
 
+    fn apply(&mut self, command: Command) {
+        for effect in self.state.apply(command) {
+            self.carry_out(effect);
+        }
+    }
+
     fn take_finished_work(&mut self) {
         self.commands.extend(self.inbox.try_iter());
         while let Some(answer) = self.analysis.answer() {
+            if answer.generation < self.analysed.1 && answer.result.is_ok() {
+                continue; // the recordings are others now
+            }
             let is_newest = answer.generation == self.analysis.newest();
             let outcome = match answer.result {
                 Ok(Ok(analysis)) => Ok(Arc::new(analysis)),
@@ -140,7 +150,8 @@ impl Shell {
                 Ok(Err(_)) => continue,
                 Err(panicked) => Err(panicked.to_string()),
             };
-            self.commands.push_back(Command::Analysed(outcome));
+            // Before any wish, which may change the recordings that it is about.
+            self.apply(Command::Analysed(outcome));
         }
         finish(&mut self.reading, &mut self.commands, Command::FilesOpened);
         finish(&mut self.writing, &mut self.commands, |command| command);
@@ -163,7 +174,11 @@ impl Shell {
         let notify = Arc::clone(&self.notify);
         match effect {
             Effect::Analyse(request) => {
-                self.analysis.request(request);
+                let recordings = Arc::clone(&request.recordings);
+                let generation = self.analysis.request(request);
+                if !Arc::ptr_eq(&recordings, &self.analysed.0) {
+                    self.analysed = (recordings, generation);
+                }
             }
             Effect::Read(paths) => {
                 let title = match &paths[..] {
@@ -196,6 +211,8 @@ impl Shell {
             }
             Effect::CancelWork => {
                 self.analysis.cancel();
+                // It cannot be stopped, but nobody waits for it any more.
+                self.simulating = None;
                 for job in &self.reading {
                     job.progress.cancel();
                 }
