@@ -228,8 +228,8 @@ impl Files {
                 let other = 0.1 * load[(at + 1) % 3];
                 write!(text, ",{}", load[at] + 0.2 * drag[at] + other + noise).unwrap();
             }
-            for at in 0..axes.len() {
-                write!(text, ",{}", load[at]).unwrap();
+            for value in &load[..axes.len()] {
+                write!(text, ",{value}").unwrap();
             }
         }
         self.write(name, &text)
@@ -722,4 +722,73 @@ fn a_recording_without_reference_alone_shows_nothing_of_the_built_in_sensor() {
     assert_eq!(names(&window), ["bare"]);
     assert!(state(&window).analysis.is_none());
     assert!(has(&window, "no recording is in the train role"));
+}
+
+#[test]
+fn an_answer_about_recordings_that_were_closed_meanwhile_is_dropped() {
+    let mut window = window(Vec::new());
+    window.get_by_role_and_label(Role::Button, "B").click();
+    window.step();
+    window.step();
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::CloseRecordings);
+    settle(&mut window);
+    assert!(state(&window).analysis.is_none());
+    assert!(state(&window).problem.is_some());
+}
+
+#[test]
+fn an_entered_full_scale_is_used_until_it_is_measured_again() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let measured = analysis(&window).calibration.full_scale.clone();
+    click(&mut window, Role::DisclosureTriangle, "Full scale");
+    window
+        .get_by_role_and_label(Role::SpinButton, "Fy [N]")
+        .click();
+    window.step();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text("12".to_owned()));
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    let entered = analysis(&window).calibration.full_scale.clone();
+    assert_eq!(entered, [measured[0], 12.0, measured[2]]);
+    let measure = window.query_all_by_role_and_label(Role::Button, "Measure");
+    let enabled: Vec<_> = measure
+        .filter(|button| !button.accesskit_node().is_disabled())
+        .collect();
+    assert_eq!(enabled.len(), 1);
+    enabled[0].click();
+    settle(&mut window);
+    assert_eq!(analysis(&window).calibration.full_scale, measured);
+}
+
+#[test]
+fn moments_alone_are_measured_over_full_scale() {
+    let files = Files::new();
+    let axes = [Axis::Mx, Axis::My];
+    let mut window = window(vec![files.recording("a.csv", 0.0, 400, &axes)]);
+    assert_eq!(panes(&window, "error [N·m]"), 2);
+    assert!(!has(&window, "F_th is measured over"));
+    slide(&mut window, "F_th", 40.0);
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.4);
+    click(&mut window, Role::Button, "Reset to 25 %, 15 s");
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.25);
+}
+
+#[test]
+fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.set_size(Vec2::new(800.0, 500.0));
+    for theme in ["Light", "Dark"] {
+        click(&mut window, Role::Button, "View");
+        click(&mut window, Role::RadioButton, theme);
+        window.check_accessibility();
+        assert_eq!(panes(&window, "Fx [N]"), 1);
+    }
+    for trace in ["Calc.", "Conv.", "Comp."] {
+        click(&mut window, Role::CheckBox, trace);
+    }
+    assert_eq!(panes(&window, "error [N]"), 3, "empty panes stay");
 }
