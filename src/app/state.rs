@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
-use crate::app::{Command, Effect, Level, Notice, Opened};
+use crate::app::{Command, Effect, Level, Notice, Opened, OpenedFile};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
 use crate::features::{Distance, Thresholds};
@@ -243,7 +243,7 @@ impl AppState {
         self.show_first_test()
     }
 
-    fn take_files(&mut self, files: Vec<(PathBuf, Result<Opened, String>)>) -> Vec<Effect> {
+    fn take_files(&mut self, files: Vec<OpenedFile>) -> Vec<Effect> {
         let mut loaded = Vec::new();
         let mut calibration = None;
         for (path, opened) in files {
@@ -255,7 +255,7 @@ impl AppState {
         }
         let mut changed = self.take_recordings(loaded);
         if let Some((path, calibration)) = calibration {
-            changed |= self.take_calibration(path, Arc::new(calibration));
+            changed |= self.take_calibration(path, calibration);
         }
         if changed { self.analyse() } else { Vec::new() }
     }
@@ -486,8 +486,8 @@ mod tests {
         analyse_now(state, effects)
     }
 
-    fn opened(calibration: &Calibration) -> Command {
-        let calibration = Opened::Calibration(calibration.clone());
+    fn opened(calibration: &Arc<Calibration>) -> Command {
+        let calibration = Opened::Calibration(Arc::clone(calibration));
         Command::FilesOpened(vec![("c.json".into(), Ok(calibration))])
     }
 
@@ -710,7 +710,7 @@ mod tests {
         let mut state = with_files();
         let mut calibration = Calibration::clone(&fitted(&mut state).calibration);
         calibration.gauges[0] = "G1".to_owned();
-        assert!(state.apply(opened(&calibration)).is_empty());
+        assert!(state.apply(opened(&Arc::new(calibration))).is_empty());
         last_notice(&state, Level::Error, "G1");
         assert!(state.applied.is_none());
     }
@@ -739,7 +739,7 @@ mod tests {
     #[test]
     fn an_applied_calibration_is_exported_unchanged() {
         let mut state = with_files();
-        let calibration = Calibration::clone(&fitted(&mut state).calibration);
+        let calibration = fitted(&mut state).calibration.clone();
         let effects = state.apply(opened(&calibration));
         analyse_now(&mut state, effects);
         let effects = state.apply(Command::SetRole(0, Role::Test));
@@ -749,7 +749,7 @@ mod tests {
         let [Effect::Write(written, _)] = &effects[..] else {
             panic!("not one Write: {effects:?}");
         };
-        assert_eq!(**written, calibration);
+        assert_eq!(*written, calibration);
     }
 
     #[test]

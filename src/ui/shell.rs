@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
 use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
-use crate::app::{AppState, Command, Effect, Level, Notice, Opened};
+use crate::app::{AppState, Command, Effect, Level, Notice, Opened, OpenedFile};
 use crate::export::{read_calibration, write_calibration};
 use crate::progress::Progress;
 use crate::recording::{RecordingSet, delimited, simulated};
@@ -32,7 +32,7 @@ pub struct Shell {
     analysis: Worker<Request, Result<Analysis, AnalysisError>>,
     /// The recordings of the newest request, and the first request that was for them.
     analysed: (Arc<RecordingSet>, u64),
-    reading: Vec<Job<Vec<(PathBuf, Result<Opened, String>)>>>,
+    reading: Vec<Job<Vec<OpenedFile>>>,
     simulating: Option<Job<RecordingSet>>,
     writing: Vec<Job<Command>>,
     dialogs: Box<dyn Dialogs>,
@@ -308,7 +308,7 @@ fn is_calibration(path: &Path) -> bool {
 }
 
 /// Reads files one after another; what was read before a cancel is kept.
-fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<(PathBuf, Result<Opened, String>)> {
+fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<OpenedFile> {
     for path in &paths {
         // A file that cannot be asked for its size is reported when it is read.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
@@ -317,7 +317,7 @@ fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<(PathBuf, Result<
     for path in paths {
         let opened = if is_calibration(&path) {
             read_calibration(&path)
-                .map(Opened::Calibration)
+                .map(|calibration| Opened::Calibration(Arc::new(calibration)))
                 .map_err(|error| error.to_string())
         } else {
             delimited::read(&path, progress)
