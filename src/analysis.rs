@@ -131,6 +131,9 @@ impl Analyst {
     }
 }
 
+/// RMSE per axis of one recording: conventional, compensated.
+type Errors = (Vec<f64>, Vec<f64>);
+
 /// All that does not depend on thresholds.
 #[derive(Debug)]
 struct Ground {
@@ -345,7 +348,7 @@ impl Ground {
         conventional: &Conventional,
         past: &[Vec<u32>],
         calibration: &mut Calibration,
-    ) -> Vec<Option<(Vec<f64>, Vec<f64>)>> {
+    ) -> Vec<Option<Errors>> {
         let n_axes = calibration.axes.len();
         let columns = Columns {
             n_gauges: calibration.gauges.len(),
@@ -444,7 +447,7 @@ impl Ground {
         &self,
         past: &[Vec<u32>],
         calibration: &mut Calibration,
-    ) -> Vec<Option<(Vec<f64>, Vec<f64>)>> {
+    ) -> Vec<Option<Errors>> {
         let n_axes = calibration.axes.len();
         let errors: Vec<_> = self
             .entries
@@ -461,7 +464,7 @@ impl Ground {
                 Some((rmse(&self.loads[at])?, rmse(&compensated)?))
             })
             .collect();
-        let pooled = |role: Role, pick: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| {
+        let pooled = |role: Role, pick: fn(&Errors) -> &Vec<f64>| {
             let mut squares = vec![0.0; n_axes];
             let mut n = 0;
             for (entry, errors) in self.entries.iter().zip(&errors) {
@@ -477,7 +480,7 @@ impl Ground {
             }
             (metrics::root_mean(&squares, n), n)
         };
-        let scores = |pick: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| Scores {
+        let scores = |pick: fn(&Errors) -> &Vec<f64>| Scores {
             train_rmse: pooled(Role::Train, pick).0,
             test_rmse: pooled(Role::Test, pick).0,
             cv_rmse: None,

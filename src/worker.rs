@@ -129,6 +129,13 @@ impl<Q: Send + 'static, A: Send + 'static> Worker<Q, A> {
         Some((running.progress.clone(), running.since.elapsed()))
     }
 
+    /// Whether nothing runs or waits; all answers that will come can then be fetched.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        let slot = self.shared.lock();
+        slot.waiting.is_none() && slot.running.is_none()
+    }
+
     /// Drops what waits and asks what runs to stop.
     pub fn cancel(&self) {
         let mut slot = self.shared.lock();
@@ -182,8 +189,10 @@ fn answer_requests<Q, A, H: FnMut(Q, &Progress) -> A>(
         if result.is_err() {
             handle = make();
         }
+        // In this order, so that whoever finds the worker idle also finds the answer.
+        let sent = answers.send(Answer { generation, result });
         shared.lock().running = None;
-        if answers.send(Answer { generation, result }).is_err() {
+        if sent.is_err() {
             return;
         }
         notify();
@@ -308,6 +317,7 @@ mod tests {
             }
         });
         worker.request(());
+        assert!(!worker.is_idle());
         while worker.running().is_none() {
             thread::sleep(Duration::from_millis(1));
         }

@@ -34,7 +34,7 @@ pub enum Command {
     /// Open recordings or a calibration.
     OpenFiles(Vec<PathBuf>),
     /// Background reading has ended.
-    FilesOpened(Vec<(PathBuf, Result<Opened, String>)>),
+    FilesOpened(Vec<OpenedFile>),
     /// Open the built-in simulated sensor instead of what is loaded.
     OpenBuiltIn,
     /// The built-in sensor is ready.
@@ -65,8 +65,11 @@ pub enum Opened {
     /// Recordings, with what was remarkable about reading them.
     Recordings(Loaded),
     /// A calibration.
-    Calibration(Calibration),
+    Calibration(Arc<Calibration>),
 }
+
+/// A file with what it held, or why it could not be read.
+pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
 /// What the window must do for the state.
 #[derive(Clone, Debug)]

@@ -7,6 +7,6 @@ mod command;
 mod notice;
 mod state;
 
-pub use command::{Command, Effect, Opened};
+pub use command::{Command, Effect, Opened, OpenedFile};
 pub use notice::{Level, Notice};
 pub use state::{AppState, Applied};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
-use crate::app::{Command, Effect, Level, Notice, Opened};
+use crate::app::{Command, Effect, Level, Notice, Opened, OpenedFile};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
 use crate::features::{Distance, Thresholds};
@@ -39,6 +39,8 @@ pub struct AppState {
     pub analysis: Option<Arc<Analysis>>,
     /// Why the newest analysis failed.
     pub problem: Option<String>,
+    /// Whether recordings were opened or closed since the built-in sensor was asked for.
+    pub overtook_built_in: bool,
     /// What there is to say.
     pub notices: Vec<Notice>,
 }
@@ -58,11 +60,12 @@ impl AppState {
                 }
             }),
             Command::RemoveRecording(at) => self.remove(at),
-            Command::CloseRecordings => self.replace_recordings(RecordingSet::default()),
+            Command::CloseRecordings => self.close_recordings(),
             Command::Split(fraction) => self.split(fraction),
             Command::Unsplit => match self.unsplit.take() {
                 Some(whole) => {
                     self.recordings = whole;
+                    self.forget_results();
                     self.show_first_test()
                 }
                 None => Vec::new(),
@@ -82,8 +85,11 @@ impl AppState {
             Command::OpenFiles(paths) if paths.is_empty() => Vec::new(),
             Command::OpenFiles(paths) => vec![Effect::Read(paths)],
             Command::FilesOpened(files) => self.take_files(files),
-            Command::OpenBuiltIn => vec![Effect::Simulate],
-            Command::BuiltInReady(set) => self.replace_recordings(set),
+            Command::OpenBuiltIn => {
+                self.overtook_built_in = false;
+                vec![Effect::Simulate]
+            }
+            Command::BuiltInReady(set) => self.take_built_in(set),
             Command::FitAgain => {
                 self.applied = None;
                 self.analyse()
@@ -154,22 +160,61 @@ impl AppState {
     }
 
     fn remove(&mut self, at: usize) -> Vec<Effect> {
-        if let View::One(shown) = self.view
-            && shown > at
-        {
-            self.view = View::One(shown - 1);
-        }
+        let n_left = self.recordings.entries().len().saturating_sub(1);
+        self.view = match self.view {
+            View::One(shown) if shown > at => View::One(shown - 1),
+            view => view.within(n_left),
+        };
         // What the cut was made of no longer fits together.
         self.unsplit = None;
+        match &mut self.analysis {
+            Some(_) if n_left == 0 => self.analysis = None,
+            // The results below move up with their recordings.
+            Some(analysis) if at < analysis.recordings.len() => {
+                Arc::make_mut(analysis).recordings.remove(at);
+            }
+            _ => {}
+        }
         self.change_recordings(|set| set.remove(at))
     }
 
-    fn replace_recordings(&mut self, set: RecordingSet) -> Vec<Effect> {
-        self.recordings = Arc::new(set);
-        self.unsplit = None;
+    fn close_recordings(&mut self) -> Vec<Effect> {
+        self.use_recordings(RecordingSet::default());
+        self.overtook_built_in = true;
         self.applied = None;
         self.analysis = None;
         self.show_first_test()
+    }
+
+    /// Puts the built-in sensor in place of what is loaded, unless something else was opened while it was made.
+    fn take_built_in(&mut self, set: RecordingSet) -> Vec<Effect> {
+        if self.overtook_built_in {
+            return Vec::new();
+        }
+        // A calibration that was opened meanwhile is there to be applied to it.
+        let applied = self.applied.take();
+        self.use_recordings(set);
+        self.analysis = None;
+        if let Some(Applied { path, calibration }) = applied {
+            self.take_calibration(path, calibration);
+        }
+        self.show_first_test()
+    }
+
+    /// Takes other recordings; what was chosen for the old ones' axes or made of them does not fit.
+    fn use_recordings(&mut self, set: RecordingSet) {
+        if set.layout().axes != self.recordings.layout().axes {
+            self.settings.full_scale.clear();
+        }
+        self.recordings = Arc::new(set);
+        self.unsplit = None;
+    }
+
+    /// The last analysis' results stand in the order of recordings that are no longer there.
+    fn forget_results(&mut self) {
+        if let Some(analysis) = &mut self.analysis {
+            Arc::make_mut(analysis).recordings.clear();
+        }
     }
 
     /// Puts a test recording on screen: the first in which every axis moves, else the first, else any.
@@ -183,10 +228,7 @@ impl AppState {
     }
 
     fn split(&mut self, fraction: f64) -> Vec<Effect> {
-        let whole = self
-            .unsplit
-            .take()
-            .unwrap_or_else(|| Arc::clone(&self.recordings));
+        let whole = Arc::clone(self.unsplit.as_ref().unwrap_or(&self.recordings));
         let cut = whole.split(fraction);
         if !cut.entries().iter().any(|entry| entry.role == Role::Test) {
             self.tell(Notice::new(
@@ -197,10 +239,11 @@ impl AppState {
         }
         self.unsplit = Some(whole);
         self.recordings = Arc::new(cut);
+        self.forget_results();
         self.show_first_test()
     }
 
-    fn take_files(&mut self, files: Vec<(PathBuf, Result<Opened, String>)>) -> Vec<Effect> {
+    fn take_files(&mut self, files: Vec<OpenedFile>) -> Vec<Effect> {
         let mut loaded = Vec::new();
         let mut calibration = None;
         for (path, opened) in files {
@@ -219,7 +262,8 @@ impl AppState {
 
     fn take_recordings(&mut self, loaded: Vec<Loaded>) -> bool {
         // The built-in sensor was there so that there was something to see; real recordings take its place.
-        let mut set = if self.recordings.is_simulated() {
+        let replaces = self.recordings.is_simulated();
+        let mut set = if replaces {
             RecordingSet::default()
         } else {
             RecordingSet::clone(&self.recordings)
@@ -243,9 +287,12 @@ impl AppState {
         let added = set.entries().len() > before;
         if added {
             // Keep an applied calibration: opening recordings to apply it to is what it is for.
-            self.recordings = Arc::new(set);
-            self.unsplit = None;
+            self.use_recordings(set);
+            self.overtook_built_in = true;
             self.view = View::One(before);
+            if replaces {
+                self.analysis = None;
+            }
             let axes = &self.recordings.layout().axes;
             if !axes.is_empty() && self.settings.distance.effective(axes) != self.settings.distance
             {
@@ -256,7 +303,7 @@ impl AppState {
         added
     }
 
-    fn take_calibration(&mut self, path: PathBuf, calibration: Calibration) -> bool {
+    fn take_calibration(&mut self, path: PathBuf, calibration: Arc<Calibration>) -> bool {
         let gauges = &self.recordings.layout().gauge_names;
         if !gauges.is_empty() && *gauges != calibration.gauges {
             self.tell(Notice::new(
@@ -270,7 +317,6 @@ impl AppState {
             ));
             return false;
         }
-        let calibration = Arc::new(calibration);
         self.applied = Some(Applied { path, calibration });
         true
     }
@@ -334,4 +380,480 @@ fn every_axis_moves(entry: &Entry) -> bool {
         }
     }
     moves.into_iter().all(|moves| moves)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::analysis::{Analysis, analyse};
+    use crate::progress::Progress;
+    use crate::recording::delimited::{Finding, LoadWarning};
+    use crate::recording::{Recording, Source};
+
+    const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
+
+    /// A recording whose gauges are a mixture of its loads, none of which stands still.
+    fn recording(name: &str, source: Source, gauges: &[&str], axes: &[Axis]) -> Recording {
+        let n = 40;
+        let load = |k: usize, axis: usize| (0.4 * k as f64 * (axis + 1) as f64).sin() * 5.0;
+        let gauge = |k: usize, gauge: usize| {
+            let mixed = (0..3).map(|axis| load(k, axis) / (1 + gauge + axis) as f64);
+            mixed.sum::<f64>() + 0.01 * (k * k % 7) as f64
+        };
+        let table = |width: usize, value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+            (0..n * width)
+                .map(|at| value(at / width, at % width))
+                .collect()
+        };
+        Recording::new(
+            name,
+            source,
+            (0..n).map(|k| k as f64 / 20.0).collect(),
+            gauges.iter().map(|&gauge| gauge.to_owned()).collect(),
+            table(gauges.len(), &gauge),
+            axes.to_vec(),
+            table(axes.len(), &load),
+        )
+        .unwrap()
+    }
+
+    fn of_file(name: &str, gauges: &[&str], axes: &[Axis]) -> Command {
+        let path = PathBuf::from(name);
+        let recording = recording(name, Source::File(path.clone()), gauges, axes);
+        let loaded = Loaded {
+            recordings: vec![recording],
+            warnings: Vec::new(),
+        };
+        Command::FilesOpened(vec![(path, Ok(Opened::Recordings(loaded)))])
+    }
+
+    /// Training recordings `a` and `b` and the test recording `test`, all from files.
+    fn with_files() -> AppState {
+        let mut state = AppState::default();
+        for name in ["a", "b", "test"] {
+            state.apply(of_file(name, &["S1", "S2", "S3"], &FORCES));
+        }
+        state
+    }
+
+    fn built_in() -> RecordingSet {
+        let mut set = RecordingSet::default();
+        for name in ["train", "test"] {
+            let recording = recording(name, Source::Simulated, &["S1", "S2", "S3"], &FORCES);
+            set.push(Entry::with_default_role(recording)).unwrap();
+        }
+        set
+    }
+
+    fn with_built_in() -> AppState {
+        let mut state = AppState::default();
+        state.apply(Command::OpenBuiltIn);
+        state.apply(Command::BuiltInReady(built_in()));
+        state
+    }
+
+    fn names(state: &AppState) -> Vec<&str> {
+        let entries = state.recordings.entries().iter();
+        entries.map(|entry| entry.recording.name()).collect()
+    }
+
+    fn roles(state: &AppState) -> Vec<Role> {
+        let entries = state.recordings.entries().iter();
+        entries.map(|entry| entry.role).collect()
+    }
+
+    /// The one effect, which is to analyse.
+    #[track_caller]
+    fn request(effects: Vec<Effect>) -> Request {
+        match <[Effect; 1]>::try_from(effects) {
+            Ok([Effect::Analyse(request)]) => request,
+            other => panic!("not one Analyse: {other:?}"),
+        }
+    }
+
+    /// Does what an `Analyse` effect asks.
+    #[track_caller]
+    fn analyse_now(state: &mut AppState, effects: Vec<Effect>) -> Arc<Analysis> {
+        let analysis = Arc::new(analyse(&request(effects), &Progress::default()).unwrap());
+        state.apply(Command::Analysed(Ok(Arc::clone(&analysis))));
+        analysis
+    }
+
+    fn fitted(state: &mut AppState) -> Arc<Analysis> {
+        let effects = state.apply(Command::FitAgain);
+        analyse_now(state, effects)
+    }
+
+    fn opened(calibration: &Arc<Calibration>) -> Command {
+        let calibration = Opened::Calibration(Arc::clone(calibration));
+        Command::FilesOpened(vec![("c.json".into(), Ok(calibration))])
+    }
+
+    #[track_caller]
+    fn last_notice(state: &AppState, level: Level, part: &str) {
+        let notice = state.notices.last().expect("a notice");
+        assert_eq!(notice.level, level);
+        assert!(notice.text.contains(part), "{}", notice.text);
+    }
+
+    #[test]
+    fn other_settings_ask_for_one_analysis_and_the_same_for_none() {
+        let mut state = with_files();
+        let mut settings = state.settings.clone();
+        assert!(
+            state
+                .apply(Command::SetSettings(settings.clone()))
+                .is_empty()
+        );
+        settings.thresholds.f_th = 1.5;
+        let request = request(state.apply(Command::SetSettings(settings.clone())));
+        assert_eq!(request.settings, settings);
+        assert_eq!(state.settings, settings);
+    }
+
+    #[test]
+    fn roles_change_one_by_one_and_all_at_once() {
+        let mut state = with_files();
+        assert_eq!(roles(&state), [Role::Train, Role::Train, Role::Test]);
+        let before = Arc::clone(&state.recordings);
+        let request = request(state.apply(Command::SetRole(1, Role::Off)));
+        assert_eq!(request.recordings.entries()[1].role, Role::Off);
+        assert_eq!(
+            before.entries()[1].role,
+            Role::Train,
+            "work goes on with what it was given"
+        );
+        state.apply(Command::SetAllRoles(Role::Test));
+        assert_eq!(roles(&state), [Role::Test; 3]);
+    }
+
+    #[test]
+    fn removing_keeps_the_same_recording_on_screen_or_the_last_one() {
+        let mut state = with_files();
+        state.apply(Command::SetView(View::One(2)));
+        state.apply(Command::RemoveRecording(0));
+        assert_eq!(
+            (state.view, names(&state)),
+            (View::One(1), vec!["b", "test"])
+        );
+        let request = request(state.apply(Command::RemoveRecording(1)));
+        assert_eq!((state.view, request.view), (View::One(0), View::One(0)));
+        state.apply(Command::RemoveRecording(0));
+        assert_eq!((state.view, names(&state).len()), (View::One(0), 0));
+    }
+
+    #[test]
+    fn results_move_up_with_their_recordings_when_one_is_removed() {
+        let mut state = with_files();
+        let all = fitted(&mut state).recordings.clone();
+        state.apply(Command::RemoveRecording(0));
+        assert_eq!(state.analysis.as_ref().unwrap().recordings, all[1..]);
+        state.apply(Command::RemoveRecording(0));
+        state.apply(Command::RemoveRecording(0));
+        assert!(state.analysis.is_none());
+    }
+
+    #[test]
+    fn a_cut_can_be_changed_and_taken_back() {
+        let mut state = with_files();
+        let whole = Arc::clone(&state.recordings);
+        fitted(&mut state);
+        let samples = |state: &AppState| -> Vec<usize> {
+            let entries = state.recordings.entries().iter();
+            entries.map(|entry| entry.recording.n_samples()).collect()
+        };
+        let request = request(state.apply(Command::Split(0.5)));
+        assert_eq!(request.recordings.entries().len(), 6);
+        assert_eq!(state.view, View::One(1), "the first rest tests");
+        assert!(state.analysis.as_ref().unwrap().recordings.is_empty());
+        state.apply(Command::Split(0.25));
+        assert_eq!(
+            samples(&state),
+            [10, 30, 10, 30, 10, 30],
+            "of the whole, not of the halves"
+        );
+        state.apply(Command::Unsplit);
+        assert!(Arc::ptr_eq(&state.recordings, &whole));
+        assert!(state.unsplit.is_none());
+        assert!(state.apply(Command::Unsplit).is_empty());
+    }
+
+    #[test]
+    fn a_cut_that_leaves_nothing_to_test_changes_nothing() {
+        let mut state = with_files();
+        state.apply(Command::SetRole(2, Role::Off));
+        state.apply(Command::Split(0.5));
+        let (cut, whole) = (Arc::clone(&state.recordings), state.unsplit.clone());
+        assert!(state.apply(Command::Split(0.001)).is_empty());
+        last_notice(&state, Level::Error, "nothing to cut");
+        assert!(Arc::ptr_eq(&state.recordings, &cut));
+        assert_eq!(state.unsplit, whole, "the cut can still be taken back");
+    }
+
+    #[test]
+    fn real_recordings_take_the_place_of_simulated_ones() {
+        let mut state = with_built_in();
+        fitted(&mut state);
+        let request = request(state.apply(of_file("a", &["G1", "G2"], &[Axis::Fz])));
+        assert_eq!((names(&state), request.view), (vec!["a"], View::One(0)));
+        assert!(
+            state.analysis.is_none(),
+            "what was fitted to the simulated ones is gone"
+        );
+        state.apply(of_file("test", &["G1", "G2"], &[Axis::Fz]));
+        assert_eq!(
+            (names(&state), state.view),
+            (vec!["a", "test"], View::One(1))
+        );
+    }
+
+    #[test]
+    fn the_built_in_sensor_replaces_what_is_loaded_but_not_what_was_opened_while_it_was_made() {
+        let mut state = with_files();
+        let effects = state.apply(Command::OpenBuiltIn);
+        assert!(matches!(effects[..], [Effect::Simulate]));
+        request(state.apply(Command::BuiltInReady(built_in())));
+        assert!(state.recordings.is_simulated());
+        assert_eq!(state.view, View::One(1), "its test recording");
+
+        state.apply(Command::OpenBuiltIn);
+        state.apply(of_file("a", &["S1"], &[Axis::Fz]));
+        assert!(state.apply(Command::BuiltInReady(built_in())).is_empty());
+        assert_eq!(names(&state), ["a"]);
+    }
+
+    #[test]
+    fn a_calibration_opened_before_the_built_in_sensor_is_ready_is_applied_to_it() {
+        let calibration = fitted(&mut with_built_in()).calibration.clone();
+        let mut state = AppState::default();
+        state.apply(Command::OpenBuiltIn);
+        state.apply(opened(&calibration));
+        let request = request(state.apply(Command::BuiltInReady(built_in())));
+        assert_eq!(request.calibration, Some(calibration));
+        assert!(state.notices.is_empty());
+    }
+
+    #[test]
+    fn other_gauges_are_refused_and_nothing_is_lost() {
+        let mut state = with_files();
+        let analysis = fitted(&mut state);
+        let before = Arc::clone(&state.recordings);
+        let effects = state.apply(of_file("other", &["G1"], &FORCES));
+        assert!(effects.is_empty());
+        last_notice(&state, Level::Error, "other: its gauges are G1");
+        assert!(Arc::ptr_eq(&state.recordings, &before));
+        assert!(Arc::ptr_eq(state.analysis.as_ref().unwrap(), &analysis));
+    }
+
+    #[test]
+    fn a_file_that_failed_leaves_what_is_loaded_and_what_came_with_it() {
+        for mut state in [with_files(), with_built_in()] {
+            let before = Arc::clone(&state.recordings);
+            let failed = vec![("x".into(), Err("x: cannot be read".to_owned()))];
+            assert!(state.apply(Command::FilesOpened(failed)).is_empty());
+            last_notice(&state, Level::Error, "x: cannot be read");
+            assert!(Arc::ptr_eq(&state.recordings, &before));
+        }
+        let mut state = with_files();
+        let Command::FilesOpened(mut files) = of_file("c", &["S1", "S2", "S3"], &FORCES) else {
+            unreachable!()
+        };
+        files.insert(0, ("x".into(), Err("x: cannot be read".to_owned())));
+        request(state.apply(Command::FilesOpened(files)));
+        assert_eq!(names(&state), ["a", "b", "test", "c"]);
+        assert_eq!(state.notices.len(), 1);
+    }
+
+    #[test]
+    fn warnings_of_a_file_become_notices() {
+        let mut state = AppState::default();
+        let Command::FilesOpened(mut files) = of_file("a", &["S1"], &[Axis::Fz]) else {
+            unreachable!()
+        };
+        let Ok(Opened::Recordings(loaded)) = &mut files[0].1 else {
+            unreachable!()
+        };
+        loaded.warnings.push(LoadWarning {
+            path: "a.csv".into(),
+            first_line: 3,
+            last_line: 3,
+            count: 1,
+            finding: Finding::EmptyCell {
+                column: 2,
+                name: "S1".to_owned(),
+            },
+        });
+        state.apply(Command::FilesOpened(files));
+        last_notice(&state, Level::Warning, "a.csv");
+    }
+
+    #[test]
+    fn a_calibration_is_applied_until_fit_again() {
+        let mut state = with_files();
+        let calibration = fitted(&mut state).calibration.clone();
+        let effects = state.apply(opened(&calibration));
+        assert_eq!(state.applied.as_ref().unwrap().path, Path::new("c.json"));
+        assert!(!analyse_now(&mut state, effects).fitted);
+
+        state.apply(of_file("c", &["S1", "S2", "S3"], &FORCES));
+        assert!(state.applied.is_some(), "also to what is opened later");
+
+        let effects = state.apply(Command::FitAgain);
+        assert!(state.applied.is_none());
+        assert!(analyse_now(&mut state, effects).fitted);
+    }
+
+    #[test]
+    fn a_calibration_of_other_gauges_is_refused() {
+        let mut state = with_files();
+        let mut calibration = Calibration::clone(&fitted(&mut state).calibration);
+        calibration.gauges[0] = "G1".to_owned();
+        assert!(state.apply(opened(&Arc::new(calibration))).is_empty());
+        last_notice(&state, Level::Error, "G1");
+        assert!(state.applied.is_none());
+    }
+
+    #[test]
+    fn export_needs_an_analysis_and_an_ending_that_says_the_format() {
+        let mut state = with_files();
+        assert!(state.apply(Command::Export("c.json".into())).is_empty());
+        last_notice(&state, Level::Error, "no calibration");
+        let analysis = fitted(&mut state);
+        assert!(state.apply(Command::Export("c.xlsx".into())).is_empty());
+        last_notice(&state, Level::Error, "c.xlsx");
+        for path in ["c.json", "c.CSV"] {
+            let effects = state.apply(Command::Export(path.into()));
+            let [Effect::Write(calibration, to)] = &effects[..] else {
+                panic!("not one Write: {effects:?}");
+            };
+            assert_eq!(
+                (calibration, to.as_path()),
+                (&analysis.calibration, Path::new(path))
+            );
+        }
+        assert_eq!(state.notices.len(), 2);
+    }
+
+    #[test]
+    fn an_applied_calibration_is_exported_unchanged() {
+        let mut state = with_files();
+        let calibration = fitted(&mut state).calibration.clone();
+        let effects = state.apply(opened(&calibration));
+        analyse_now(&mut state, effects);
+        let effects = state.apply(Command::SetRole(0, Role::Test));
+        let rescored = analyse_now(&mut state, effects);
+        assert_ne!(rescored.calibration.quality, calibration.quality);
+        let effects = state.apply(Command::Export("d.json".into()));
+        let [Effect::Write(written, _)] = &effects[..] else {
+            panic!("not one Write: {effects:?}");
+        };
+        assert_eq!(*written, calibration);
+    }
+
+    #[test]
+    fn the_end_of_writing_is_told() {
+        let mut state = AppState::default();
+        state.apply(Command::Exported("c.json".into(), Ok(())));
+        last_notice(&state, Level::Info, "c.json");
+        state.apply(Command::Exported(
+            "c.json".into(),
+            Err("disk full".to_owned()),
+        ));
+        last_notice(&state, Level::Error, "disk full");
+    }
+
+    #[test]
+    fn moments_alone_are_measured_over_full_scale() {
+        let mut state = AppState::default();
+        let moments = &[Axis::Mx, Axis::My];
+        let request = request(state.apply(of_file("a", &["S1", "S2"], moments)));
+        assert_eq!(request.settings.distance, Distance::FullScale);
+        let default = Thresholds::default_for(Distance::FullScale);
+        assert_eq!(request.settings.thresholds, default);
+    }
+
+    #[test]
+    fn full_scales_are_forgotten_with_the_axes_they_were_entered_for() {
+        let mut state = with_built_in();
+        state.settings.full_scale = vec![None, Some(12.0), None];
+        state.apply(of_file("a", &["S1", "S2", "S3"], &FORCES));
+        assert_eq!(state.settings.full_scale.len(), 3, "the same axes");
+        state.apply(Command::CloseRecordings);
+        let effects = state.apply(of_file("b", &["S1"], &[Axis::Fz]));
+        analyse_now(&mut state, effects);
+        assert!(state.settings.full_scale.is_empty());
+    }
+
+    #[test]
+    fn a_failed_analysis_keeps_the_last_one_and_says_why() {
+        let mut state = with_files();
+        let analysis = fitted(&mut state);
+        state.apply(Command::Analysed(Err("no".to_owned())));
+        assert_eq!(state.problem.as_deref(), Some("no"));
+        assert!(Arc::ptr_eq(state.analysis.as_ref().unwrap(), &analysis));
+        fitted(&mut state);
+        assert_eq!(state.problem, None);
+    }
+
+    #[test]
+    fn closing_leaves_nothing_of_the_recordings() {
+        let mut state = with_files();
+        let calibration = fitted(&mut state).calibration.clone();
+        state.apply(opened(&calibration));
+        state.apply(Command::CloseRecordings);
+        assert!(state.recordings.entries().is_empty());
+        assert!(state.analysis.is_none() && state.applied.is_none());
+    }
+
+    #[test]
+    fn axes_are_hidden_and_shown_again() {
+        let mut state = with_files();
+        for _ in 0..2 {
+            state.apply(Command::ShowAxis(Axis::Fy, false));
+            let shown: Vec<bool> = state
+                .axes()
+                .iter()
+                .map(|axis| state.is_shown(*axis))
+                .collect();
+            assert_eq!(shown, [true, false, true]);
+        }
+        state.apply(Command::ShowAxis(Axis::Fy, true));
+        assert!(state.is_shown(Axis::Fy));
+    }
+
+    #[test]
+    fn notices_are_capped_oldest_first_and_can_be_dismissed() {
+        let mut state = AppState::default();
+        for at in 0..MOST_NOTICES + 5 {
+            state.apply(Command::Tell(Notice::new(Level::Info, at.to_string())));
+        }
+        assert_eq!(state.notices.len(), MOST_NOTICES);
+        assert_eq!(state.notices[0].text, "5");
+        state.apply(Command::DismissNotice(1));
+        assert_eq!(state.notices[1].text, "7");
+        state.apply(Command::DismissNotice(MOST_NOTICES));
+        assert_eq!(state.notices.len(), MOST_NOTICES - 1);
+        state.apply(Command::DismissNotices);
+        assert!(state.notices.is_empty());
+    }
+
+    #[test]
+    fn wishes_for_dialogs_files_and_a_stop_are_passed_on() {
+        let mut state = AppState::default();
+        let mut effect = |command| state.apply(command);
+        assert!(matches!(
+            effect(Command::ChooseFiles)[..],
+            [Effect::AskForFiles]
+        ));
+        assert!(matches!(
+            effect(Command::ChooseExport)[..],
+            [Effect::AskForExport]
+        ));
+        assert!(matches!(effect(Command::Cancel)[..], [Effect::CancelWork]));
+        assert!(effect(Command::OpenFiles(Vec::new())).is_empty());
+        let effects = effect(Command::OpenFiles(vec!["a".into()]));
+        assert!(matches!(&effects[..], [Effect::Read(paths)] if paths[0] == Path::new("a")));
+    }
 }

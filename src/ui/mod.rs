@@ -14,6 +14,6 @@ mod start;
 mod status_line;
 mod trace_panes;
 
-pub use dialogs::{Dialogs, NativeDialogs};
+pub use dialogs::{Dialogs, NativeDialogs, Reply};
 pub use shell::Shell;
 pub use start::open_window;

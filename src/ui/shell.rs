@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
 use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
-use crate::app::{AppState, Command, Effect, Level, Notice, Opened};
+use crate::app::{AppState, Command, Effect, Level, Notice, Opened, OpenedFile};
 use crate::export::{read_calibration, write_calibration};
 use crate::progress::Progress;
 use crate::recording::{RecordingSet, delimited, simulated};
@@ -30,7 +30,9 @@ pub struct Shell {
     post: Sender<Command>,
     notify: Notify,
     analysis: Worker<Request, Result<Analysis, AnalysisError>>,
-    reading: Vec<Job<Vec<(PathBuf, Result<Opened, String>)>>>,
+    /// The recordings of the newest request, and the first request that was for them.
+    analysed: (Arc<RecordingSet>, u64),
+    reading: Vec<Job<Vec<OpenedFile>>>,
     simulating: Option<Job<RecordingSet>>,
     writing: Vec<Job<Command>>,
     dialogs: Box<dyn Dialogs>,
@@ -73,6 +75,7 @@ impl Shell {
                 let mut analyst = Analyst::default();
                 move |request: Request, progress: &Progress| analyst.analyse(&request, progress)
             }),
+            analysed: Default::default(),
             notify,
             reading: Vec::new(),
             simulating: None,
@@ -100,7 +103,7 @@ impl Shell {
             || !self.reading.is_empty()
             || !self.writing.is_empty()
             || self.simulating.is_some()
-            || self.analysis.running().is_some()
+            || !self.analysis.is_idle()
     }
 
     /// Asks for something as a panel would.
@@ -113,9 +116,7 @@ impl Shell {
         self.take_finished_work();
         self.take_dropped_files(ui);
         while let Some(command) = self.commands.pop_front() {
-            for effect in self.state.apply(command) {
-                self.carry_out(effect);
-            }
+            self.apply(command);
         }
         let mut wishes = Vec::new();
         self.draw(ui, &mut wishes);
@@ -128,9 +129,18 @@ impl Shell {
         }
     }
 
+    fn apply(&mut self, command: Command) {
+        for effect in self.state.apply(command) {
+            self.carry_out(effect);
+        }
+    }
+
     fn take_finished_work(&mut self) {
         self.commands.extend(self.inbox.try_iter());
         while let Some(answer) = self.analysis.answer() {
+            if answer.generation < self.analysed.1 && answer.result.is_ok() {
+                continue; // the recordings are others now
+            }
             let is_newest = answer.generation == self.analysis.newest();
             let outcome = match answer.result {
                 Ok(Ok(analysis)) => Ok(Arc::new(analysis)),
@@ -140,7 +150,8 @@ impl Shell {
                 Ok(Err(_)) => continue,
                 Err(panicked) => Err(panicked.to_string()),
             };
-            self.commands.push_back(Command::Analysed(outcome));
+            // Before any wish, which may change the recordings that it is about.
+            self.apply(Command::Analysed(outcome));
         }
         finish(&mut self.reading, &mut self.commands, Command::FilesOpened);
         finish(&mut self.writing, &mut self.commands, |command| command);
@@ -163,7 +174,11 @@ impl Shell {
         let notify = Arc::clone(&self.notify);
         match effect {
             Effect::Analyse(request) => {
-                self.analysis.request(request);
+                let recordings = Arc::clone(&request.recordings);
+                let generation = self.analysis.request(request);
+                if !Arc::ptr_eq(&recordings, &self.analysed.0) {
+                    self.analysed = (recordings, generation);
+                }
             }
             Effect::Read(paths) => {
                 let title = match &paths[..] {
@@ -196,6 +211,8 @@ impl Shell {
             }
             Effect::CancelWork => {
                 self.analysis.cancel();
+                // It cannot be stopped, but nobody waits for it any more.
+                self.simulating = None;
                 for job in &self.reading {
                     job.progress.cancel();
                 }
@@ -295,7 +312,7 @@ fn is_calibration(path: &Path) -> bool {
 }
 
 /// Reads files one after another; what was read before a cancel is kept.
-fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<(PathBuf, Result<Opened, String>)> {
+fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<OpenedFile> {
     for path in &paths {
         // A file that cannot be asked for its size is reported when it is read.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
@@ -304,7 +321,7 @@ fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<(PathBuf, Result<
     for path in paths {
         let opened = if is_calibration(&path) {
             read_calibration(&path)
-                .map(Opened::Calibration)
+                .map(|calibration| Opened::Calibration(Arc::new(calibration)))
                 .map_err(|error| error.to_string())
         } else {
             delimited::read(&path, progress)

@@ -18,24 +18,23 @@ pub fn status_line<'a>(
     out: &mut Vec<Command>,
 ) {
     ui.horizontal(|ui| {
-        let mut busy = false;
+        let mut jobs = jobs.peekable();
+        let refit = refit.filter(|(_, elapsed)| *elapsed > WORTH_SAYING);
+        // First in the line, so that it stays in its place while bars come and go.
+        let busy = jobs.peek().is_some() || refit.is_some();
+        if busy && ui.button("Cancel").clicked() {
+            out.push(Command::Cancel);
+        }
         for (title, progress) in jobs {
-            busy = true;
             ui.spinner();
             ui.label(title);
             if let Some(fraction) = progress.fraction() {
                 bar(ui, title, fraction);
             }
         }
-        if let Some((progress, elapsed)) = &refit
-            && *elapsed > WORTH_SAYING
-        {
-            busy = true;
+        if let Some((progress, _)) = refit {
             ui.label("Updating");
             bar(ui, "Updating", progress.fraction().unwrap_or(0.0));
-        }
-        if busy && ui.button("Cancel").clicked() {
-            out.push(Command::Cancel);
         }
         if let Some(problem) = &state.problem {
             ui.colored_label(ui.visuals().error_fg_color, problem);

@@ -1,0 +1,794 @@
+//! The window as people and screen readers meet it: by role and label, without a display.
+
+use std::cell::RefCell;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::accesskit::Role;
+use egui::{Key, Modifiers, Vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+use loopscope::analysis::{Analysis, View};
+use loopscope::app::{AppState, Command, Level};
+use loopscope::export::{read_calibration, write_calibration};
+use loopscope::recording::{self, Axis};
+use loopscope::ui::{Dialogs, Reply, Shell};
+
+/// Only a window that hangs takes this long, however slow the machine.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// The shell is made in the first frame, when there is a context.
+type Window = Harness<'static, Option<Shell>>;
+
+/// Dialogs in which a person has already chosen.
+#[derive(Clone, Default)]
+struct Choices {
+    open: Rc<RefCell<Vec<PathBuf>>>,
+    export: Rc<RefCell<Option<PathBuf>>>,
+}
+
+impl Dialogs for Choices {
+    fn open_files(&mut self, reply: Reply) {
+        reply.send(Command::OpenFiles(self.open.borrow().clone()));
+    }
+
+    fn export(&mut self, reply: Reply) {
+        if let Some(path) = self.export.borrow().clone() {
+            reply.send(Command::Export(path));
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
+    let mut window = Harness::builder()
+        .with_size([1400.0, 1000.0])
+        .build_ui_state(
+            move |ui, shell: &mut Option<Shell>| {
+                shell
+                    .get_or_insert_with(|| {
+                        Shell::new(ui.ctx(), files.clone(), Box::new(choices.clone()))
+                    })
+                    .frame(ui);
+            },
+            None,
+        );
+    settle(&mut window);
+    window
+}
+
+fn window(files: Vec<PathBuf>) -> Window {
+    window_with(files, Choices::default())
+}
+
+fn shell(window: &Window) -> &Shell {
+    window.state().as_ref().expect("made in the first frame")
+}
+
+fn state(window: &Window) -> &AppState {
+    shell(window).state()
+}
+
+#[track_caller]
+fn analysis(window: &Window) -> Arc<Analysis> {
+    let state = state(window);
+    let analysis = state.analysis.clone();
+    analysis.unwrap_or_else(|| panic!("{:?} {:?}", state.problem, state.notices))
+}
+
+/// Draws frames until the condition holds.
+#[track_caller]
+fn until(window: &mut Window, condition: impl Fn(&Shell) -> bool) {
+    let start = Instant::now();
+    loop {
+        window.step();
+        if condition(shell(window)) {
+            return;
+        }
+        assert!(start.elapsed() < DEADLINE, "{:?}", state(window).notices);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Draws frames until there is nothing more to do.
+#[track_caller]
+fn settle(window: &mut Window) {
+    loop {
+        until(window, |shell| !shell.is_busy());
+        window.step(); // what had just ended is taken in, and may ask for more
+        if !shell(window).is_busy() {
+            break;
+        }
+    }
+    window.step();
+}
+
+#[track_caller]
+fn click(window: &mut Window, role: Role, label: &str) {
+    window.get_by_role_and_label(role, label).click();
+    settle(window);
+}
+
+/// Clicks the topmost of several widgets with this label.
+#[track_caller]
+fn click_first(window: &mut Window, role: Role, label: &str) {
+    let found = window.query_all_by_role_and_label(role, label);
+    let topmost = found.min_by(|a, b| a.rect().min.y.total_cmp(&b.rect().min.y));
+    topmost.unwrap_or_else(|| panic!("no {label}")).click();
+    settle(window);
+}
+
+#[track_caller]
+fn slide(window: &mut Window, slider: &str, value: f64) {
+    let slider = window.get_by_role_and_label(Role::Slider, slider);
+    slider.set_value_accesskit(value);
+    settle(window);
+}
+
+/// Replaces what stands in a text field.
+#[track_caller]
+fn type_into(window: &mut Window, field: &str, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.step();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text(text.to_owned()));
+    window.step();
+}
+
+#[track_caller]
+fn menu(window: &mut Window, menu: &str, item: &str) {
+    click(window, Role::Button, menu);
+    window.get_by_label_contains(item).click();
+    settle(window);
+}
+
+fn has(window: &Window, text: &str) -> bool {
+    window.query_all_by_label_contains(text).next().is_some()
+}
+
+fn panes(window: &Window, label: &str) -> usize {
+    let panes = window.query_all_by_role_and_label(Role::GraphicsObject, label);
+    panes.count()
+}
+
+#[track_caller]
+fn told(window: &Window, level: Level, part: &str) {
+    let notices = &state(window).notices;
+    let found =
+        |notice: &loopscope::app::Notice| notice.level == level && notice.text.contains(part);
+    assert!(notices.iter().any(found), "no {part:?} in {notices:?}");
+    assert!(has(window, part), "{part:?} is not on screen");
+}
+
+fn names(window: &Window) -> Vec<String> {
+    let entries = state(window).recordings.entries().iter();
+    entries
+        .map(|entry| entry.recording.name().to_owned())
+        .collect()
+}
+
+fn train_rmse(window: &Window) -> [Vec<f64>; 2] {
+    let quality = &analysis(window).calibration.quality;
+    [&quality.conventional, &quality.compensated].map(|scores| {
+        scores
+            .train_rmse
+            .clone()
+            .expect("there are training samples")
+    })
+}
+
+/// A folder of recordings; it goes when this is dropped.
+struct Files(tempfile::TempDir);
+
+impl Files {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, content).expect("written");
+        path
+    }
+
+    /// A recording with hysteresis: 20 Hz, gauges S1 to S3, and a reference of these axes.
+    fn recording(&self, name: &str, phase: f64, n: usize, axes: &[Axis]) -> PathBuf {
+        let mut text = "t [s],S1,S2,S3".to_owned();
+        for axis in axes {
+            write!(text, ",{} [{}]", axis.symbol(), axis.unit()).unwrap();
+        }
+        let mut drag = [0.0_f64; 3];
+        for k in 0..n {
+            let t = k as f64 / 20.0;
+            let load = [0.9, 1.3, 1.7].map(|rate| 6.0 * (rate * t + phase).sin());
+            write!(text, "\n{t}").unwrap();
+            for at in 0..3 {
+                drag[at] = drag[at].clamp(load[at] - 1.5, load[at] + 1.5);
+                let noise = 0.002 * ((k * k + 7 * k * at) % 11) as f64;
+                let other = 0.1 * load[(at + 1) % 3];
+                write!(text, ",{}", load[at] + 0.2 * drag[at] + other + noise).unwrap();
+            }
+            for value in &load[..axes.len()] {
+                write!(text, ",{value}").unwrap();
+            }
+        }
+        self.write(name, &text)
+    }
+
+    /// Two recordings to train on and one to test.
+    fn three(&self) -> Vec<PathBuf> {
+        [("a.csv", 0.0), ("b.csv", 1.0), ("test_c.csv", 2.0)]
+            .map(|(name, phase)| self.recording(name, phase, 400, &FORCES))
+            .to_vec()
+    }
+}
+
+const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
+
+#[test]
+fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
+    let window = window(Vec::new());
+    assert!(state(&window).recordings.is_simulated());
+    assert_eq!(names(&window).len(), 90);
+    assert!(analysis(&window).fitted);
+    window.check_accessibility();
+    for heading in [
+        "Recordings",
+        "RMSE",
+        "Calibration",
+        "Look-back",
+        "Role",
+        "Name",
+        "Samples",
+    ] {
+        window.get_by_role_and_label(Role::Label, heading);
+    }
+    assert!(has(&window, "simulated"));
+    assert!(has(&window, "train_path1_mount1_fast"));
+    for axis in Axis::ALL {
+        assert_eq!(
+            panes(&window, &format!("{} [{}]", axis.symbol(), axis.unit())),
+            1
+        );
+    }
+    assert!(panes(&window, "error [N]") > 0);
+}
+
+#[test]
+fn the_sliders_set_the_thresholds_and_without_a_past_comp_equals_conv() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let [conventional, before] = train_rmse(&window);
+    assert_ne!(conventional, before);
+
+    slide(&mut window, "F_th", 1.5);
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 1.5);
+    assert_eq!(analysis(&window).traces.thresholds.f_th, 1.5);
+    let [same, after] = train_rmse(&window);
+    assert_eq!(same, conventional);
+    assert_ne!(after, before);
+
+    slide(&mut window, "t_th", 0.5);
+    assert_eq!(analysis(&window).calibration.thresholds.t_th_secs, 0.5);
+    assert_ne!(train_rmse(&window)[1], after);
+
+    slide(&mut window, "F_th", 0.0);
+    assert_eq!(train_rmse(&window)[1], conventional);
+    click(&mut window, Role::Button, "Reset to 3 N, 15 s");
+    assert_eq!(train_rmse(&window), [conventional.clone(), before]);
+    slide(&mut window, "t_th", 0.0);
+    assert_eq!(train_rmse(&window)[1], conventional);
+}
+
+#[test]
+fn a_typed_threshold_may_exceed_the_slider_but_not_be_negative() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    for (typed, expected) in [("2.64", 2.64), ("500", 500.0), ("-1", 0.0)] {
+        let field = window.get_by_role_and_label(Role::SpinButton, "F_th");
+        field.click();
+        window.step();
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.event(egui::Event::Text(typed.to_owned()));
+        window.key_press(Key::Enter);
+        settle(&mut window);
+        assert_eq!(
+            analysis(&window).calibration.thresholds.f_th,
+            expected,
+            "{typed}"
+        );
+    }
+}
+
+#[test]
+fn many_quick_moves_of_a_slider_end_with_the_newest() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    for step in 1..=40 {
+        let slider = window.get_by_role_and_label(Role::Slider, "F_th");
+        slider.set_value_accesskit(f64::from(step) * 0.125);
+        window.step();
+    }
+    settle(&mut window);
+    assert_eq!(state(&window).settings.thresholds.f_th, 5.0);
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 5.0);
+}
+
+#[test]
+fn offset_and_full_scale_distance_are_choices_of_the_fit() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    assert!(analysis(&window).calibration.offset);
+    click(&mut window, Role::CheckBox, "Offset term");
+    let without = analysis(&window);
+    assert!(!without.calibration.offset);
+    assert_eq!(
+        without.calibration.conventional.features,
+        ["S1", "S2", "S3"]
+    );
+
+    click(&mut window, Role::RadioButton, "all axes [% FS]");
+    let over_full_scale = analysis(&window);
+    assert_eq!(over_full_scale.calibration.thresholds.f_th, 0.25);
+    slide(&mut window, "F_th", 50.0);
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.5);
+    click(&mut window, Role::Button, "Reset to 25 %, 15 s");
+    assert_eq!(
+        train_rmse(&window)[1],
+        over_full_scale
+            .calibration
+            .quality
+            .compensated
+            .train_rmse
+            .clone()
+            .unwrap()
+    );
+}
+
+#[test]
+fn pattern_b_trains_on_every_tenth_sample() {
+    let mut window = window(Vec::new());
+    assert_eq!(analysis(&window).calibration.quality.n_train, 202_500);
+    click(&mut window, Role::Button, "B");
+    assert_eq!(analysis(&window).calibration.quality.n_train, 20_250);
+    assert!(has(&window, "20250 training"));
+    click(&mut window, Role::Button, "A");
+    assert_eq!(analysis(&window).calibration.quality.n_train, 202_500);
+}
+
+#[test]
+fn a_role_is_chosen_from_the_menu_in_the_row() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click_first(&mut window, Role::Button, "Train");
+    click(&mut window, Role::RadioButton, "Test");
+    let roles: Vec<_> = state(&window)
+        .recordings
+        .entries()
+        .iter()
+        .map(|entry| entry.role)
+        .collect();
+    use recording::Role::{Test, Train};
+    assert_eq!(roles, [Test, Train, Test]);
+    let quality = &analysis(&window).calibration.quality;
+    assert_eq!((quality.n_train, quality.n_test), (400, 800));
+    menu(&mut window, "Recordings", "All train");
+    assert_eq!(analysis(&window).calibration.quality.n_train, 1200);
+}
+
+#[test]
+fn without_a_training_recording_the_window_says_what_to_do() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    menu(&mut window, "Recordings", "All off");
+    assert!(state(&window).problem.is_some());
+    assert!(has(&window, "no recording is in the train role"));
+    menu(&mut window, "Recordings", "All train");
+    assert_eq!(state(&window).problem, None);
+}
+
+#[test]
+fn a_press_on_a_name_puts_the_recording_on_screen() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click_first(&mut window, Role::Button, "b");
+    assert_eq!(state(&window).view, View::One(1));
+    let traces = Arc::clone(&analysis(&window).traces);
+    assert_eq!(
+        (traces.segments.len(), traces.segments[0].name.as_str()),
+        (1, "b")
+    );
+
+    click(&mut window, Role::ComboBox, "on screen");
+    click(&mut window, Role::Button, "All, end to end");
+    assert_eq!(state(&window).view, View::All);
+    assert_eq!(analysis(&window).traces.segments.len(), 3);
+    assert_eq!(analysis(&window).traces.times.len(), 1200);
+}
+
+#[test]
+fn closing_a_recording_takes_it_out_of_the_fit() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click_first(&mut window, Role::Button, "×");
+    assert_eq!(names(&window), ["b", "test_c"]);
+    assert_eq!(analysis(&window).calibration.trained_on, ["b"]);
+    menu(&mut window, "File", "Close all recordings");
+    assert!(names(&window).is_empty());
+    assert!(has(&window, "no recording is loaded"));
+    menu(&mut window, "File", "Built-in sensor (simulated)");
+    assert!(state(&window).recordings.is_simulated());
+    assert!(analysis(&window).calibration.simulated);
+}
+
+#[test]
+fn axes_and_their_errors_are_hidden_and_shown() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    assert_eq!(
+        (panes(&window, "Fy [N]"), panes(&window, "error [N]")),
+        (1, 3)
+    );
+    click(&mut window, Role::Button, "Fy");
+    assert_eq!(
+        (panes(&window, "Fy [N]"), panes(&window, "error [N]")),
+        (0, 2)
+    );
+    click(&mut window, Role::Button, "Fy");
+    assert_eq!(panes(&window, "Fy [N]"), 1);
+    for axis in ["Fx", "Fy", "Fz"] {
+        click(&mut window, Role::Button, axis);
+    }
+    assert!(has(&window, "No axis is shown"));
+}
+
+#[test]
+fn recordings_are_cut_in_time_and_put_together_again() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    assert!(
+        window
+            .query_by_role_and_label(Role::Button, "Undo cut")
+            .is_none()
+    );
+    click(&mut window, Role::Button, "Cut");
+    assert_eq!(names(&window).len(), 6);
+    let quality = &analysis(&window).calibration.quality;
+    assert_eq!((quality.n_train, quality.n_test), (720, 480));
+    click(&mut window, Role::Button, "Undo cut");
+    assert_eq!(names(&window), ["a", "b", "test_c"]);
+    assert_eq!(analysis(&window).calibration.quality.n_train, 800);
+}
+
+#[test]
+fn files_come_in_by_menu_shortcut_drop_and_path() {
+    let files = Files::new();
+    let choices = Choices::default();
+    let mut window = window_with(vec![], choices.clone());
+    let open = |name: &str| files.recording(name, 0.3, 100, &FORCES);
+
+    choices
+        .open
+        .replace(vec![open("menu.csv"), open("test_menu.csv")]);
+    menu(&mut window, "File", "Open…");
+    assert_eq!(
+        names(&window),
+        ["menu", "test_menu"],
+        "in place of the built-in sensor"
+    );
+
+    choices.open.replace(vec![open("key.csv")]);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    settle(&mut window);
+
+    let dropped = Arc::new(Dropped(open("drop.csv")));
+    window.input_mut().dropped_files.push(dropped);
+    settle(&mut window);
+
+    type_into(&mut window, "Open", open("load.csv").to_str().unwrap());
+    click(&mut window, Role::Button, "Load");
+
+    type_into(&mut window, "Open", open("enter.csv").to_str().unwrap());
+    window.key_press(Key::Enter);
+    settle(&mut window);
+
+    assert_eq!(
+        names(&window),
+        ["menu", "test_menu", "key", "drop", "load", "enter"]
+    );
+    assert_eq!(analysis(&window).recordings.len(), 6);
+    assert!(state(&window).notices.is_empty());
+}
+
+#[test]
+fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::OpenBuiltIn);
+    shell.send(Command::OpenFiles(vec![
+        files.recording("d.csv", 0.5, 10, &FORCES),
+    ]));
+    until(&mut window, |shell| {
+        shell.state().recordings.entries().len() != 3
+    });
+    settle(&mut window);
+    // Whichever was ready first, the file is the later wish.
+    assert_eq!(names(&window).last().unwrap(), "d");
+    assert!(!state(&window).recordings.is_simulated());
+}
+
+#[test]
+fn files_that_do_not_fit_are_told_and_lose_nothing() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let broken = files.write("broken.csv", "this is\nno recording\n");
+    let other = files.write("other.csv", "t,G1,Fx\n0,1,2\n1,2,3\n");
+    let json = files.write("broken.json", "{\"format\": 1}");
+    for (path, part) in [
+        (broken, "broken.csv"),
+        (other, "its gauges are G1"),
+        (json, "not a calibration"),
+        (files.path("missing.csv"), "missing.csv"),
+    ] {
+        type_into(&mut window, "Open", path.to_str().unwrap());
+        click(&mut window, Role::Button, "Load");
+        told(&window, Level::Error, part);
+        click(&mut window, Role::Button, "Dismiss all");
+        assert!(state(&window).notices.is_empty());
+    }
+    assert_eq!(names(&window), ["a", "b", "test_c"]);
+    assert!(analysis(&window).fitted);
+    assert_eq!(state(&window).problem, None);
+}
+
+#[test]
+fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let fitted = analysis(&window);
+    let path = files.path("calibration.json");
+    type_into(&mut window, "Export to", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Export");
+    told(&window, Level::Info, "calibration.json");
+    assert_eq!(read_calibration(&path).unwrap(), *fitted.calibration);
+
+    type_into(&mut window, "Open", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Load");
+    assert!(has(&window, "Applying "));
+    assert!(!analysis(&window).fitted);
+    let slider = window.get_by_role_and_label(Role::Slider, "F_th");
+    assert!(
+        slider.accesskit_node().is_disabled(),
+        "its thresholds are fixed"
+    );
+
+    click(&mut window, Role::Button, "Fit again");
+    assert!(!has(&window, "Applying "));
+    let again = analysis(&window);
+    assert!(again.fitted);
+    assert_eq!(again.calibration, fitted.calibration);
+}
+
+#[test]
+fn a_calibration_named_at_the_start_is_applied_to_the_built_in_sensor() {
+    let files = Files::new();
+    let mut calibration = analysis(&window(Vec::new())).calibration.as_ref().clone();
+    calibration.thresholds.f_th = 1.0;
+    let path = files.path("c.json");
+    write_calibration(&calibration, &path).unwrap();
+    let window = window(vec![path]);
+    assert!(state(&window).recordings.is_simulated());
+    assert!(has(&window, "Applying "));
+    let applied = analysis(&window);
+    assert!(!applied.fitted);
+    assert_eq!(applied.calibration.thresholds.f_th, 1.0);
+}
+
+#[test]
+fn export_goes_through_the_dialog_too_and_an_unknown_ending_is_told() {
+    let files = Files::new();
+    let choices = Choices::default();
+    let mut window = window_with(files.three(), choices.clone());
+    let path = files.path("matrices.csv");
+    choices.export.replace(Some(path.clone()));
+    menu(&mut window, "File", "Export calibration…");
+    told(&window, Level::Info, "matrices.csv");
+    assert!(std::fs::read_to_string(&path).unwrap().contains("S3_past"));
+
+    let unknown = files.path("calibration.xlsx");
+    type_into(&mut window, "Export to", unknown.to_str().unwrap());
+    click(&mut window, Role::Button, "Export");
+    told(&window, Level::Error, "calibration.xlsx");
+    assert!(!unknown.exists());
+}
+
+#[test]
+fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let pane = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
+        .rect();
+    window.hover_at(pane.center() + Vec2::new(20.0, 0.0));
+    window.run_steps(3);
+    assert!(has(&window, "Fx at "));
+    assert!(has(&window, "past: "));
+    assert!(has(&window, " s earlier, "));
+    window.remove_cursor();
+    window.run_steps(3);
+    assert!(!has(&window, "past: "));
+}
+
+#[test]
+fn the_wheel_zooms_and_fit_view_shows_all_again() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let pane = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
+        .rect();
+    let right = pane.right_center() - Vec2::new(30.0, 0.0);
+    let time_at = |window: &mut Window| {
+        window.hover_at(right);
+        window.run_steps(3);
+        let tooltip = window.get_by_label_contains("Fx at ").value().unwrap();
+        let time = tooltip.trim_start_matches("Fx at ").trim_end_matches(" s");
+        let time: f64 = time.parse().unwrap();
+        window.remove_cursor();
+        window.run_steps(2);
+        time
+    };
+    let all = time_at(&mut window);
+    window.hover_at(pane.center());
+    window.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: Vec2::new(0.0, 200.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    window.run_steps(10);
+    let zoomed = time_at(&mut window);
+    assert!(zoomed < all, "{zoomed} {all}");
+    click(&mut window, Role::Button, "Fit view");
+    assert_eq!(time_at(&mut window), all);
+}
+
+#[test]
+fn cancel_ends_the_reading_and_keeps_what_is_loaded() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let large = files.recording("large.csv", 0.0, 20_000, &FORCES);
+    let many = vec![large; 3000];
+    let asked = many.len();
+    window
+        .state_mut()
+        .as_mut()
+        .unwrap()
+        .send(Command::OpenFiles(many));
+    window.step();
+    assert!(has(&window, "Reading 3000 files"));
+    click(&mut window, Role::Button, "Cancel");
+    assert!(names(&window).len() < asked);
+    assert_eq!(names(&window)[..3], ["a", "b", "test_c"]);
+    assert!(!has(&window, "Reading"));
+}
+
+#[test]
+fn a_recording_without_reference_shows_conv_and_comp_and_no_errors() {
+    let files = Files::new();
+    let mut paths = files.three();
+    paths.push(files.recording("bare.csv", 0.7, 200, &[]));
+    let mut window = window(paths);
+    assert_eq!(panes(&window, "error [N]"), 3);
+    click_first(&mut window, Role::Button, "bare");
+    let traces = Arc::clone(&analysis(&window).traces);
+    assert!(traces.axes.iter().all(|axis| axis.calculated.is_none()));
+    assert_eq!(traces.axes[0].compensated.len(), 200);
+    assert_eq!(
+        (panes(&window, "Fx [N]"), panes(&window, "error [N]")),
+        (1, 0)
+    );
+}
+
+#[test]
+fn a_recording_without_reference_alone_shows_nothing_of_the_built_in_sensor() {
+    let files = Files::new();
+    let mut window = window(Vec::new());
+    let bare = files.recording("bare.csv", 0.7, 200, &[]);
+    let dropped = Arc::new(Dropped(bare));
+    window.input_mut().dropped_files.push(dropped);
+    settle(&mut window);
+    assert_eq!(names(&window), ["bare"]);
+    assert!(state(&window).analysis.is_none());
+    assert!(has(&window, "no recording is in the train role"));
+}
+
+#[test]
+fn an_answer_about_recordings_that_were_closed_meanwhile_is_dropped() {
+    let mut window = window(Vec::new());
+    window.get_by_role_and_label(Role::Button, "B").click();
+    window.step();
+    window.step();
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::CloseRecordings);
+    settle(&mut window);
+    assert!(state(&window).analysis.is_none());
+    assert!(state(&window).problem.is_some());
+}
+
+#[test]
+fn an_entered_full_scale_is_used_until_it_is_measured_again() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let measured = analysis(&window).calibration.full_scale.clone();
+    click(&mut window, Role::DisclosureTriangle, "Full scale");
+    window
+        .get_by_role_and_label(Role::SpinButton, "Fy [N]")
+        .click();
+    window.step();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text("12".to_owned()));
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    let entered = analysis(&window).calibration.full_scale.clone();
+    assert_eq!(entered, [measured[0], 12.0, measured[2]]);
+    let measure = window.query_all_by_role_and_label(Role::Button, "Measure");
+    let enabled: Vec<_> = measure
+        .filter(|button| !button.accesskit_node().is_disabled())
+        .collect();
+    assert_eq!(enabled.len(), 1);
+    enabled[0].click();
+    settle(&mut window);
+    assert_eq!(analysis(&window).calibration.full_scale, measured);
+}
+
+#[test]
+fn moments_alone_are_measured_over_full_scale() {
+    let files = Files::new();
+    let axes = [Axis::Mx, Axis::My];
+    let mut window = window(vec![files.recording("a.csv", 0.0, 400, &axes)]);
+    assert_eq!(panes(&window, "error [N·m]"), 2);
+    assert!(!has(&window, "F_th is measured over"));
+    slide(&mut window, "F_th", 40.0);
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.4);
+    click(&mut window, Role::Button, "Reset to 25 %, 15 s");
+    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.25);
+}
+
+#[test]
+fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.set_size(Vec2::new(800.0, 500.0));
+    for theme in ["Light", "Dark"] {
+        click(&mut window, Role::Button, "View");
+        click(&mut window, Role::RadioButton, theme);
+        window.check_accessibility();
+        assert_eq!(panes(&window, "Fx [N]"), 1);
+    }
+    for trace in ["Calc.", "Conv.", "Comp."] {
+        click(&mut window, Role::CheckBox, trace);
+    }
+    assert_eq!(panes(&window, "error [N]"), 3, "empty panes stay");
+}
