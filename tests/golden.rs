@@ -83,21 +83,24 @@ fn assert_applied_loads_agree(sensor: &str) {
         let calibration = directory.path().join("calibration.json");
         let calibration = calibration.to_str().unwrap();
         let arguments = [&words(&case["fit"])[..], &["--export", calibration]].concat();
-        let full_scale = numbers(&fit(&golden(), &arguments)["full_scale"]);
+        let report = fit(&golden(), &arguments);
+        let full_scale = numbers(&report["full_scale"]);
         let file = case["file"].as_str().unwrap();
         let out = directory.path().to_str().unwrap();
         succeed(&golden(), &["apply", calibration, file, "--out", out]);
         let name = file.replace(".csv", "_loads.csv");
         let loads = Table::read(&directory.path().join(name));
-        let n_axes = full_scale.len();
         for row in case["rows"].as_array().unwrap() {
-            // Time, Calc., Conv., Comp.
             let sample = row["sample"].as_u64().unwrap() as usize;
-            let actual = &loads.rows[sample][1 + n_axes..];
-            let expected = [&row["conventional"], &row["compensated"]].map(numbers);
-            let what = format!("{file}, sample {sample}");
-            let scale = |at: usize| full_scale[at % n_axes];
-            assert_near(actual, &expected.concat(), scale, &what);
+            for (kind, calibration) in [("conv", "conventional"), ("comp", "compensated")] {
+                let actual: Vec<f64> = words(&report["axes"])
+                    .iter()
+                    .map(|axis| loads.column(&format!("{axis} {kind}"))[sample])
+                    .collect();
+                let what = format!("{calibration} load of sample {sample}");
+                let expected = numbers(&row[calibration]);
+                assert_near(&actual, &expected, |at| full_scale[at], &what);
+            }
         }
     }
 }
