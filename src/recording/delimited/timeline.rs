@@ -6,6 +6,8 @@ use crate::recording::units::TimeUnit;
 
 /// A step this many times the median is a pause between recordings, not a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
+/// A shorter step is no pause [s], however short the others are: some loggers write rows in bursts.
+const SHORTEST_PAUSE_SECS: f64 = 1.0;
 /// No calibration is logged more slowly than one sample a minute [s]: slower, and the unit is another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
@@ -18,9 +20,11 @@ pub(super) struct Cuts {
     pub(super) repeats: Option<(usize, usize, u64)>,
 }
 
-/// Cuts at every pause and wherever time goes back.
+/// Cuts at every pause and wherever time goes back, given times in seconds.
 pub(super) fn cuts(times: &[f64]) -> Cuts {
-    let pause = median_step(times).map_or(f64::INFINITY, |step| PAUSE_IN_STEPS * step);
+    let pause = median_step(times).map_or(f64::INFINITY, |step| {
+        (PAUSE_IN_STEPS * step).max(SHORTEST_PAUSE_SECS)
+    });
     let mut cuts = Cuts::default();
     for (before, pair) in times.windows(2).enumerate() {
         let (step, row) = (pair[1] - pair[0], before + 1);
@@ -105,6 +109,12 @@ mod tests {
         let cuts = cuts(&times);
         assert_eq!(cuts.starts, [5, 7]); // 1.9 is 19 median steps, 2.1 is 21
         assert_eq!(cuts.repeats, Some((9, 9, 1)));
+    }
+
+    #[test]
+    fn rows_in_bursts_are_one_recording() {
+        let bursts = (0..30).map(|k| f64::from(k / 15) * 0.16 + f64::from(k % 15) * 0.0004);
+        assert_eq!(cuts(&bursts.collect::<Vec<_>>()), Cuts::default());
     }
 
     #[test]
