@@ -461,7 +461,7 @@ impl Ground {
                 Some((rmse(&self.loads[at])?, rmse(&compensated)?))
             })
             .collect();
-        let pooled = |role: Role, pick: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| {
+        let pooled = |role: Role, pick: PickErrors| {
             let mut squares = vec![0.0; n_axes];
             let mut n = 0;
             for (entry, errors) in self.entries.iter().zip(&errors) {
@@ -477,7 +477,7 @@ impl Ground {
             }
             (metrics::root_mean(&squares, n), n)
         };
-        let scores = |pick: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| Scores {
+        let scores = |pick: PickErrors| Scores {
             train_rmse: pooled(Role::Train, pick).0,
             test_rmse: pooled(Role::Test, pick).0,
             cv_rmse: None,
@@ -503,6 +503,9 @@ impl Ground {
         traces
     }
 }
+
+/// Of a recording's errors per axis, those of the conventional or those of the compensated map.
+type PickErrors = fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>;
 
 fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
     entries

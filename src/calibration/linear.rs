@@ -51,8 +51,7 @@ pub fn fit(sums: &NormalEquations, used: &[usize]) -> Fit {
                 if one.1 > best.1 { one } else { best }
             },
         );
-        // Written so that NaN ends it too.
-        if !(largest > EXPLAINED_BELOW) {
+        if largest.is_nan() || largest <= EXPLAINED_BELOW {
             break;
         }
         swap_symmetric(&mut lower, m, rank, pivot);

@@ -341,9 +341,9 @@ impl<const D: usize> Bounds<D> {
     #[inline(always)]
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;
-        for dimension in 0..D {
-            let below = point[dimension] - self.low[dimension];
-            let above = self.high[dimension] - point[dimension];
+        for (dimension, at) in point.iter().enumerate() {
+            let below = at - self.low[dimension];
+            let above = self.high[dimension] - at;
             let reach = if below > above { below } else { above };
             sum += reach * reach;
         }
