@@ -116,6 +116,11 @@ fn fits_of_one_split_recording_with_one_axis_agree() {
 }
 
 #[test]
+fn fits_of_samples_exactly_as_old_as_allowed_agree() {
+    assert_fits_agree("even_clock");
+}
+
+#[test]
 fn fits_of_a_moment_alone_agree() {
     assert_fits_agree("moment_only");
 }

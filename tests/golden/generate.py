@@ -87,6 +87,15 @@ def write_two_gauges():
     write("two_gauges.csv", "t [s],u1,u2,Fz [N]", times, gauges, load, 9)
 
 
+def write_even_clock():
+    """8 Hz to the last bit: many samples are exactly t_th old, and those still count."""
+    rng = np.random.default_rng(23)
+    times = np.arange(170) / 8.0
+    load = motion(rng, times, (8.0, 12.0), 0.1, 0.9)
+    gauges = sensor(rng, load, np.array([[0.1, -0.02, 0.05], [0.03, 0.08, 0.06]]), (0.0, 1.0, 2.0), (1.0, 1.0, 1.0))
+    write("even_clock.csv", "t [s],SG0,SG1,SG2,Fx [N],Fz [N]", times, gauges, load, 8)
+
+
 def write_moment_only():
     """No force axis, so the look-back measures shares of full scale; one of the four gauges never changes."""
     rng = np.random.default_rng(22)
@@ -283,6 +292,9 @@ def cases():
         dict(distance="full-scale", f_th=0.25),
     ):
         yield one[0], one[1] | change
+    even = ("even_clock", dict(train=["even_clock.csv"], test=[], split=0.75, distance="force", f_th=5.0, t_th=0.5))
+    for change in (dict(), dict(t_th=0.125, f_th=1.0), dict(t_th=1.0, decimate=4)):
+        yield even[0], even[1] | change
     train = [f"moment_only_train_{k}.csv" for k in (1, 2, 3, 4)]
     test = ["moment_only_test_1.csv"]
     moment = ("moment_only", dict(train=train, test=test, distance="full-scale", f_th=0.25, t_th=4.0))
@@ -310,6 +322,7 @@ def applied(sensor, choices, samples):
 def main():
     write_eight_gauges()
     write_two_gauges()
+    write_even_clock()
     write_moment_only()
     fits = []
     loads = []
