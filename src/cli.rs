@@ -1,5 +1,6 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -75,7 +76,12 @@ pub struct FitArgs {
     #[arg(long, num_args = 1.., value_name = "FILE")]
     test: Vec<PathBuf>,
     /// Instead of test files: train on this first part of each recording, test on the rest.
-    #[arg(long, value_name = "FRACTION", conflicts_with = "test")]
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        conflicts_with = "test",
+        allow_negative_numbers = true
+    )]
     split: Option<f64>,
     /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
     /// 0.25 of full scale].
@@ -93,13 +99,23 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value = "force")]
     distance: DistanceArg,
     /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
-    #[arg(long, value_delimiter = ',', value_name = "FS,…")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "FS,…",
+        allow_negative_numbers = true
+    )]
     full_scale: Vec<f64>,
     /// Fit without a constant term, as the paper does.
     #[arg(long)]
     no_offset: bool,
     /// Use every N-th sample only.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
     decimate: usize,
     /// Write the calibration: .json (complete) or .csv (the matrices); may be given several times.
     #[arg(long, value_name = "FILE")]
@@ -158,6 +174,10 @@ pub enum JobError {
     Split(f64),
     #[error("{}: the ending says no format; use .json or .csv", .path.display())]
     Ending { path: PathBuf },
+    #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
+    NoReference { path: PathBuf },
+    #[error("{} would be written over {}, which is read; choose another name", .output.display(), .input.display())]
+    OverInput { input: PathBuf, output: PathBuf },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
     SameOutput {
         first: PathBuf,
@@ -181,10 +201,15 @@ pub fn run(job: Job) -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("loopscope: {error}");
+            tell(&error);
             ExitCode::FAILURE
         }
     }
+}
+
+/// Writes one line to standard error; where nobody can hear it, the exit code still says how it went.
+pub fn tell(message: &dyn Display) {
+    let _ = writeln!(io::stderr(), "loopscope: {message}");
 }
 
 fn make_directory(path: &Path) -> Result<(), JobError> {
@@ -237,7 +262,7 @@ fn read_all(files: &[PathBuf]) -> Result<Vec<Vec<Recording>>, JobError> {
 
 fn print_warnings(warnings: &[LoadWarning]) {
     for warning in warnings {
-        eprintln!("loopscope: warning: {warning}");
+        tell(&format_args!("warning: {warning}"));
     }
 }
 
@@ -253,8 +278,13 @@ fn recordings_to_fit(args: &FitArgs) -> Result<RecordingSet, JobError> {
         }
     }
     for (files, role) in [(&args.train, Role::Train), (&args.test, Role::Test)] {
-        for recording in read_all(files)?.into_iter().flatten() {
-            set.push(Entry::new(recording, role))?;
+        for (path, recordings) in files.iter().zip(read_all(files)?) {
+            for recording in recordings {
+                if !recording.has_reference() {
+                    return Err(JobError::NoReference { path: path.clone() });
+                }
+                set.push(Entry::new(recording, role))?;
+            }
         }
     }
     match args.split {
@@ -271,6 +301,27 @@ fn recordings_to_fit(args: &FitArgs) -> Result<RecordingSet, JobError> {
     }
 }
 
+/// Nobody means to lose a recording: what is read is not written over.
+fn check_not_over<'a>(
+    inputs: impl Iterator<Item = &'a PathBuf> + Clone,
+    outputs: &[PathBuf],
+) -> Result<(), JobError> {
+    for output in outputs {
+        // A file that is not there yet has no such path, and is no input.
+        let Ok(existing) = output.canonicalize() else {
+            continue;
+        };
+        let mut inputs = inputs.clone();
+        if let Some(input) = inputs.find(|path| path.canonicalize().is_ok_and(|p| p == existing)) {
+            return Err(JobError::OverInput {
+                input: input.clone(),
+                output: output.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
 fn run_fit(args: &FitArgs) -> Result<(), JobError> {
     // Before any work: a wrong ending must not cost the time of a fit.
     for path in &args.export {
@@ -278,6 +329,7 @@ fn run_fit(args: &FitArgs) -> Result<(), JobError> {
             return Err(JobError::Ending { path: path.clone() });
         }
     }
+    check_not_over(args.train.iter().chain(&args.test), &args.export)?;
     let recordings = recordings_to_fit(args)?;
     let distance = match args.distance {
         DistanceArg::Force => Distance::Force,
@@ -450,6 +502,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
             });
         }
     }
+    check_not_over(args.files.iter().chain([&args.calibration]), &outputs)?;
     make_directory(&args.out)?;
     for (path, output) in args.files.iter().zip(&outputs) {
         let loaded = delimited::read(path, &Progress::default())?;

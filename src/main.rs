@@ -20,8 +20,6 @@ fn open_window(files: Vec<std::path::PathBuf>) -> ExitCode {
 
 #[cfg(not(feature = "gui"))]
 fn open_window(_files: Vec<std::path::PathBuf>) -> ExitCode {
-    eprintln!(
-        "loopscope: this build has no window; use `loopscope fit`, `apply` or `demo` (see --help)"
-    );
+    cli::tell(&"this build has no window; use `loopscope fit`, `apply` or `demo` (see --help)");
     ExitCode::FAILURE
 }

@@ -6,6 +6,11 @@ use crate::recording::units::TimeUnit;
 
 /// A step this many times the median is a pause between recordings, not a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
+/// This many pauses, if they are also more than one step in [`STEPS_PER_BURST`], are the rhythm of a logger that
+/// writes rows in bursts.
+const FEWEST_BURSTS: usize = 20;
+/// See [`FEWEST_BURSTS`].
+const STEPS_PER_BURST: usize = 50;
 /// No calibration is logged more slowly than one sample a minute [s]: slower, and the unit is another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
@@ -18,9 +23,9 @@ pub(super) struct Cuts {
     pub(super) repeats: Option<(usize, usize, u64)>,
 }
 
-/// Cuts at every pause and wherever time goes back.
+/// Cuts at every pause and wherever time goes back, given times in seconds.
 pub(super) fn cuts(times: &[f64]) -> Cuts {
-    let pause = median_step(times).map_or(f64::INFINITY, |step| PAUSE_IN_STEPS * step);
+    let pause = shortest_pause(times);
     let mut cuts = Cuts::default();
     for (before, pair) in times.windows(2).enumerate() {
         let (step, row) = (pair[1] - pair[0], before + 1);
@@ -32,6 +37,21 @@ pub(super) fn cuts(times: &[f64]) -> Cuts {
         }
     }
     cuts
+}
+
+/// A longer step is a pause: 20 median steps, or where rows come in bursts, 20 times the median pause between those.
+fn shortest_pause(times: &[f64]) -> f64 {
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let Some(step) = median_step(times) else {
+        return f64::INFINITY;
+    };
+    let pause = PAUSE_IN_STEPS * step;
+    let between_bursts = || steps().filter(|step| *step > pause);
+    let n_bursts = between_bursts().count();
+    if n_bursts < FEWEST_BURSTS || n_bursts * STEPS_PER_BURST < times.len() {
+        return pause;
+    }
+    PAUSE_IN_STEPS * median(between_bursts()).unwrap_or(step)
 }
 
 /// The unit that the times have by their values.
@@ -64,14 +84,17 @@ pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
 
 /// The median of the steps forward; `None` if there are none.
 fn median_step(times: &[f64]) -> Option<f64> {
-    let mut steps = Vec::with_capacity(times.len());
-    let forward = |pair: &[f64]| Some(pair[1] - pair[0]).filter(|step| *step > 0.0);
-    steps.extend(times.windows(2).filter_map(forward));
-    if steps.is_empty() {
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
+    median(steps.filter(|step| *step > 0.0))
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
         return None;
     }
-    let middle = steps.len() / 2;
-    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    let middle = values.len() / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
 }
 
@@ -105,6 +128,12 @@ mod tests {
         let cuts = cuts(&times);
         assert_eq!(cuts.starts, [5, 7]); // 1.9 is 19 median steps, 2.1 is 21
         assert_eq!(cuts.repeats, Some((9, 9, 1)));
+    }
+
+    #[test]
+    fn rows_in_many_bursts_are_one_recording() {
+        let bursts = (0..600).map(|k| f64::from(k / 15) * 0.16 + f64::from(k % 15) * 0.0004);
+        assert_eq!(cuts(&bursts.collect::<Vec<_>>()), Cuts::default());
     }
 
     #[test]

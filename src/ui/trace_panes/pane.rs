@@ -25,6 +25,8 @@ const LEAST_TIME_STEP_POINTS: f64 = 82.0;
 const LEAST_VALUE_STEP_POINTS: f64 = 24.0;
 /// The plot hands its grid the width of this many points as `base_step_size`; set below so that both agree.
 const GRID_BASE_POINTS: f64 = 8.0;
+/// A pair of extremes is drawn for each stretch of this width; lines are about as wide.
+const POINTS_PER_BUCKET: f32 = 1.5;
 /// How far one notch of the wheel zooms.
 const ZOOM_PER_POINT: f64 = 0.004;
 
@@ -102,7 +104,8 @@ fn pane(
         .copied()
         .unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
     let bounds = PlotBounds::from_min_max([visible.time.0, values.0], [visible.time.1, values.1]);
-    let buckets = (ui.available_width() - VALUE_AXIS_WIDTH).max(1.0) as usize;
+    let width = (ui.available_width() - VALUE_AXIS_WIDTH).max(1.0);
+    let buckets = (width / POINTS_PER_BUCKET) as usize + 1;
     let visuals = ui.visuals().clone();
     let title = title(axis.axis, kind);
     let mut plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error))

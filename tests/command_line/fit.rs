@@ -1,0 +1,127 @@
+//! `fit` on files.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use crate::program::{fit, numbers, stderr, succeed};
+use crate::workshop::{ALL_FILES, HEADER, Workshop, recording, rows};
+
+#[test]
+fn a_split_trains_on_the_first_part_and_tests_on_the_rest() {
+    let workshop = Workshop::new();
+    workshop.write("run.csv", recording(0.0, 111));
+    let report = fit(workshop.path(), &["--train", "run.csv", "--split", "0.6"]);
+    assert_eq!(
+        (&report["n_train"], &report["n_test"]),
+        (&66.into(), &45.into())
+    );
+    assert!(report["compensated"]["test_rmse"].is_array());
+}
+
+#[test]
+fn a_pause_in_a_file_starts_history_anew() {
+    let workshop = Workshop::new();
+    let [first, second] = [rows(1.0, 120, 0.0), rows(2.0, 120, 500.0)];
+    workshop.write("first.csv", format!("{HEADER}{first}"));
+    workshop.write("second.csv", format!("{HEADER}{second}"));
+    workshop.write("paused.csv", format!("{HEADER}{first}{second}"));
+    let thresholds = ["--f-th", "2", "--t-th", "1e6"];
+    let of = |files: &[&str]| {
+        fit(
+            workshop.path(),
+            &[&["--train"], files, &thresholds].concat(),
+        )
+    };
+    assert_eq!(of(&["paused.csv"]), of(&["first.csv", "second.csv"]));
+    // Without the pause the second half has a past in the first: the same samples, another past.
+    let joined = format!("{HEADER}{first}{}", rows(2.0, 120, 12.0));
+    workshop.write("joined.csv", joined);
+    let rmse = |file, calibration: &str| numbers(&of(&[file])[calibration]["train_rmse"])[0];
+    let change = |calibration| rmse("joined.csv", calibration) / rmse("paused.csv", calibration);
+    assert!((change("conventional") - 1.0).abs() < 1e-12);
+    assert!((change("compensated") - 1.0).abs() > 1e-6);
+}
+
+#[test]
+fn both_exports_hold_the_matrices_of_the_fit() {
+    let workshop = Workshop::with_recordings();
+    let exports = ["--export", "c.json", "--export", "m.csv"];
+    let report = fit(workshop.path(), &[&ALL_FILES[..], &exports].concat());
+    let calibration: Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    for score in ["conventional", "compensated"] {
+        assert_eq!(calibration["quality"][score], report[score]);
+    }
+    assert_eq!(calibration["compensated"]["features"], report["features"]);
+    let mut csv = csv::Reader::from_path(workshop.file("m.csv")).unwrap();
+    let rows: Vec<BTreeMap<String, String>> = csv.deserialize().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        assert_eq!((&*row["axis"], &*row["unit"]), ("Fz", "N"));
+        let map = &calibration[&row["calibration"]];
+        let features = map["features"].as_array().unwrap();
+        for (feature, expected) in features.iter().zip(numbers(&map["matrix"][0])) {
+            let written: f64 = row[feature.as_str().unwrap()].parse().unwrap();
+            assert_eq!(written, expected);
+        }
+    }
+}
+
+#[test]
+fn an_entered_full_scale_is_used() {
+    let workshop = Workshop::with_recordings();
+    let over_full_scale = |full_scale: &str, f_th: &str| {
+        let changed = ["--distance", "full-scale", "--full-scale", full_scale];
+        let files = &ALL_FILES[..6];
+        fit(
+            workshop.path(),
+            &[files, &changed, &["--f-th", f_th]].concat(),
+        )
+    };
+    let report = over_full_scale("20", "0.1");
+    assert_eq!(numbers(&report["full_scale"]), [20.0]);
+    assert_eq!(
+        report["compensated"],
+        over_full_scale("10", "0.2")["compensated"]
+    );
+    assert_ne!(
+        report["compensated"],
+        over_full_scale("10", "0.1")["compensated"]
+    );
+}
+
+#[test]
+fn the_table_shows_the_figures_of_the_json() {
+    let workshop = Workshop::with_recordings();
+    let arguments = [&["fit"], &ALL_FILES[..]].concat();
+    let table = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
+    let report = fit(workshop.path(), &ALL_FILES);
+    for calibration in ["conventional", "compensated"] {
+        for score in ["train_rmse", "test_rmse", "cv_rmse"] {
+            let figure = format!("{:.6}", numbers(&report[calibration][score])[0]);
+            assert!(
+                table.contains(&figure),
+                "{calibration} {score} {figure}: {table}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_with_single_rows_is_told_with_its_line_and_stops_nothing() {
+    let workshop = Workshop::new();
+    let odd = "15.0,oops,1,1\n15.1,1,2\n15.2,nan,1,1\n";
+    let text = [&recording(0.0, 150), odd, &rows(1.0, 150, 900.0)].concat();
+    workshop.write("odd.csv", text);
+    let output = succeed(workshop.path(), &["fit", "--train", "odd.csv", "--json"]);
+    let told = stderr(&output);
+    let places: Vec<&str> = told.lines().map(|line| &line[..32]).collect();
+    // Line 1 is the header, lines 2 to 151 are the first run.
+    assert_eq!(
+        places,
+        [152, 153, 154, 155].map(|line| format!("loopscope: warning: odd.csv:{line}:"))
+    );
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["n_train"], 300);
+    assert_eq!(report["recordings"], 2);
+}

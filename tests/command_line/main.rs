@@ -1,0 +1,13 @@
+//! The program as a person runs it: what each job says, writes and refuses.
+
+#[path = "../support/program.rs"]
+mod program;
+#[path = "../support/table.rs"]
+mod table;
+mod workshop;
+
+mod apply;
+mod built_in;
+mod fit;
+mod refusals;
+mod streams;

@@ -1,0 +1,202 @@
+//! What is refused: one line on standard error that names the culprit, an exit code, nothing written.
+
+use std::fs;
+
+use crate::program::{run, stderr, succeed};
+use crate::workshop::{ALL_FILES, Workshop, recording};
+
+/// The one line that a refused job says.
+#[track_caller]
+fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
+    let output = run(workshop.path(), arguments);
+    let told = stderr(&output);
+    assert!(!output.status.success(), "{arguments:?} was done");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    assert_eq!(told.lines().count(), 1, "{arguments:?}: {told}");
+    assert!(told.starts_with("loopscope: "), "{arguments:?}: {told}");
+    told
+}
+
+/// Each job is refused with a line that holds each of the words.
+#[track_caller]
+fn all_refused(workshop: &Workshop, job: &str, refusals: &[(&str, &[&str])]) {
+    for (arguments, words) in refusals {
+        let arguments: Vec<&str> = [job].into_iter().chain(arguments.split(' ')).collect();
+        let told = refused(workshop, &arguments);
+        for word in *words {
+            assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+        }
+    }
+}
+
+#[test]
+fn files_that_are_no_recordings_are_named() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("empty.csv", "");
+    workshop.write("text.csv", "Dear diary,\ntoday I measured.\n");
+    workshop.write("binary.csv", b"\x7fELF\0\0\xff");
+    workshop.write("no_gauge.csv", "t,Fz\n0,1\n0.1,2\n");
+    workshop.write("no_reference.csv", "t,S1,S2\n0,1,3\n0.1,2,4\n");
+    workshop.write("other.csv", "t,S1,S2,S3,Fz\n0,1,2,3,4\n0.1,2,3,4,5\n");
+    workshop.write("axes.csv", "t,S1,S2,Fx\n0,1,2,3\n0.1,2,3,4\n");
+    all_refused(
+        &workshop,
+        "fit",
+        &[
+            ("--train gone.csv", &["gone.csv"]),
+            ("--train .", &["not a file"]),
+            ("--train empty.csv", &["empty.csv", "empty"]),
+            ("--train text.csv", &["text.csv:1", "no time column"]),
+            ("--train binary.csv", &["binary.csv", "not UTF-8"]),
+            ("--train no_gauge.csv", &["no_gauge.csv:1", "no gauge"]),
+            (
+                "--train no_reference.csv",
+                &["no_reference.csv", "no reference"],
+            ),
+            ("--train a.csv no_reference.csv", &["no_reference.csv"]),
+            (
+                "--train a.csv --test no_reference.csv",
+                &["no_reference.csv"],
+            ),
+            ("--train a.csv other.csv", &["other", "S1 S2 S3"]),
+            ("--train a.csv --test other.csv", &["other", "S1 S2 S3"]),
+            ("--train a.csv --test axes.csv", &["axes", "Fx"]),
+        ],
+    );
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let workshop = Workshop::with_recordings();
+    all_refused(
+        &workshop,
+        "fit",
+        &[
+            ("--train a.csv --f-th NaN", &["F_th", "NaN"]),
+            ("--train a.csv --f-th -1", &["F_th", "-1"]),
+            ("--train a.csv --f-th inf", &["F_th", "inf"]),
+            ("--train a.csv --t-th NaN", &["t_th", "NaN"]),
+            ("--train a.csv --t-th -0.5", &["t_th", "-0.5"]),
+            ("--train a.csv --split 0", &["split", "0"]),
+            ("--train a.csv --split 1", &["split", "1"]),
+            ("--train a.csv --split NaN", &["split", "NaN"]),
+            ("--train a.csv --split -0.5", &["split", "-0.5"]),
+            ("--train a.csv --split 1e-9", &["split"]),
+            ("--train a.csv --decimate 0", &["decimation"]),
+            ("--train a.csv --full-scale 0", &["full scale", "axis 1"]),
+            ("--train a.csv --full-scale -5", &["full scale", "-5"]),
+            ("--train a.csv --full-scale 5,6", &["2 full scales"]),
+        ],
+    );
+}
+
+#[test]
+fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("kept.json", "old");
+    let read_only = workshop.file("kept.json");
+    let mut permissions = fs::metadata(&read_only).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&read_only, permissions).unwrap();
+    fs::create_dir(workshop.file("folder.json")).unwrap();
+    let before = workshop.read("a.csv");
+    all_refused(
+        &workshop,
+        "fit",
+        &[
+            ("--train a.csv --export c.xml", &["c.xml", ".json"]),
+            ("--train a.csv --export c", &["ending"]),
+            (
+                "--train a.csv --export gone/c.json",
+                &["gone/c.json", "no directory gone"],
+            ),
+            ("--train a.csv --export folder.json", &["folder.json"]),
+            (
+                "--train a.csv --export kept.json",
+                &["kept.json", "read-only"],
+            ),
+            ("--train gone.csv --export kept.json", &["gone.csv"]),
+            ("--train a.csv --export ./a.csv", &["./a.csv", "read"]),
+        ],
+    );
+    assert_eq!(workshop.read("kept.json"), "old");
+    assert_eq!(workshop.read("a.csv"), before);
+    assert!(!workshop.file("gone").exists());
+}
+
+#[test]
+fn demo_does_not_write_where_a_file_stands() {
+    let workshop = Workshop::with_recordings();
+    let told = refused(&workshop, &["demo", "a.csv", "--pattern", "b"]);
+    assert!(told.contains("a.csv"), "{told}");
+}
+
+/// With the calibration `c.json` of its own recordings.
+fn calibrated() -> Workshop {
+    let workshop = Workshop::with_recordings();
+    let arguments = [&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat();
+    succeed(workshop.path(), &arguments);
+    workshop
+}
+
+#[test]
+fn apply_refuses_what_does_not_fit_together() {
+    let workshop = calibrated();
+    fs::create_dir(workshop.file("sub")).unwrap();
+    workshop.write("sub/a.csv", recording(5.0, 20));
+    workshop.write("other.csv", "t,S1,S3,Fz\n0,1,2,3\n0.1,2,3,4\n");
+    workshop.write("swapped.csv", "t,S2,S1,Fz\n0,1,2,3\n0.1,2,3,4\n");
+    workshop.write("a_loads.csv", recording(5.0, 20));
+    let before = workshop.read("a_loads.csv");
+    all_refused(
+        &workshop,
+        "apply",
+        &[
+            ("c.json a.csv sub/a.csv --out new", &["a.csv", "sub/a.csv"]),
+            ("c.json other.csv --out new", &["other.csv", "S1 S3"]),
+            ("c.json swapped.csv --out new", &["swapped.csv", "S2 S1"]),
+            ("c.json gone.csv --out new", &["gone.csv"]),
+            ("gone.json a.csv --out new", &["gone.json"]),
+            ("a.csv b.csv --out new", &["a.csv", "not a calibration"]),
+            (". a.csv --out new", &["cannot read"]),
+            ("c.json a.csv --out b.csv", &["directory", "b.csv"]),
+            (
+                "c.json a.csv a_loads.csv --out .",
+                &["./a_loads.csv", "read"],
+            ),
+        ],
+    );
+    assert_eq!(workshop.read("a_loads.csv"), before);
+}
+
+#[test]
+fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
+    let workshop = calibrated();
+    let whole = workshop.read("c.json");
+    for (from, to, word) in [
+        ("loopscope calibration", "another thing", "format"),
+        ("\"version\": 1", "\"version\": 2", "version 2"),
+        ("\"f_th\": 3.0", "\"f_th\": -3.0", "thresholds.f_th"),
+        ("\"f_th\": 3.0", "\"f_th\": NaN", "JSON"),
+        ("\"f_th\": 3.0", "\"f_th\": 1e999", "JSON"),
+        ("\"t_th_secs\"", "\"t_th\"", "t_th"),
+        ("\"offset\": true", "\"offset\": false", "features"),
+        ("\"Fz\"", "\"Fq\"", "Fq"),
+        ("\"N\"", "\"kN\"", "unit of Fz"),
+        ("\"S2\"", "\"S9\"", "S9"),
+        ("\"S2_past\"", "\"S2_passed\"", "S2_passed"),
+        ("\"matrix\": [", "\"matrix\": [[1.0],", "matrix"),
+        ("\"full_scale\": [", "\"full_scale\": [null,", "JSON"),
+        ("}", "", "JSON"),
+    ] {
+        assert!(whole.contains(from), "{from}");
+        workshop.write("edited.json", whole.replacen(from, to, 1));
+        let arguments = ["apply", "edited.json", "a.csv", "--out", "new"];
+        let told = refused(&workshop, &arguments);
+        assert!(
+            told.contains("edited.json") && told.contains(word),
+            "{to}: {told}"
+        );
+    }
+    assert!(!workshop.file("new").exists());
+}

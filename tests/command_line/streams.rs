@@ -1,0 +1,56 @@
+//! Where the output goes may be gone, and so may the display.
+
+use std::process::Stdio;
+
+use crate::program::{program, run, stderr};
+use crate::workshop::{ALL_FILES, Workshop};
+
+/// A stream that nobody reads any more.
+fn closed() -> Stdio {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    writer.into()
+}
+
+#[test]
+fn a_reader_that_had_enough_is_no_error() {
+    let workshop = Workshop::with_recordings();
+    let fit = [&["fit"], &ALL_FILES[..]].concat();
+    let exported = [&fit[..], &["--json", "--export", "c.json"]].concat();
+    for arguments in [
+        &fit[..],
+        &exported,
+        &["apply", "c.json", "a.csv", "--out", "."],
+        &["demo", "demo", "--pattern", "b"],
+        &["--help"],
+    ] {
+        let mut job = program(workshop.path(), arguments);
+        let output = job
+            .stdout(closed())
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        assert_eq!(stderr(&output), "", "{arguments:?}");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    }
+}
+
+#[test]
+fn without_anyone_to_hear_the_reason_the_exit_code_says_it() {
+    let workshop = Workshop::new();
+    let mut job = program(workshop.path(), &["fit", "--train", "gone.csv"]);
+    let status = job.stderr(closed()).status().unwrap();
+    assert_eq!(status.code(), Some(1));
+}
+
+#[test]
+fn without_a_display_the_window_is_refused_in_one_line() {
+    let workshop = Workshop::with_recordings();
+    for files in [&[][..], &["a.csv"]] {
+        let output = run(workshop.path(), files);
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert_eq!(told.lines().count(), 1, "{told}");
+        assert!(told.starts_with("loopscope: "), "{told}");
+    }
+}

@@ -1,0 +1,56 @@
+//! The program as a person runs it: arguments in, exit code and text out.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+/// The program with these arguments, to be run in `directory` on a machine without a display.
+pub fn program(directory: &Path, arguments: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_loopscope"));
+    program
+        .args(arguments)
+        .current_dir(directory)
+        .stdin(Stdio::null());
+    for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        program.env_remove(display);
+    }
+    program
+}
+
+/// Runs the program; whatever it was given, it must not have panicked.
+#[track_caller]
+pub fn run(directory: &Path, arguments: &[&str]) -> Output {
+    let output = program(directory, arguments).output().unwrap();
+    let told = stderr(&output);
+    assert!(!told.contains("panicked"), "{arguments:?}: {told}");
+    output
+}
+
+/// Runs a job that must go well.
+#[track_caller]
+pub fn succeed(directory: &Path, arguments: &[&str]) -> Output {
+    let output = run(directory, arguments);
+    let told = stderr(&output);
+    assert!(output.status.success(), "{arguments:?}: {told}");
+    output
+}
+
+/// What `fit --json` prints.
+#[track_caller]
+pub fn fit(directory: &Path, arguments: &[&str]) -> Value {
+    let output = succeed(directory, &[&["fit", "--json"], arguments].concat());
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Standard error as text.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// The numbers of a JSON array.
+#[track_caller]
+pub fn numbers(value: &Value) -> Vec<f64> {
+    let values = value.as_array().unwrap_or_else(|| panic!("{value}"));
+    values.iter().map(|value| value.as_f64().unwrap()).collect()
+}

@@ -1,0 +1,34 @@
+//! A CSV of numbers, read without the program's own reader.
+
+use std::path::Path;
+
+/// Columns with their names.
+pub struct Table {
+    /// As written.
+    pub header: Vec<String>,
+    /// One list per row.
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Reads a file whose cells are all numbers, below one header line.
+    #[track_caller]
+    pub fn read(path: &Path) -> Self {
+        let mut csv = csv::Reader::from_path(path).unwrap();
+        Self {
+            header: csv.headers().unwrap().iter().map(str::to_owned).collect(),
+            rows: csv
+                .records()
+                .map(|row| row.unwrap().iter().map(|x| x.parse().unwrap()).collect())
+                .collect(),
+        }
+    }
+
+    /// The column whose name starts so.
+    #[track_caller]
+    pub fn column(&self, start: &str) -> Vec<f64> {
+        let named = |name: &String| name.starts_with(start);
+        let at = self.header.iter().position(named).expect(start);
+        self.rows.iter().map(|row| row[at]).collect()
+    }
+}
