@@ -47,7 +47,7 @@ pub struct Segment {
     pub name: String,
     /// Its samples, counted over the traces.
     pub samples: Range<usize>,
-    /// Added to a time on the axis, this gives the time on the recording's own clock [s].
+    /// Added to a time on the axis, this gives the time on the recording's own clock (s).
     pub clock_offset_secs: f64,
 }
 
@@ -75,7 +75,7 @@ pub struct TraceSet {
     pub view: View,
     /// The recordings in order of time.
     pub segments: Arc<[Segment]>,
-    /// Time on the axis of each sample [s]: the first recording starts at zero, each next follows after one step.
+    /// Time on the axis of each sample (s): the first recording starts at zero, each next follows after one step.
     pub times: Arc<[f64]>,
     /// The past sample of each sample, counted over the traces.
     pub past: Arc<[u32]>,

@@ -17,7 +17,7 @@ pub const VERSION: u32 = 1;
 ///
 /// **Shapes** `matrix` has one row per axis and one column per feature; the feature `offset` is always 1.
 ///
-/// **Units** [N] or [N·m] per unit of the gauge.
+/// **Units** (N) or (N·m) per unit of the gauge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearMap {
     /// Column names: the gauges, then `<gauge>_past` where the past is used, then `offset` where there is one.

@@ -40,9 +40,9 @@ pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<
 /// A group of axes that share a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// Fx Fy Fz [N].
+    /// Fx Fy Fz (N).
     Force,
-    /// Mx My Mz [N·m].
+    /// Mx My Mz (N·m).
     Moment,
 }
 

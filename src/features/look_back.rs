@@ -16,13 +16,13 @@ use crate::recording::Axis;
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
-/// | `f_th` | 3 | ≥ 0 | how much the load must have differed: [N], or a share of full scale, see [`Distance`] |
-/// | `t_th_secs` | 15 | ≥ 0 | how old the past sample may be [s] |
+/// | `f_th` | 3 | ≥ 0 | how much the load must have differed: (N), or a share of full scale, see [`Distance`] |
+/// | `t_th_secs` | 15 | ≥ 0 | how old the past sample may be (s) |
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
-    /// F_th: [N], or a share of full scale (1 = full scale) for [`Distance::FullScale`].
+    /// F_th: (N), or a share of full scale (1 = full scale) for [`Distance::FullScale`].
     pub f_th: f64,
-    /// t_th [s].
+    /// t_th (s).
     pub t_th_secs: f64,
 }
 
@@ -51,10 +51,10 @@ impl Thresholds {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Distance {
-    /// Euclidean norm over the force axes [N], as in the paper.
+    /// Euclidean norm over the force axes (N), as in the paper.
     #[default]
     Force,
-    /// Euclidean norm over all axes, each divided by its full scale [1].
+    /// Euclidean norm over all axes, each divided by its full scale (1).
     FullScale,
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One axis of the applied load: a force [N] or a moment [N·m].
+/// One axis of the applied load: a force (N) or a moment (N·m).
 ///
 /// The order of the variants is the order of columns everywhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -21,7 +21,7 @@ pub enum Source {
 /// **Shapes** times `n`, gauges `n × n_gauges` row-major, loads `n × n_axes` row-major (`n_axes` is 0 without a
 /// reference).
 ///
-/// **Units** times [s], loads [N] and [N·m]; gauges in whatever unit the logger wrote.
+/// **Units** times (s), loads (N) and (N·m); gauges in whatever unit the logger wrote.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     name: String,
@@ -148,19 +148,19 @@ impl Recording {
         self.times.len()
     }
 
-    /// Sample times [s], never going back, on the clock of the file.
+    /// Sample times (s), never going back, on the clock of the file.
     #[must_use]
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// From the first sample to the last [s].
+    /// From the first sample to the last (s).
     #[must_use]
     pub fn duration_secs(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// One over the median time step [Hz]; `None` with one sample or where most steps are zero.
+    /// One over the median time step (Hz); `None` with one sample or where most steps are zero.
     #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
         self.rate_hz

@@ -47,7 +47,7 @@ pub struct Fields {
     pub open: String,
     /// The path to export to.
     pub export: String,
-    /// The share of a split that trains [%].
+    /// The share of a split that trains (%).
     pub split_percent: f64,
 }
 

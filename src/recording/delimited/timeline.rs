@@ -11,7 +11,7 @@ const PAUSE_IN_STEPS: f64 = 20.0;
 const FEWEST_BURSTS: usize = 20;
 /// See [`FEWEST_BURSTS`].
 const STEPS_PER_BURST: usize = 50;
-/// No calibration is logged more slowly than one sample a minute [s]: slower, and the unit is another.
+/// No calibration is logged more slowly than one sample a minute (s): slower, and the unit is another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
 /// Where recordings start and where times repeat.
