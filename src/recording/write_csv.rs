@@ -9,7 +9,7 @@ use crate::recording::Recording;
 /// Writes a recording as comma-separated text: one header line, then one line per sample with its time, its gauges
 /// and, where there is a reference, its load.
 ///
-/// **Units** time in s, loads in N and N·m, named in the header (`t (s),S1,…,Fx (N),…,Mx (N·m)`); gauges as they are.
+/// **Units** time in s, loads in N and N·m, named in the header (`t [s],S1,…,Fx [N],…,Mx [N·m]`); gauges as they are.
 ///
 /// # Errors
 /// What the writer returns; part of the table may have been written by then.

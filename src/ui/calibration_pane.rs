@@ -17,7 +17,7 @@ pub fn calibration_pane(
     fields: &mut Fields,
     out: &mut Vec<Command>,
 ) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.heading("Calibration");
         if let Some(analysis) = &state.analysis {
             let calibration = &analysis.calibration;
@@ -53,10 +53,10 @@ pub fn calibration_pane(
 fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let label = ui.label("Export to");
-        let buttons = 110.0;
+        let buttons = 118.0;
         let field = egui::TextEdit::singleline(&mut fields.export)
             .hint_text("path ending in .json or .csv")
-            .desired_width((ui.available_width() - buttons).clamp(60.0, 400.0));
+            .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
         let field = ui.add(field).labelled_by(label.id);
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_enabled_ui(state.analysis.is_some(), |ui| {

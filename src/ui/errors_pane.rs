@@ -33,8 +33,8 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         }),
         ("Test", "On the test recordings", |s| &s.test_rmse),
         (
-            "Leave-one-out",
-            "Each training recording scored by a fit to the others; with fewer than three, five contiguous blocks of \
+            "LOO-CV",
+            "Leave-one-recording-out: each training recording scored by a fit to the others; with fewer than three, five contiguous blocks of \
              them take turns. The look-back's trigger stays the conventional calibration of all",
             |s| &s.cv_rmse,
         ),

@@ -263,7 +263,7 @@ impl Shell {
             .show(ui, |ui| {
                 egui::Panel::left("errors")
                     .resizable(true)
-                    .default_size(0.68 * ui.available_width())
+                    .default_size(0.675 * ui.available_width())
                     .frame(egui::Frame::NONE)
                     .show(ui, |ui| errors_pane::errors_pane(ui, state));
                 let beside = egui::Frame::NONE.inner_margin(egui::Margin {

@@ -57,7 +57,7 @@ fn shortest_pause(times: &[f64]) -> f64 {
 /// The unit that the times have by their values.
 ///
 /// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
-/// whole numbers with a median step up to 1e5 are milliseconds, from 1e5 on nanoseconds, everything else seconds.
+/// whole numbers with a median step from 2 to 1e5 are milliseconds, from 1e5 on nanoseconds, everything else seconds.
 pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = [
@@ -75,7 +75,7 @@ pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
     });
     by_epoch.unwrap_or(match step {
         Some(step) if step >= 1e5 => TimeUnit::Nanoseconds,
-        Some(step) if step > 0.5 && times.iter().all(|time| time.fract() == 0.0) => {
+        Some(step) if step >= 2.0 && times.iter().all(|time| time.fract() == 0.0) => {
             TimeUnit::Milliseconds
         }
         _ => TimeUnit::Seconds,
@@ -151,7 +151,8 @@ mod tests {
             (0.0, 0.001, Seconds),
             (0.0, 0.5, Seconds),
             (0.0, 0.75, Seconds), // not whole
-            (5.0, 1.0, Milliseconds),
+            (5.0, 1.0, Seconds),
+            (5.0, 2.0, Milliseconds),
             (0.0, 5e4, Milliseconds),
             (0.0, 1e5, Nanoseconds),
             (5e12, 1e6, Nanoseconds), // since a computer started

@@ -124,6 +124,8 @@ fn pane(
         .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
         .x_grid_spacer(|input| grid(input, LEAST_TIME_STEP_POINTS))
         .y_grid_spacer(|input| grid(input, LEAST_VALUE_STEP_POINTS))
+        .x_axis_formatter(|mark, _| tick_label(mark))
+        .y_axis_formatter(|mark, _| tick_label(mark))
         .set_margin_fraction(egui::Vec2::ZERO);
     if time_axis {
         plot = plot.x_axis_label("time [s]");
@@ -177,6 +179,13 @@ fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
             step_size,
         })
         .collect()
+}
+
+/// As many decimals as the step needs.
+fn tick_label(mark: GridMark) -> String {
+    let decimals = (-mark.step_size.log10().floor()).clamp(0.0, 12.0) as usize;
+    // Adding zero turns −0 into 0.
+    format!("{:.decimals$}", mark.value + 0.0)
 }
 
 fn title(axis: Axis, kind: Kind) -> String {
@@ -385,4 +394,25 @@ fn sample_under_pointer(response: &PlotResponse<()>, traces: &TraceSet) -> Optio
     let pointer = response.response.hover_pos()?;
     let time = response.transform.value_from_position(pointer).x;
     traces.sample_at(time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tick_labels_tell_neighbours_apart() {
+        let labels = |step_size: f64| {
+            let label = |at: i32| {
+                tick_label(GridMark {
+                    value: f64::from(at) * step_size,
+                    step_size,
+                })
+            };
+            [label(-1), label(0), label(3)]
+        };
+        assert_eq!(labels(0.5), ["-0.5", "0.0", "1.5"]);
+        assert_eq!(labels(0.02), ["-0.02", "0.00", "0.06"]);
+        assert_eq!(labels(50.0), ["-50", "0", "150"]);
+    }
 }
