@@ -1,4 +1,41 @@
 //! LoopScope: calibrate force/torque sensors and see what their past does to them.
+//!
+//! This page is the map of the house. The rooms follow the method; each may use those below it, never those above.
+//!
+//! | room | what is in it | where to begin |
+//! |---|---|---|
+//! | [`recording`] | what was measured: recordings and their roles, reading and writing text, the simulated sensor | [`recording::Recording`] |
+//! | [`features`] | what a sample is described by: the look-back rule (Eq. 9-12) and its search | [`features::LoadPath`] |
+//! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), the calibration that comes of it | [`calibration::Calibration`] |
+//! | [`evaluation`] | how good it is: errors, leave-one-recording-out, traces at every zoom | [`evaluation::cross_validation`] |
+//! | [`export`] | what leaves the program, whole or not at all | [`export::write_calibration`] |
+//! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |
+//! | [`app`] | the window's state and the one function that changes it; no drawing, no files | [`app::AppState::apply`] |
+//! | `ui` | the window (feature `gui`): panels that read the state and push commands | `ui::Shell` |
+//! | [`cli`] | the command line | [`cli::Job`] |
+//!
+//! Beside them stand [`worker`], which keeps slow work off the window's thread and knows nothing of what it carries, and
+//! [`progress`], how such work is watched and cancelled.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use loopscope::analysis::{Request, View, analyse};
+//! use loopscope::calibration::FitSettings;
+//! use loopscope::progress::Progress;
+//! use loopscope::recording::simulated;
+//!
+//! let request = Request {
+//!     recordings: Arc::new(simulated::recordings(simulated::DEFAULT_SEED)),
+//!     settings: FitSettings { decimation: 10, ..FitSettings::default() },
+//!     view: View::One(0),
+//!     calibration: None,
+//! };
+//! let analysis = analyse(&request, &Progress::default())?;
+//! let quality = &analysis.calibration.quality;
+//! let (conventional, compensated) = (&quality.conventional, &quality.compensated);
+//! assert!(compensated.test_rmse.as_ref().unwrap()[0] < conventional.test_rmse.as_ref().unwrap()[0]);
+//! # Ok::<(), loopscope::analysis::AnalysisError>(())
+//! ```
 
 pub mod analysis;
 pub mod app;

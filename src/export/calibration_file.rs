@@ -99,9 +99,14 @@ fn write_csv(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<(
         ("conventional", "", &calibration.conventional),
         ("compensated", &look_back, &calibration.compensated),
     ] {
+        // Whoever opens the table elsewhere must see that no real sensor stands behind it.
+        let name = match calibration.simulated {
+            true => format!("{name} (simulated sensor)"),
+            false => name.to_owned(),
+        };
         let axes = calibration.axes.iter().zip(&calibration.units);
         for ((axis, unit), row) in axes.zip(&map.matrix) {
-            let head = [name, look_back, axis.symbol(), unit].map(str::to_owned);
+            let head = [&name, look_back, axis.symbol(), unit].map(str::to_owned);
             let numbers = features.iter().map(|feature| {
                 let column = map.features.iter().position(|own| own == feature);
                 column.map_or(String::new(), |column| row[column].to_string())
