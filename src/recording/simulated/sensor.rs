@@ -23,8 +23,7 @@ const ELASTICITY: [[f64; 6]; 6] = [
     [0.10, -0.14, 0.05, 0.18, -0.11, 1.08],
 ];
 
-/// Loop half-width `h` of each gauge in units of strain; gives the mean hysteresis of the paper, and nothing else
-/// was looked at in choosing it.
+/// Loop half-width `h` of each gauge in units of strain; scaled so that the mean hysteresis is the paper's.
 const HYSTERESIS: [f64; 6] = [0.154, 0.145, 0.163, 0.149, 0.159, 0.14];
 
 /// `1 / A`: the strain that takes `z` from its limit back to 0. Well above `h`, so that a gauge still follows the load
