@@ -203,6 +203,8 @@ impl Shell {
                 notify,
             }),
             Effect::Write(calibration, path) => {
+                // The notice about it must say where a relative path led.
+                let path = std::path::absolute(&path).unwrap_or(path);
                 let title = format!("Writing {}", file_name(&path));
                 self.writing.push(Job::start(title, notify, move |_| {
                     let written = write_calibration(&calibration, &path);
