@@ -258,13 +258,19 @@ impl Recording {
 }
 
 fn rate_hz(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
+    let step = median(times.windows(2).map(|pair| pair[1] - pair[0]))?;
+    (step > 0.0).then(|| 1.0 / step)
+}
+
+/// The upper median; `None` without values.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
         return None;
     }
-    let middle = steps.len() / 2;
-    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    (*median > 0.0).then(|| 1.0 / *median)
+    let middle = values.len() / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
 }
 
 #[cfg(test)]

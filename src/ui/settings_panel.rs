@@ -6,18 +6,12 @@ use crate::app::{AppState, Command};
 use crate::calibration::FitSettings;
 use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
-use crate::ui::shell::Fields;
 
 /// The t_th slider reaches this far where recordings are longer; larger values can be typed.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
 
 /// Draws the choices of the fit.
-pub fn settings_panel(
-    ui: &mut egui::Ui,
-    state: &AppState,
-    _fields: &mut Fields,
-    out: &mut Vec<Command>,
-) {
+pub fn settings_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
     ui.add_space(4.0);
     // An applied calibration brings its own choices; only how samples are thinned out stays open.
     let mut settings = state.settings.clone();

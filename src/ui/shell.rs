@@ -252,7 +252,7 @@ impl Shell {
                     .resizable(false)
                     .show_separator_line(true)
                     .show(ui, |ui| {
-                        settings_panel::settings_panel(ui, state, &mut self.fields, out);
+                        settings_panel::settings_panel(ui, state, out);
                     });
                 egui::CentralPanel::no_frame().show(ui, |ui| {
                     recordings_panel::recordings_panel(ui, state, &mut self.fields, out);

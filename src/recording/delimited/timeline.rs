@@ -2,6 +2,7 @@
 
 use super::rows::Rows;
 use super::warning::Finding;
+use crate::recording::recording::median;
 use crate::recording::units::TimeUnit;
 
 /// A step this many times the median is a pause between recordings, not a few lost samples.
@@ -86,16 +87,6 @@ pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
 fn median_step(times: &[f64]) -> Option<f64> {
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
     median(steps.filter(|step| *step > 0.0))
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
 }
 
 impl Cuts {
