@@ -45,6 +45,7 @@ pub mod evaluation;
 pub mod export;
 pub mod features;
 pub mod progress;
+mod random;
 pub mod recording;
 #[cfg(feature = "gui")]
 pub mod ui;

@@ -7,6 +7,7 @@
 mod calibration;
 mod conventional;
 pub mod linear;
+pub mod network;
 mod normal_equations;
 mod settings;
 mod sums;

@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::random::Random;
+use crate::random::Random;
 use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
 
 /// The paper's weight (section 4.1.2).

@@ -8,14 +8,13 @@
 
 mod arm;
 mod mean_hysteresis;
-mod random;
 mod sensor;
 
 use rayon::prelude::*;
 
 use self::arm::{MOUNTS_M, Path};
-use self::random::Random;
 use super::{Axis, Entry, Recording, RecordingSet, Role, Source};
+use crate::random::Random;
 
 pub use self::mean_hysteresis::mean_hysteresis_newtons;
 

@@ -7,7 +7,7 @@
 //! Guarantees: hysteresis depends on the order of strains and never on how fast they came, its size is bounded, and
 //! every number is finite.
 
-use super::random::Random;
+use crate::random::Random;
 
 /// What the sensor is rated for: the paper's 12 N, and the moment that goes with it here, in N and N·m.
 pub(super) const RATED_LOAD: [f64; 6] = [12.0, 12.0, 12.0, 0.25, 0.25, 0.25];

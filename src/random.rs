@@ -3,14 +3,14 @@
 use std::f64::consts::TAU;
 
 /// A SplitMix64 stream (Steele, Lea and Flood 2014).
-pub(super) struct Random {
+pub(crate) struct Random {
     state: u64,
     spare_normal: Option<f64>,
 }
 
 impl Random {
     /// The stream that belongs to a seed and a list of keys; other keys give unrelated streams.
-    pub(super) fn new(seed: u64, keys: &[u64]) -> Self {
+    pub(crate) fn new(seed: u64, keys: &[u64]) -> Self {
         let mut stream = Self {
             state: seed,
             spare_normal: None,
@@ -35,12 +35,24 @@ impl Random {
     }
 
     /// Uniform between two bounds.
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
+    /// Shuffles a slice (Fisher and Yates 1938, Durstenfeld 1964).
+    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.below(last + 1));
+        }
+    }
+
+    /// A whole number in `0..bound`; the high half of a product, so its bias is below `bound / 2⁶⁴`.
+    fn below(&mut self, bound: usize) -> usize {
+        ((u128::from(self.next()) * bound as u128) >> 64) as usize
+    }
+
     /// Standard normal (Box and Muller 1958).
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare_normal.take() {
             return spare;
         }
@@ -70,6 +82,21 @@ mod tests {
             Random::new(1, &[3, 2]).next()
         );
         assert_ne!(Random::new(1, &[2]).next(), Random::new(2, &[1]).next());
+    }
+
+    /// 6,000 shuffles of three: each of the six orders is expected 1,000 times with a standard deviation of 29; the
+    /// band is five of them.
+    #[test]
+    fn every_order_is_equally_likely() {
+        let mut random = Random::new(3, &[]);
+        let mut counts = std::collections::BTreeMap::new();
+        for _ in 0..6000 {
+            let mut order = [0, 1, 2];
+            random.shuffle(&mut order);
+            *counts.entry(order).or_insert(0) += 1;
+        }
+        assert_eq!(counts.len(), 6);
+        assert!(counts.values().all(|count| (850..=1150).contains(count)));
     }
 
     /// 40,000 draws: the mean has a standard error of 0.005, the variance one of 0.007; the band is five of them.

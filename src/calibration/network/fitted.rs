@@ -1,0 +1,291 @@
+//! The network that training leaves behind, and that a file can hold.
+//!
+//! Guarantees: what [`Network::validate`] accepts has matching shapes and finite numbers only, and predicts without a
+//! panic. Weights are the single-precision numbers of the training, so they are written short and read back the same.
+
+use serde::{Deserialize, Serialize};
+
+use super::NetworkError;
+use super::passes::{Real, Shape};
+use super::samples::Scale;
+
+/// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.
+///
+/// **Shapes** one row of weights and one bias per output.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Layer {
+    /// One row per output, one entry per input.
+    pub weights: Vec<Vec<f32>>,
+    /// One per output.
+    pub biases: Vec<f32>,
+}
+
+/// A fitted network: `load = target_shift + target_scale · layers((inputs − input_shift) · input_inverse_scale)`.
+///
+/// **Source** section 4.2.1; standardisation, optimiser and seed are ours.
+///
+/// **Units** shifts and scales carry the units of their columns; what is between has none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Network {
+    /// Mean of each input over the training samples.
+    pub input_shift: Vec<f64>,
+    /// One over the standard deviation of each input; zero for one that was constant, which then counts for nothing.
+    pub input_inverse_scale: Vec<f64>,
+    /// From the inputs to the outputs; at least one.
+    pub layers: Vec<Layer>,
+    /// Mean of each target over the training samples.
+    pub target_shift: Vec<f64>,
+    /// Standard deviation of each target; zero for one that was constant, which is then predicted exactly.
+    pub target_scale: Vec<f64>,
+}
+
+impl Network {
+    /// How many numbers describe a sample.
+    #[must_use]
+    pub fn n_inputs(&self) -> usize {
+        self.input_shift.len()
+    }
+
+    /// How many numbers are predicted.
+    #[must_use]
+    pub fn n_targets(&self) -> usize {
+        self.target_shift.len()
+    }
+
+    /// How many weights and biases there are.
+    #[must_use]
+    pub fn n_parameters(&self) -> usize {
+        let count =
+            |layer: &Layer| layer.weights.iter().map(Vec::len).sum::<usize>() + layer.biases.len();
+        self.layers.iter().map(count).sum()
+    }
+
+    /// Checks everything that a file could have wrong.
+    ///
+    /// # Errors
+    /// [`NetworkError::NoColumns`], [`NetworkError::Length`] or [`NetworkError::Number`] with the first thing found.
+    pub fn validate(&self, n_inputs: usize, n_targets: usize) -> Result<(), NetworkError> {
+        if n_inputs == 0 || n_targets == 0 {
+            return Err(NetworkError::NoColumns);
+        }
+        if self.layers.is_empty() {
+            return length("layers", 1, 0);
+        }
+        for (field, expected, numbers, least) in [
+            ("input_shift", n_inputs, &self.input_shift, f64::MIN),
+            (
+                "input_inverse_scale",
+                n_inputs,
+                &self.input_inverse_scale,
+                0.0,
+            ),
+            ("target_shift", n_targets, &self.target_shift, f64::MIN),
+            ("target_scale", n_targets, &self.target_scale, 0.0),
+        ] {
+            length(field, expected, numbers.len())?;
+            finite(field, numbers.iter().all(|x| *x >= least && x.is_finite()))?;
+        }
+        let mut fan_in = n_inputs;
+        for (at, layer) in self.layers.iter().enumerate() {
+            let of = |field: &str| format!("layers[{at}].{field}");
+            let fan_out = if at + 1 == self.layers.len() {
+                n_targets
+            } else {
+                layer.biases.len()
+            };
+            if fan_out == 0 {
+                return length(&of("biases"), 1, 0);
+            }
+            length(&of("biases"), fan_out, layer.biases.len())?;
+            length(&of("weights"), fan_out, layer.weights.len())?;
+            finite(&of("biases"), layer.biases.iter().all(|x| x.is_finite()))?;
+            for (unit, row) in layer.weights.iter().enumerate() {
+                let field = of(&format!("weights[{unit}]"));
+                length(&field, fan_in, row.len())?;
+                finite(&field, row.iter().all(|x| x.is_finite()))?;
+            }
+            fan_in = fan_out;
+        }
+        Ok(())
+    }
+
+    pub(super) fn shape(&self) -> Shape {
+        let units: Vec<usize> = self.layers.iter().map(|layer| layer.biases.len()).collect();
+        let hidden = &units[..units.len().saturating_sub(1)];
+        Shape::new(self.n_inputs(), hidden, self.n_targets())
+    }
+
+    /// Weights and biases in the order of [`Shape::parameters`].
+    pub(super) fn parameters<T: Real>(&self) -> Vec<T> {
+        let mut parameters = Vec::with_capacity(self.n_parameters());
+        for layer in &self.layers {
+            for input in 0..layer.weights.first().map_or(0, Vec::len) {
+                parameters.extend(layer.weights.iter().map(|row| T::from(row[input])));
+            }
+            parameters.extend(layer.biases.iter().map(|&bias| T::from(bias)));
+        }
+        parameters
+    }
+
+    /// The reverse of [`Network::parameters`].
+    pub(super) fn from_parameters(
+        shape: &Shape,
+        parameters: &[f32],
+        inputs: &Scale,
+        targets: &Scale,
+    ) -> Self {
+        let layer = |layer: usize| {
+            let values = &parameters[shape.parameters(layer)];
+            let (fan_in, fan_out) = (shape.fan_in(layer), shape.fan_out(layer));
+            let row = |unit| {
+                (0..fan_in)
+                    .map(|input| values[input * fan_out + unit])
+                    .collect()
+            };
+            Layer {
+                weights: (0..fan_out).map(row).collect(),
+                biases: values[fan_in * fan_out..].to_vec(),
+            }
+        };
+        Self {
+            input_shift: inputs.shift.clone(),
+            input_inverse_scale: inputs.inverse_spread(),
+            layers: (0..shape.n_layers()).map(layer).collect(),
+            target_shift: targets.shift.clone(),
+            target_scale: targets.spread.clone(),
+        }
+    }
+}
+
+fn length(field: &str, expected: usize, actual: usize) -> Result<(), NetworkError> {
+    if expected == actual {
+        Ok(())
+    } else {
+        Err(NetworkError::Length {
+            field: field.to_owned(),
+            expected,
+            actual,
+        })
+    }
+}
+
+fn finite(field: &str, all: bool) -> Result<(), NetworkError> {
+    if all {
+        Ok(())
+    } else {
+        Err(NetworkError::Number {
+            field: field.to_owned(),
+        })
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// A network of random numbers with two inputs and two targets.
+    pub(in super::super) fn any_network(hidden: &[usize]) -> Network {
+        let shape = Shape::new(2, hidden, 2);
+        let mut random = Random::new(8, &[]);
+        let parameters: Vec<f32> = (0..shape.n_parameters())
+            .map(|_| random.between(-0.5, 0.5) as f32)
+            .collect();
+        let scale = |shift, spread| Scale { shift, spread };
+        let inputs = scale(vec![3.0, -1e6], vec![0.1, 1e5]);
+        Network::from_parameters(
+            &shape,
+            &parameters,
+            &inputs,
+            &scale(vec![7.0, 1e-4], vec![2.0, 1e-6]),
+        )
+    }
+
+    #[test]
+    fn parameters_come_back_in_their_order() {
+        let network = any_network(&[3, 5]);
+        let parameters = network.parameters::<f32>();
+        assert_eq!(parameters.len(), (2 + 1) * 3 + (3 + 1) * 5 + (5 + 1) * 2);
+        assert_eq!(network.n_parameters(), parameters.len());
+        let scale = |shift: &[f64], spread: Vec<f64>| Scale {
+            shift: shift.to_vec(),
+            spread,
+        };
+        let again = Network::from_parameters(
+            &network.shape(),
+            &parameters,
+            &scale(&network.input_shift, vec![0.1, 1e5]),
+            &scale(&network.target_shift, network.target_scale.clone()),
+        );
+        assert_eq!(network, again);
+    }
+
+    #[test]
+    fn a_file_gives_the_same_network() {
+        let network = any_network(&[30, 20]);
+        let text = serde_json::to_string(&network).unwrap();
+        let again: Network = serde_json::from_str(&text).unwrap();
+        assert_eq!(again, network);
+        assert_eq!(again.validate(2, 2), Ok(()));
+    }
+
+    #[test]
+    fn a_file_edited_wrongly_is_refused_by_field() {
+        let refused = |change: fn(&mut Network)| {
+            let mut network = any_network(&[3, 4]);
+            change(&mut network);
+            match network.validate(2, 2) {
+                Err(NetworkError::Length { field, .. } | NetworkError::Number { field }) => field,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(refused(|n| n.layers.clear()), "layers");
+        assert_eq!(refused(|n| n.input_shift.push(0.0)), "input_shift");
+        assert_eq!(
+            refused(|n| n.input_inverse_scale[0] = -1.0),
+            "input_inverse_scale"
+        );
+        assert_eq!(
+            refused(|n| n.target_scale[1] = f64::INFINITY),
+            "target_scale"
+        );
+        assert_eq!(refused(|n| n.target_shift[1] = f64::NAN), "target_shift");
+        assert_eq!(refused(|n| n.layers[1].biases.clear()), "layers[1].biases");
+        assert_eq!(
+            refused(|n| n.layers[2].biases.truncate(1)),
+            "layers[2].biases"
+        );
+        assert_eq!(
+            refused(|n| n.layers[0].biases[2] = f32::NAN),
+            "layers[0].biases"
+        );
+        assert_eq!(
+            refused(|n| n.layers[1].weights.truncate(3)),
+            "layers[1].weights"
+        );
+        assert_eq!(
+            refused(|n| n.layers[1].weights[2].push(0.0)),
+            "layers[1].weights[2]"
+        );
+        assert_eq!(
+            refused(|n| n.layers[0].weights[0][1] = f32::INFINITY),
+            "layers[0].weights[0]"
+        );
+        assert_eq!(
+            refused(|n| {
+                n.layers.pop();
+            }),
+            "layers[1].biases"
+        );
+    }
+
+    /// A number beyond single precision becomes infinite when it is read.
+    #[test]
+    fn a_weight_too_large_for_the_file_is_refused() {
+        let text = serde_json::to_string(&any_network(&[])).unwrap();
+        let bias = any_network(&[]).layers[0].biases[0].to_string();
+        assert!(text.contains(&bias));
+        let read: Result<Network, _> = serde_json::from_str(&text.replace(&bias, "1e300"));
+        assert!(read.is_err() || read.is_ok_and(|network| network.validate(2, 2).is_err()));
+    }
+}

@@ -1,0 +1,38 @@
+//! The neural network: standardised features → rectified hidden layers → standardised load.
+//!
+//! Guarantees: the same samples, settings and seed give the same network, whatever else the machine does (one network
+//! is trained on one thread; two are trained on two); a network that comes out of training has only finite numbers; a
+//! cancelled training keeps the best network it had; nothing that is not a number is ever learned from or swallowed.
+//!
+//! ```
+//! use loopscope::calibration::network::{Network, NetworkSettings, Samples};
+//! use loopscope::progress::Progress;
+//!
+//! let mut train = Samples::new(1, 1);
+//! for k in 0..400 {
+//!     let x = f64::from(k) / 400.0;
+//!     train.push_rows(&[x], &[x * x])?;
+//! }
+//! let settings = NetworkSettings { hidden: vec![16], epochs: 40, ..NetworkSettings::default() };
+//! let trained = Network::train(&train, None, &settings, &Progress::default(), &mut |_| {})?;
+//! let mut load = [0.0];
+//! trained.network.predict_rows(&[0.5], &mut load);
+//! assert!((load[0] - 0.25).abs() < 0.03);
+//! # Ok::<(), loopscope::calibration::network::NetworkError>(())
+//! ```
+
+mod adam;
+mod error;
+mod fitted;
+mod passes;
+mod predict;
+mod samples;
+mod settings;
+mod training;
+
+pub use error::{Column, NetworkError};
+pub use fitted::{Layer, Network};
+pub use predict::Scratch;
+pub use samples::Samples;
+pub use settings::NetworkSettings;
+pub use training::{EpochReport, Stopped, Trained};

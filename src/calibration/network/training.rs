@@ -1,0 +1,681 @@
+//! Training: mini-batches in a new order every epoch, Adam under a falling rate, the best network kept.
+//!
+//! Guarantees: cancelling is answered within one batch or one block of held-out samples; a loss that is not finite
+//! ends the training with an error.
+
+use std::f64::consts::PI;
+use std::time::{Duration, Instant};
+
+use super::adam::Adam;
+use super::passes::{Backward, Forward, Shape};
+use super::samples::{Scale, Standardised};
+use super::{Network, NetworkError, NetworkSettings, Samples};
+use crate::progress::{Cancelled, Progress};
+use crate::random::Random;
+
+/// Held-out samples that go through the network together.
+const HELD_OUT_BLOCK: usize = 256;
+
+/// The streams of random numbers that belong to one seed.
+const WEIGHTS: u64 = 1;
+const ORDER: u64 = 2;
+
+/// What an epoch came to.
+///
+/// **Units** losses are squared errors of the standardised targets, summed over the axes, mean per sample: a network
+/// that always predicts the mean has the number of axes as its loss.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EpochReport {
+    /// Epochs done, this one included.
+    pub epoch: usize,
+    /// Epochs to be done in all.
+    pub epochs: usize,
+    /// Over the training samples, each as it was met during the epoch.
+    pub train_loss: f64,
+    /// Over the held-out samples after the epoch, where there are any.
+    pub held_out_loss: Option<f64>,
+    /// The epoch whose network is the best so far, counted from one.
+    pub best_epoch: usize,
+    /// Time since the training began.
+    pub elapsed: Duration,
+}
+
+impl EpochReport {
+    /// How long the rest takes if it goes on as before.
+    #[must_use]
+    pub fn time_left(&self) -> Duration {
+        let left = self.epochs.saturating_sub(self.epoch) as f64;
+        self.elapsed.mul_f64(left / self.epoch.max(1) as f64)
+    }
+}
+
+/// Why a training ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// Every epoch is done.
+    Finished,
+    /// Somebody asked for it; the network is the best of the epochs that were done.
+    Cancelled,
+}
+
+/// What a training leaves behind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trained {
+    /// The network of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss.
+    pub network: Network,
+    /// Why the training ended.
+    pub stopped: Stopped,
+    /// How many epochs were done.
+    pub epochs_done: usize,
+    /// The epoch that `network` comes from, counted from one.
+    pub best_epoch: usize,
+    /// The training loss of that epoch, see [`EpochReport`].
+    pub train_loss: f64,
+    /// The held-out loss of that epoch.
+    pub held_out_loss: Option<f64>,
+}
+
+impl Network {
+    /// Trains a network on one thread.
+    ///
+    /// He's first weights, rectified hidden units, a linear output, the squared error of the standardised targets,
+    /// Adam under a rate that falls along half a cosine. `on_epoch` is called after every epoch; `progress` counts
+    /// batches.
+    ///
+    /// **Source** section 4.2.1; He et al. 2015; Kingma and Ba 2015; Loshchilov and Hutter 2017 without restarts.
+    ///
+    /// # Errors
+    /// [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and
+    /// [`NetworkError::HeldOutColumns`] before anything is done; [`NetworkError::Diverged`] if a loss is no finite
+    /// number; [`NetworkError::Cancelled`] if that was asked for before the first epoch was done.
+    pub fn train(
+        train: &Samples,
+        held_out: Option<&Samples>,
+        settings: &NetworkSettings,
+        progress: &Progress,
+        on_epoch: &mut dyn FnMut(EpochReport),
+    ) -> Result<Trained, NetworkError> {
+        let start = Instant::now();
+        settings.validate()?;
+        check_samples(train, held_out)?;
+        let inputs = train.inputs.measure(progress)?;
+        let targets = train.targets.measure(progress)?;
+        let mut training = Training::new(train, held_out, &inputs, &targets, settings, progress);
+        let mut best = None;
+        let mut epochs_done = 0;
+        while epochs_done < settings.epochs {
+            let Ok(losses) = training.epoch(epochs_done) else {
+                break;
+            };
+            epochs_done += 1;
+            training.check(losses, epochs_done)?;
+            Best::update(&mut best, losses, epochs_done, &training.parameters);
+            on_epoch(EpochReport {
+                epoch: epochs_done,
+                epochs: settings.epochs,
+                train_loss: losses.train,
+                held_out_loss: losses.held_out,
+                best_epoch: best.as_ref().map_or(0, |best: &Best| best.epoch),
+                elapsed: start.elapsed(),
+            });
+        }
+        let best = best.ok_or(NetworkError::Cancelled)?;
+        Ok(Trained {
+            network: Self::from_parameters(&training.shape, &best.parameters, &inputs, &targets),
+            stopped: if epochs_done < settings.epochs {
+                Stopped::Cancelled
+            } else {
+                Stopped::Finished
+            },
+            epochs_done,
+            best_epoch: best.epoch,
+            train_loss: best.losses.train,
+            held_out_loss: best.losses.held_out,
+        })
+    }
+}
+
+fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), NetworkError> {
+    if train.n_inputs() == 0 || train.n_targets() == 0 {
+        return Err(NetworkError::NoColumns);
+    }
+    let which = [("training", Some(train)), ("held-out", held_out)];
+    for (which, samples) in which {
+        if samples.is_some_and(|samples| samples.n_samples() == 0) {
+            return Err(NetworkError::NoSamples { which });
+        }
+    }
+    let Some(held_out) = held_out else {
+        return Ok(());
+    };
+    for (what, expected, actual) in [
+        ("input", train.n_inputs(), held_out.n_inputs()),
+        ("target", train.n_targets(), held_out.n_targets()),
+    ] {
+        if expected != actual {
+            return Err(NetworkError::HeldOutColumns {
+                what,
+                expected,
+                actual,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Mean losses per sample.
+#[derive(Clone, Copy, Debug)]
+struct Losses {
+    train: f64,
+    held_out: Option<f64>,
+}
+
+/// The best network so far.
+struct Best {
+    epoch: usize,
+    losses: Losses,
+    parameters: Vec<f32>,
+}
+
+impl Best {
+    fn update(best: &mut Option<Self>, losses: Losses, epoch: usize, parameters: &[f32]) {
+        let judged = |losses: Losses| losses.held_out.unwrap_or(losses.train);
+        match best {
+            Some(best) if judged(losses) < judged(best.losses) => {
+                (best.epoch, best.losses) = (epoch, losses);
+                best.parameters.copy_from_slice(parameters);
+            }
+            Some(_) => {}
+            None => {
+                *best = Some(Self {
+                    epoch,
+                    losses,
+                    parameters: parameters.to_vec(),
+                });
+            }
+        }
+    }
+}
+
+/// Samples as the network sees them.
+struct Standard<'a> {
+    inputs: Standardised<'a>,
+    targets: Standardised<'a>,
+}
+
+impl<'a> Standard<'a> {
+    fn new(samples: &'a Samples, inputs: &Scale, targets: &Scale) -> Self {
+        Self {
+            inputs: samples.inputs.standardised(inputs),
+            targets: samples.targets.standardised(targets),
+        }
+    }
+
+    fn n_samples(&self) -> usize {
+        self.inputs.n_rows()
+    }
+}
+
+/// The squared error of a block, and how it changes with each output.
+struct Objective {
+    /// One per target; zero for a constant one, which needs no learning.
+    weights: Vec<f32>,
+    /// One sample's targets.
+    targets: Vec<f32>,
+}
+
+impl Objective {
+    fn new(targets: &Scale) -> Self {
+        let weight = |&spread: &f64| if spread > 0.0 { 1.0 } else { 0.0 };
+        Self {
+            weights: targets.spread.iter().map(weight).collect(),
+            targets: vec![0.0; targets.spread.len()],
+        }
+    }
+
+    /// The summed loss of samples `samples`, whose outputs these are; `error` sees every weighted difference.
+    fn loss(
+        &mut self,
+        targets: &Standardised,
+        samples: impl Iterator<Item = usize>,
+        outputs: &[f32],
+        mut error: impl FnMut(usize, f32),
+    ) -> f64 {
+        let mut loss = 0.0;
+        let width = self.weights.len();
+        for (row, (k, outputs)) in samples.zip(outputs.chunks_exact(width)).enumerate() {
+            targets.write_row(k, &mut self.targets);
+            let columns = outputs.iter().zip(&self.targets).zip(&self.weights);
+            for (at, ((output, target), weight)) in columns.enumerate() {
+                let difference = (output - target) * weight;
+                loss += f64::from(difference) * f64::from(difference);
+                error(row * width + at, difference);
+            }
+        }
+        loss
+    }
+}
+
+/// Everything that changes while a network learns.
+struct Training<'a> {
+    settings: &'a NetworkSettings,
+    progress: &'a Progress,
+    shape: Shape,
+    train: Standard<'a>,
+    held_out: Option<(Standard<'a>, Forward<f32>)>,
+    objective: Objective,
+    parameters: Vec<f32>,
+    gradient: Vec<f32>,
+    adam: Adam,
+    forward: Forward<f32>,
+    backward: Backward<f32>,
+    /// All training samples, in the order of the present epoch.
+    order: Vec<usize>,
+}
+
+impl<'a> Training<'a> {
+    fn new(
+        train: &'a Samples,
+        held_out: Option<&'a Samples>,
+        inputs: &Scale,
+        targets: &Scale,
+        settings: &'a NetworkSettings,
+        progress: &'a Progress,
+    ) -> Self {
+        let shape = Shape::new(train.n_inputs(), &settings.hidden, train.n_targets());
+        let n = train.n_samples();
+        let forward = Forward::new(&shape, settings.batch.min(n));
+        let batches = n.div_ceil(settings.batch) as u64;
+        progress.add_total(batches.saturating_mul(settings.epochs as u64));
+        Self {
+            settings,
+            progress,
+            train: Standard::new(train, inputs, targets),
+            held_out: held_out.map(|samples| {
+                let block = HELD_OUT_BLOCK.min(samples.n_samples());
+                (
+                    Standard::new(samples, inputs, targets),
+                    Forward::new(&shape, block),
+                )
+            }),
+            objective: Objective::new(targets),
+            parameters: first_parameters(&shape, settings.seed),
+            gradient: vec![0.0; shape.n_parameters()],
+            adam: Adam::new(shape.n_parameters()),
+            backward: Backward::new(&forward),
+            forward,
+            order: (0..n).collect(),
+            shape,
+        }
+    }
+
+    /// One epoch, counted from zero.
+    fn epoch(&mut self, epoch: usize) -> Result<Losses, Cancelled> {
+        self.progress.check()?;
+        Random::new(self.settings.seed, &[ORDER, epoch as u64]).shuffle(&mut self.order);
+        let n = self.order.len();
+        let batch = self.forward.capacity();
+        let n_batches = n.div_ceil(batch);
+        let mut loss = 0.0;
+        for (at, start) in (0..n).step_by(batch).enumerate() {
+            self.progress.check()?;
+            let done = epoch as f64 + at as f64 / n_batches as f64;
+            let fraction = done / self.settings.epochs as f64;
+            let rate = self.settings.learning_rate * 0.5 * (1.0 + (PI * fraction).cos());
+            loss += self.step(start, (start + batch).min(n), rate);
+            self.progress.advance(1);
+        }
+        Ok(Losses {
+            train: loss / n as f64,
+            held_out: self.held_out_loss()?,
+        })
+    }
+
+    /// One step on the samples `order[start..end]`; their summed loss before it.
+    fn step(&mut self, start: usize, end: usize, rate: f64) -> f64 {
+        let samples = &self.order[start..end];
+        let m = samples.len();
+        for (column, &k) in self.forward.inputs().zip(samples) {
+            self.train.inputs.write_row(k, column);
+        }
+        let outputs = self.forward.run(&self.parameters, m);
+        let slopes = self.backward.output_slopes();
+        let factor = 2.0 / m as f32;
+        let loss = self.objective.loss(
+            &self.train.targets,
+            samples.iter().copied(),
+            outputs,
+            |at, difference| slopes[at] = factor * difference,
+        );
+        self.backward
+            .run(&self.forward, &self.parameters, m, &mut self.gradient);
+        self.adam.step(&mut self.parameters, &self.gradient, rate);
+        loss
+    }
+
+    fn held_out_loss(&mut self) -> Result<Option<f64>, Cancelled> {
+        let Some((samples, forward)) = &mut self.held_out else {
+            return Ok(None);
+        };
+        let n = samples.n_samples();
+        let mut loss = 0.0;
+        for start in (0..n).step_by(forward.capacity()) {
+            self.progress.check()?;
+            let rows = start..(start + forward.capacity()).min(n);
+            for (column, k) in forward.inputs().zip(rows.clone()) {
+                samples.inputs.write_row(k, column);
+            }
+            let outputs = forward.run(&self.parameters, rows.len());
+            loss += self
+                .objective
+                .loss(&samples.targets, rows, outputs, |_, _| {});
+        }
+        Ok(Some(loss / n as f64))
+    }
+
+    /// Refuses losses and parameters that are not finite; `epoch` is counted from one.
+    fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
+        // A last step may spoil the parameters after the loss was taken.
+        let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
+        let which = match losses.held_out {
+            _ if !sound => "training",
+            Some(held_out) if !held_out.is_finite() => "held-out",
+            _ => return Ok(()),
+        };
+        Err(NetworkError::Diverged {
+            which,
+            epoch,
+            learning_rate: self.settings.learning_rate,
+        })
+    }
+}
+
+/// Weights uniform with the variance 2 / fan-in, biases zero.
+///
+/// **Source** He et al. 2015, equation 10.
+fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
+    let mut parameters = vec![0.0; shape.n_parameters()];
+    for layer in 0..shape.n_layers() {
+        let mut random = Random::new(seed, &[WEIGHTS, layer as u64]);
+        let fan_in = shape.fan_in(layer);
+        let bound = (6.0 / fan_in as f64).sqrt();
+        let n_weights = fan_in * shape.fan_out(layer);
+        for weight in &mut parameters[shape.parameters(layer)][..n_weights] {
+            *weight = random.between(-bound, bound) as f32;
+        }
+    }
+    parameters
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `n` samples of two inputs in −1..1 and the targets that `target` makes of them.
+    fn samples<const T: usize>(
+        n: usize,
+        seed: u64,
+        target: impl Fn(f64, f64) -> [f64; T],
+    ) -> Samples {
+        let mut random = Random::new(seed, &[]);
+        let mut samples = Samples::new(2, T);
+        for _ in 0..n {
+            let (a, b) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            samples.push_rows(&[a, b], &target(a, b)).unwrap();
+        }
+        samples
+    }
+
+    fn curved(a: f64, b: f64) -> [f64; 1] {
+        [(2.0 * a).sin() + a * b]
+    }
+
+    fn settings(epochs: usize) -> NetworkSettings {
+        NetworkSettings {
+            hidden: vec![64, 64],
+            batch: 20,
+            epochs,
+            ..NetworkSettings::default()
+        }
+    }
+
+    fn train(train: &Samples, held_out: Option<&Samples>, settings: &NetworkSettings) -> Trained {
+        Network::train(train, held_out, settings, &Progress::default(), &mut |_| {}).unwrap()
+    }
+
+    /// Root mean squared error over a grid, of each target.
+    fn grid_rmse<const T: usize>(
+        network: &Network,
+        target: impl Fn(f64, f64) -> [f64; T],
+    ) -> [f64; T] {
+        let mut squares = [0.0; T];
+        for at in 0..100 {
+            let (a, b) = (
+                f64::from(at % 10) / 5.0 - 0.9,
+                f64::from(at / 10) / 5.0 - 0.9,
+            );
+            let mut out = [0.0; T];
+            network.predict_rows(&[a, b], &mut out);
+            for ((square, out), target) in squares.iter_mut().zip(out).zip(target(a, b)) {
+                *square += (out - target).powi(2) / 100.0;
+            }
+        }
+        squares.map(f64::sqrt)
+    }
+
+    /// The targets spread by about 0.8; 1.5 % of it is asked for, between the training samples.
+    #[test]
+    fn a_smooth_function_is_learned() {
+        let trained = train(&samples(2000, 1, curved), None, &settings(60));
+        let [rmse] = grid_rmse(&trained.network, curved);
+        assert!(rmse < 0.012, "{rmse}");
+        assert_eq!(
+            (trained.stopped, trained.epochs_done),
+            (Stopped::Finished, 60)
+        );
+        assert_eq!(trained.network.validate(2, 1), Ok(()));
+    }
+
+    #[test]
+    fn targets_of_any_size_are_learned_alike() {
+        let target = |a: f64, b: f64| [1e-6 * curved(a, b)[0], 1e6 * (curved(b, a)[0] + 40.0)];
+        let trained = train(&samples(2000, 1, target), None, &settings(60));
+        let [small, large] = grid_rmse(&trained.network, target);
+        assert!(small < 0.02e-6 && large < 0.02e6, "{small} {large}");
+    }
+
+    #[test]
+    fn the_seed_decides_and_nothing_else() {
+        let samples = samples(230, 1, curved);
+        let with_seed = |seed| {
+            let settings = NetworkSettings {
+                seed,
+                ..settings(3)
+            };
+            train(&samples, None, &settings)
+        };
+        let elsewhere = std::thread::scope(|scope| scope.spawn(|| with_seed(5)).join().unwrap());
+        assert_eq!(with_seed(5), elsewhere);
+        assert_ne!(with_seed(5).network, with_seed(6).network);
+    }
+
+    /// The held-out samples are another function, so learning soon makes it worse on them.
+    #[test]
+    fn the_network_kept_is_the_best_on_held_out_samples() {
+        let learned = samples(300, 1, curved);
+        let held_out = samples(
+            50,
+            2,
+            |a, b| [1.5 * curved(a, b)[0] + 0.4 * (9.0 * a).sin()],
+        );
+        let mut losses = Vec::new();
+        let trained = Network::train(
+            &learned,
+            Some(&held_out),
+            &settings(40),
+            &Progress::default(),
+            &mut |report| losses.push(report.held_out_loss.unwrap()),
+        )
+        .unwrap();
+        let lowest = losses.iter().copied().fold(f64::INFINITY, f64::min);
+        assert_eq!(trained.held_out_loss, Some(lowest));
+        assert_eq!(losses[trained.best_epoch - 1], lowest);
+        assert!(trained.best_epoch < 40, "the test must be able to fail");
+        let again = train(&learned, Some(&held_out), &settings(40));
+        assert_eq!(again, trained);
+    }
+
+    /// The reported loss, computed anew from predictions: mean of (error / standard deviation)².
+    #[test]
+    fn the_held_out_loss_is_that_of_the_predictions() {
+        let held_out = samples(333, 2, curved);
+        let trained = train(&samples(300, 1, curved), Some(&held_out), &settings(5));
+        let mut random = Random::new(2, &[]);
+        let mut loss = 0.0;
+        for _ in 0..333 {
+            let (a, b) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            let mut out = [0.0];
+            trained.network.predict_rows(&[a, b], &mut out);
+            loss += ((out[0] - curved(a, b)[0]) / trained.network.target_scale[0]).powi(2) / 333.0;
+        }
+        let reported = trained.held_out_loss.unwrap();
+        assert!((loss - reported).abs() < 1e-4 * loss, "{loss} {reported}");
+    }
+
+    #[test]
+    fn constant_columns_are_ignored_or_predicted_exactly() {
+        let mut samples = Samples::new(2, 2);
+        for k in 0..100 {
+            let x = f64::from(k % 17);
+            samples.push_rows(&[0.3, x], &[0.1, x * x]).unwrap();
+        }
+        let network = train(&samples, None, &settings(20)).network;
+        assert_eq!(network.input_inverse_scale[0], 0.0);
+        let mut out = [0.0; 4];
+        network.predict_rows(&[0.3, 4.0, 77.0, 4.0], &mut out);
+        assert_eq!([out[0], out[2]], [0.1, 0.1]);
+        assert_eq!(out[1], out[3]);
+    }
+
+    #[test]
+    fn a_cancelled_training_returns_the_best_so_far() {
+        let samples = samples(300, 1, curved);
+        let progress = Progress::default();
+        let mut seen = 0;
+        let trained = Network::train(&samples, None, &settings(50), &progress, &mut |report| {
+            seen = report.epoch;
+            if seen == 4 {
+                progress.cancel();
+            }
+        })
+        .unwrap();
+        assert_eq!(
+            (trained.stopped, trained.epochs_done, seen),
+            (Stopped::Cancelled, 4, 4)
+        );
+        assert!(trained.best_epoch >= 1 && trained.best_epoch <= 4);
+        assert_eq!(trained.network.validate(2, 1), Ok(()));
+        let again = Network::train(&samples, None, &settings(50), &progress, &mut |_| {});
+        assert_eq!(again, Err(NetworkError::Cancelled));
+    }
+
+    #[test]
+    fn progress_counts_every_batch() {
+        let progress = Progress::default();
+        let mut fractions = Vec::new();
+        let samples = samples(101, 1, curved);
+        Network::train(&samples, None, &settings(2), &progress, &mut |_| {
+            fractions.push(progress.fraction().unwrap());
+        })
+        .unwrap();
+        assert_eq!(fractions, [0.5, 1.0]); // the last of six batches has one sample
+    }
+
+    fn diverged(
+        train: &Samples,
+        held_out: Option<&Samples>,
+        settings: &NetworkSettings,
+    ) -> &'static str {
+        let progress = Progress::default();
+        match Network::train(train, held_out, settings, &progress, &mut |_| {}) {
+            Err(NetworkError::Diverged { which, .. }) => which,
+            other => panic!("{:?}", other.map(|trained| trained.train_loss)),
+        }
+    }
+
+    /// A weight that has overflowed, or weights so large that the outputs do, reach the loss of the same epoch.
+    #[test]
+    fn a_training_that_blows_up_says_so() {
+        let samples = samples(30, 1, curved);
+        let scale =
+            |table: &super::super::samples::Table| table.measure(&Progress::default()).unwrap();
+        let (inputs, targets) = (scale(&samples.inputs), scale(&samples.targets));
+        let (settings, progress) = (settings(9), Progress::default());
+        for spoil in [|p: &mut f32| *p = f32::INFINITY, |p: &mut f32| *p *= 1e30] {
+            let mut training =
+                Training::new(&samples, None, &inputs, &targets, &settings, &progress);
+            training.parameters.iter_mut().take(100).for_each(spoil);
+            let losses = training.epoch(0).unwrap();
+            let error = training.check(losses, 1).unwrap_err();
+            assert!(matches!(
+                error,
+                NetworkError::Diverged {
+                    which: "training",
+                    epoch: 1,
+                    ..
+                }
+            ));
+        }
+    }
+
+    /// 1e30 over a standard deviation near 1e-10 is beyond single precision.
+    #[test]
+    fn held_out_samples_out_of_reach_are_an_error() {
+        let (mut learned, mut held_out) = (Samples::new(1, 1), Samples::new(1, 1));
+        learned.push_rows(&[0.0, 1e-10], &[0.0, 1.0]).unwrap();
+        held_out.push_rows(&[0.0, 1e30], &[0.0, 1.0]).unwrap();
+        assert_eq!(
+            diverged(&learned, Some(&held_out), &settings(2)),
+            "held-out"
+        );
+    }
+
+    #[test]
+    fn samples_that_do_not_fit_together_are_refused() {
+        let refused = |train: &Samples, held_out: Option<&Samples>| {
+            let progress = Progress::default();
+            Network::train(train, held_out, &settings(1), &progress, &mut |_| {}).unwrap_err()
+        };
+        let some = samples(3, 1, curved);
+        let empty = Samples::new(2, 1);
+        assert_eq!(refused(&Samples::new(0, 1), None), NetworkError::NoColumns);
+        assert!(matches!(
+            refused(&empty, None),
+            NetworkError::NoSamples { which: "training" }
+        ));
+        assert!(matches!(
+            refused(&some, Some(&empty)),
+            NetworkError::NoSamples { which: "held-out" }
+        ));
+        let mut narrow = Samples::new(1, 1);
+        narrow.push_rows(&[1.0], &[1.0]).unwrap();
+        assert!(matches!(
+            refused(&some, Some(&narrow)),
+            NetworkError::HeldOutColumns {
+                what: "input",
+                expected: 2,
+                actual: 1
+            }
+        ));
+    }
+
+    #[test]
+    fn one_sample_is_enough_and_is_predicted_exactly() {
+        let mut samples = Samples::new(2, 1);
+        samples.push_rows(&[1.0, 2.0], &[0.7]).unwrap();
+        let network = train(&samples, None, &settings(2)).network;
+        let mut out = [0.0];
+        network.predict_rows(&[5.0, 6.0], &mut out);
+        assert_eq!(out, [0.7]);
+    }
+}
