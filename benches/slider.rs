@@ -26,12 +26,13 @@ fn slider_step(c: &mut Criterion) {
                 settings: FitSettings::default(),
                 view,
                 calibration: None,
+                trained: false,
             };
             let mut nudge = 0.0;
             group.bench_function(format!("{name}, F_th {f_th} N"), |b| {
                 b.iter(|| {
                     nudge += 1e-6;
-                    request.settings.thresholds.f_th =
+                    request.settings.features.look_backs[0].f_th =
                         f_th + nudge * f64::from(u8::from(f_th > 0.0));
                     analyst
                         .analyse(&request, &Progress::default())

@@ -1,26 +1,29 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
+mod choices;
+mod compare;
+mod fit;
+mod progress_line;
+
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use serde::Serialize;
 
-use crate::analysis::{Analysis, AnalysisError, Request, View, analyse};
-use crate::calibration::{Calibration, CalibrationError, FitSettings, Scores};
-use crate::evaluation::metrics::percent_change;
+use crate::analysis::AnalysisError;
+use crate::calibration::{Calibration, CalibrationError};
 use crate::export::{
-    CalibrationFormat, ReadCalibrationError, WriteError, look_back_text, read_calibration,
-    write_atomically, write_calibration, write_loads_csv,
+    ReadCalibrationError, WriteError, read_calibration, write_atomically, write_loads_csv,
 };
-use crate::features::{Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::delimited::{self, LoadWarning, ReadError};
 use crate::recording::write_csv::write_csv;
-use crate::recording::{Entry, LayoutError, Recording, RecordingSet, Role, simulated};
+use crate::recording::{LayoutError, Recording, simulated};
+
+pub use compare::CompareArgs;
+pub use fit::FitArgs;
 
 /// Calibrate force/torque sensors and see what their past does to them.
 #[derive(Debug, Parser)]
@@ -38,8 +41,10 @@ pub struct Cli {
 pub enum Job {
     /// Write the built-in simulated sensor's recordings as CSV: `train_*.csv` and `test_*.csv`.
     Demo(Demo),
-    /// Fit the conventional and the look-back calibration, and score both.
+    /// Fit the conventional calibration and one with a past, and score both.
     Fit(Box<FitArgs>),
+    /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
+    Compare(Box<CompareArgs>),
     /// Apply a calibration: Conv. and Comp. of each sample as CSV.
     Apply(Apply),
 }
@@ -64,74 +69,6 @@ pub struct Demo {
     /// Another seed makes another sensor of the same kind on other paths.
     #[arg(long, default_value_t = simulated::DEFAULT_SEED)]
     seed: u64,
-}
-
-/// Arguments of `fit`.
-#[derive(Debug, Args)]
-pub struct FitArgs {
-    /// Recordings to fit; without any, those of the built-in simulated sensor.
-    #[arg(long, num_args = 1.., value_name = "FILE")]
-    train: Vec<PathBuf>,
-    /// Recordings to score the fit on.
-    #[arg(long, num_args = 1.., value_name = "FILE")]
-    test: Vec<PathBuf>,
-    /// Instead of test files: train on this first part of each recording, test on the rest.
-    #[arg(
-        long,
-        value_name = "FRACTION",
-        conflicts_with = "test",
-        allow_negative_numbers = true
-    )]
-    split: Option<f64>,
-    /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
-    /// 0.25 of full scale].
-    #[arg(long, value_name = "F", allow_negative_numbers = true)]
-    f_th: Option<f64>,
-    /// How old the past sample may be, in seconds.
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        default_value_t = 15.0,
-        allow_negative_numbers = true
-    )]
-    t_th: f64,
-    /// What F_th is measured in; without a force axis it is full-scale.
-    #[arg(long, value_enum, default_value = "force")]
-    distance: DistanceArg,
-    /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "FS,…",
-        allow_negative_numbers = true
-    )]
-    full_scale: Vec<f64>,
-    /// Fit without a constant term, as the paper does.
-    #[arg(long)]
-    no_offset: bool,
-    /// Use every N-th sample only.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_negative_numbers = true
-    )]
-    decimate: usize,
-    /// Write the calibration: .json (complete) or .csv (the matrices); may be given several times.
-    #[arg(long, value_name = "FILE")]
-    export: Vec<PathBuf>,
-    /// Print one JSON object instead of a table.
-    #[arg(long)]
-    json: bool,
-}
-
-/// [`Distance`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DistanceArg {
-    /// Norm over the force axes, in newtons.
-    Force,
-    /// Norm over all axes, each divided by its full scale.
-    FullScale,
 }
 
 /// Arguments of `apply`.
@@ -191,7 +128,8 @@ pub enum JobError {
 pub fn run(job: Job) -> ExitCode {
     let done = match job {
         Job::Demo(demo) => write_demo(&demo),
-        Job::Fit(fit) => run_fit(&fit),
+        Job::Fit(args) => fit::run(&args),
+        Job::Compare(args) => compare::run(&args),
         Job::Apply(apply) => run_apply(&apply),
     };
     match done {
@@ -266,41 +204,6 @@ fn print_warnings(warnings: &[LoadWarning]) {
     }
 }
 
-/// The recordings that `fit` works on, with their roles.
-fn recordings_to_fit(args: &FitArgs) -> Result<RecordingSet, JobError> {
-    let mut set = RecordingSet::default();
-    if args.train.is_empty() {
-        let built_in = simulated::recordings(simulated::DEFAULT_SEED);
-        for entry in built_in.entries() {
-            if entry.role == Role::Train || args.test.is_empty() {
-                set.push(entry.clone())?;
-            }
-        }
-    }
-    for (files, role) in [(&args.train, Role::Train), (&args.test, Role::Test)] {
-        for (path, recordings) in files.iter().zip(read_all(files)?) {
-            for recording in recordings {
-                if !recording.has_reference() {
-                    return Err(JobError::NoReference { path: path.clone() });
-                }
-                set.push(Entry::new(recording, role))?;
-            }
-        }
-    }
-    match args.split {
-        None => Ok(set),
-        Some(fraction) => {
-            let split = set.split(fraction);
-            let tests = split.entries().iter().any(|entry| entry.role == Role::Test);
-            if fraction > 0.0 && fraction < 1.0 && tests {
-                Ok(split)
-            } else {
-                Err(JobError::Split(fraction))
-            }
-        }
-    }
-}
-
 /// Nobody means to lose a recording: what is read is not written over.
 fn check_not_over<'a>(
     inputs: impl Iterator<Item = &'a PathBuf> + Clone,
@@ -320,166 +223,6 @@ fn check_not_over<'a>(
         }
     }
     Ok(())
-}
-
-fn run_fit(args: &FitArgs) -> Result<(), JobError> {
-    // Before any work: a wrong ending must not cost the time of a fit.
-    for path in &args.export {
-        if CalibrationFormat::from_path(path).is_none() {
-            return Err(JobError::Ending { path: path.clone() });
-        }
-    }
-    check_not_over(args.train.iter().chain(&args.test), &args.export)?;
-    let recordings = recordings_to_fit(args)?;
-    let distance = match args.distance {
-        DistanceArg::Force => Distance::Force,
-        DistanceArg::FullScale => Distance::FullScale,
-    }
-    .effective(&recordings.layout().axes);
-    let settings = FitSettings {
-        thresholds: Thresholds {
-            f_th: args.f_th.unwrap_or(Thresholds::default_for(distance).f_th),
-            t_th_secs: args.t_th,
-        },
-        distance,
-        offset: !args.no_offset,
-        decimation: args.decimate,
-        full_scale: args.full_scale.iter().copied().map(Some).collect(),
-    };
-    let request = Request {
-        recordings: Arc::new(recordings),
-        settings,
-        view: View::One(0),
-        calibration: None,
-    };
-    let analysis = analyse(&request, &Progress::default())?;
-    for path in &args.export {
-        write_calibration(&analysis.calibration, path)?;
-    }
-    let mut out = io::stdout().lock();
-    if args.json {
-        serde_json::to_writer_pretty(&mut out, &FitReport::new(&analysis))
-            .map_err(io::Error::from)?;
-        writeln!(out)?;
-    } else {
-        print_fit(&analysis, &mut out)?;
-    }
-    Ok(())
-}
-
-/// What `fit --json` prints.
-#[derive(Debug, Serialize)]
-struct FitReport<'a> {
-    simulated: bool,
-    recordings: usize,
-    n_train: u64,
-    n_test: u64,
-    axes: Vec<&'static str>,
-    units: &'a [String],
-    full_scale: &'a [f64],
-    f_th: f64,
-    t_th: f64,
-    distance: Distance,
-    offset: bool,
-    decimation: usize,
-    conventional: &'a Scores,
-    compensated: &'a Scores,
-    rank: usize,
-    condition: Option<f64>,
-    features: &'a [String],
-}
-
-impl<'a> FitReport<'a> {
-    fn new(analysis: &'a Analysis) -> Self {
-        let calibration = &analysis.calibration;
-        let quality = &calibration.quality;
-        Self {
-            simulated: calibration.simulated,
-            recordings: analysis.recordings.len(),
-            n_train: quality.n_train,
-            n_test: quality.n_test,
-            axes: calibration.axes.iter().map(|axis| axis.symbol()).collect(),
-            units: &calibration.units,
-            full_scale: &calibration.full_scale,
-            f_th: calibration.thresholds.f_th,
-            t_th: calibration.thresholds.t_th_secs,
-            distance: calibration.distance,
-            offset: calibration.offset,
-            decimation: calibration.decimation,
-            conventional: &quality.conventional,
-            compensated: &quality.compensated,
-            rank: quality.rank,
-            condition: quality.condition,
-            features: &calibration.compensated.features,
-        }
-    }
-}
-
-fn print_fit(analysis: &Analysis, out: &mut impl Write) -> io::Result<()> {
-    let calibration = &analysis.calibration;
-    let quality = &calibration.quality;
-    if calibration.simulated {
-        writeln!(out, "The built-in simulated sensor")?;
-    }
-    writeln!(
-        out,
-        "{} recordings, {} training and {} test samples, {} gauges; {}{}",
-        analysis.recordings.len(),
-        quality.n_train,
-        quality.n_test,
-        calibration.gauges.len(),
-        look_back_text(calibration.thresholds, calibration.distance),
-        if calibration.offset {
-            ""
-        } else {
-            "; no offset"
-        },
-    )?;
-    let condition = quality
-        .condition
-        .map_or_else(|| "none".to_owned(), |condition| format!("{condition:.4}"));
-    writeln!(
-        out,
-        "rank {} of {} features, condition number {condition}",
-        quality.rank,
-        calibration.compensated.features.len(),
-    )?;
-    let tables = [
-        ("train", scores_of(quality, |scores| &scores.train_rmse)),
-        ("test", scores_of(quality, |scores| &scores.test_rmse)),
-        (
-            "leave-one-out",
-            scores_of(quality, |scores| &scores.cv_rmse),
-        ),
-    ];
-    for (name, scores) in tables {
-        let Some((conventional, compensated)) = scores else {
-            continue;
-        };
-        writeln!(
-            out,
-            "\nRMSE, {name:<14}      Conv.         Comp.     change"
-        )?;
-        for (at, axis) in calibration.axes.iter().enumerate() {
-            let (before, after) = (conventional[at], compensated[at]);
-            let change = percent_change(before, after)
-                .map_or_else(String::new, |percent| format!("{percent:+9.1} %"));
-            let label = format!("{} [{}]", axis.symbol(), axis.unit());
-            writeln!(out, "  {label:<14} {before:>14.6} {after:>13.6} {change}")?;
-        }
-    }
-    Ok(())
-}
-
-type BothRmse<'a> = Option<(&'a [f64], &'a [f64])>;
-
-fn scores_of(
-    quality: &crate::calibration::Quality,
-    pick: fn(&Scores) -> &Option<Vec<f64>>,
-) -> BothRmse<'_> {
-    let conventional = pick(&quality.conventional).as_deref()?;
-    let compensated = pick(&quality.compensated).as_deref()?;
-    Some((conventional, compensated))
 }
 
 fn run_apply(args: &Apply) -> Result<(), JobError> {

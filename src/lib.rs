@@ -5,8 +5,8 @@
 //! | room | what is in it | where to begin |
 //! |---|---|---|
 //! | [`recording`] | what was measured: recordings and their roles, reading and writing text, the simulated sensor | [`recording::Recording`] |
-//! | [`features`] | what a sample is described by: the look-back rule (Eq. 9-12) and its search | [`features::LoadPath`] |
-//! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), the calibration that comes of it | [`calibration::Calibration`] |
+//! | [`features`] | what a sample is described by: look-back (Eq. 9-12) and the other blocks | [`features::Design`] |
+//! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
 //! | [`evaluation`] | how good it is: errors, leave-one-recording-out, traces at every zoom | [`evaluation::cross_validation`] |
 //! | [`export`] | what leaves the program, whole or not at all | [`export::write_calibration`] |
 //! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |
@@ -19,17 +19,14 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use loopscope::analysis::{Request, View, analyse};
+//! use loopscope::analysis::{Request, analyse};
 //! use loopscope::calibration::FitSettings;
 //! use loopscope::progress::Progress;
 //! use loopscope::recording::simulated;
 //!
-//! let request = Request {
-//!     recordings: Arc::new(simulated::recordings(simulated::DEFAULT_SEED)),
-//!     settings: FitSettings { decimation: 10, ..FitSettings::default() },
-//!     view: View::One(0),
-//!     calibration: None,
-//! };
+//! let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+//! let settings = FitSettings { decimation: 10, ..FitSettings::default() };
+//! let request = Request::fit(recordings, settings);
 //! let analysis = analyse(&request, &Progress::default())?;
 //! let quality = &analysis.calibration.quality;
 //! let (conventional, compensated) = (&quality.conventional, &quality.compensated);
@@ -44,6 +41,7 @@ pub mod cli;
 pub mod evaluation;
 pub mod export;
 pub mod features;
+pub mod panicked;
 pub mod progress;
 mod random;
 pub mod recording;

@@ -11,7 +11,7 @@ pub struct Progress(Arc<Inner>);
 
 #[derive(Debug, Default)]
 struct Inner {
-    cancelled: AtomicBool,
+    cancelled: Arc<AtomicBool>,
     done: AtomicU64,
     total: AtomicU64,
 }
@@ -25,6 +25,15 @@ impl Progress {
     /// Asks the work to stop; long loops see it at their next [`Progress::check`].
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// A handle for a part of the work: cancelled with the whole, but with a count of its own.
+    #[must_use]
+    pub fn part(&self) -> Self {
+        Self(Arc::new(Inner {
+            cancelled: Arc::clone(&self.0.cancelled),
+            ..Inner::default()
+        }))
     }
 
     /// Whether somebody asked the work to stop.
@@ -78,5 +87,15 @@ mod tests {
         assert_eq!(watcher.fraction(), Some(0.25));
         watcher.cancel();
         assert_eq!(work.check(), Err(Cancelled));
+    }
+
+    #[test]
+    fn a_part_is_cancelled_with_the_whole_and_counts_for_itself() {
+        let whole = Progress::default();
+        let part = whole.part();
+        part.add_total(2);
+        assert_eq!((whole.fraction(), part.fraction()), (None, Some(0.0)));
+        whole.cancel();
+        assert!(part.is_cancelled());
     }
 }

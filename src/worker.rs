@@ -3,28 +3,21 @@
 //! Guarantees: the caller never waits; a request that was overtaken is dropped unseen, or cancelled once it has run for
 //! longer than [`PATIENCE`]; a panic becomes an answer that says so, and the next request works again.
 
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::panicked::caught;
 use crate::progress::Progress;
+
+pub use crate::panicked::{Panicked, panic_message};
 
 /// A run this young is allowed to finish when a newer request arrives, so that a slider on the move shows something.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
 /// Called from the worker's thread when there is something to fetch.
 pub type Notify = Arc<dyn Fn() + Send + Sync>;
-
-/// The work panicked; the message is the panic's.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("internal error, please report it: {message}")]
-pub struct Panicked {
-    /// What the panic said.
-    pub message: String,
-}
 
 /// What a worker answers: the request's number and its result.
 #[derive(Debug)]
@@ -248,22 +241,6 @@ impl<A: Send + 'static> Job<A> {
             })),
         }
     }
-}
-
-fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| Panicked {
-        message: panic_message(&*payload),
-    })
-}
-
-/// What a panic said.
-#[must_use]
-pub fn panic_message(payload: &(dyn Any + Send)) -> String {
-    payload
-        .downcast_ref::<&str>()
-        .map(|text| (*text).to_owned())
-        .or_else(|| payload.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "no message".to_owned())
 }
 
 #[cfg(test)]

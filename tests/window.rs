@@ -282,14 +282,20 @@ fn the_sliders_set_the_thresholds_and_without_a_past_comp_equals_conv() {
     assert_ne!(conventional, before);
 
     slide(&mut window, "F_th", 1.5);
-    assert_eq!(analysis(&window).calibration.thresholds.f_th, 1.5);
-    assert_eq!(analysis(&window).traces.thresholds.f_th, 1.5);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].f_th,
+        1.5
+    );
+    assert_eq!(analysis(&window).traces.thresholds.unwrap().f_th, 1.5);
     let [same, after] = train_rmse(&window);
     assert_eq!(same, conventional);
     assert_ne!(after, before);
 
     slide(&mut window, "t_th", 0.5);
-    assert_eq!(analysis(&window).calibration.thresholds.t_th_secs, 0.5);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].t_th_secs,
+        0.5
+    );
     assert_ne!(train_rmse(&window)[1], after);
 
     slide(&mut window, "F_th", 0.0);
@@ -313,7 +319,7 @@ fn a_typed_threshold_may_exceed_the_slider_but_not_be_negative() {
         window.key_press(Key::Enter);
         settle(&mut window);
         assert_eq!(
-            analysis(&window).calibration.thresholds.f_th,
+            analysis(&window).calibration.features.look_backs[0].f_th,
             expected,
             "{typed}"
         );
@@ -330,8 +336,11 @@ fn many_quick_moves_of_a_slider_end_with_the_newest() {
         window.step();
     }
     settle(&mut window);
-    assert_eq!(state(&window).settings.thresholds.f_th, 5.0);
-    assert_eq!(analysis(&window).calibration.thresholds.f_th, 5.0);
+    assert_eq!(state(&window).settings.features.look_backs[0].f_th, 5.0);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].f_th,
+        5.0
+    );
 }
 
 #[test]
@@ -349,9 +358,15 @@ fn offset_and_full_scale_distance_are_choices_of_the_fit() {
 
     click(&mut window, Role::RadioButton, "all axes [% FS]");
     let over_full_scale = analysis(&window);
-    assert_eq!(over_full_scale.calibration.thresholds.f_th, 0.25);
+    assert_eq!(
+        over_full_scale.calibration.features.look_backs[0].f_th,
+        0.25
+    );
     slide(&mut window, "F_th", 50.0);
-    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.5);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].f_th,
+        0.5
+    );
     click(&mut window, Role::Button, "Reset to 25 %, 15 s");
     assert_eq!(
         train_rmse(&window)[1],
@@ -594,7 +609,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
 fn a_calibration_named_at_the_start_is_applied_to_the_built_in_sensor() {
     let files = Files::new();
     let mut calibration = analysis(&window(Vec::new())).calibration.as_ref().clone();
-    calibration.thresholds.f_th = 1.0;
+    calibration.features.look_backs[0].f_th = 1.0;
     let path = files.path("c.json");
     write_calibration(&calibration, &path).unwrap();
     let window = window(vec![path]);
@@ -602,7 +617,7 @@ fn a_calibration_named_at_the_start_is_applied_to_the_built_in_sensor() {
     assert!(has(&window, "Applying "));
     let applied = analysis(&window);
     assert!(!applied.fitted);
-    assert_eq!(applied.calibration.thresholds.f_th, 1.0);
+    assert_eq!(applied.calibration.features.look_backs[0].f_th, 1.0);
 }
 
 #[test]
@@ -771,9 +786,15 @@ fn moments_alone_are_measured_over_full_scale() {
     assert_eq!(panes(&window, "error [N·m]"), 2);
     assert!(!has(&window, "F_th is measured over"));
     slide(&mut window, "F_th", 40.0);
-    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.4);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].f_th,
+        0.4
+    );
     click(&mut window, Role::Button, "Reset to 25 %, 15 s");
-    assert_eq!(analysis(&window).calibration.thresholds.f_th, 0.25);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].f_th,
+        0.25
+    );
 }
 
 #[test]

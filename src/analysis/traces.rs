@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::calibration::{Calibration, loads_from_history};
+use crate::analysis::ground::Past;
+use crate::calibration::Calibration;
 use crate::evaluation::Series;
 use crate::features::{Distance, Thresholds};
 use crate::recording::{Axis, Entry, Recording};
@@ -66,6 +67,8 @@ pub struct AxisTraces {
     pub conventional_error: Option<Arc<Series>>,
     /// Comp. − Calc.
     pub compensated_error: Option<Arc<Series>>,
+    /// Comp. less and plus two standard deviations, where the regressor knows them.
+    pub band: Option<[Arc<Series>; 2]>,
 }
 
 /// Everything that is drawn over time.
@@ -77,14 +80,14 @@ pub struct TraceSet {
     pub segments: Arc<[Segment]>,
     /// Time on the axis of each sample (s): the first recording starts at zero, each next follows after one step.
     pub times: Arc<[f64]>,
-    /// The past sample of each sample, counted over the traces.
+    /// The past sample of each sample by the first look-back, counted over the traces; without a look-back its own.
     pub past: Arc<[u32]>,
-    /// Stretches of samples that are their own past.
+    /// Stretches of samples that are their own past, where there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
     /// One entry per axis of the calibration.
     pub axes: Vec<AxisTraces>,
-    /// The thresholds that picked the past.
-    pub thresholds: Thresholds,
+    /// The thresholds that picked the past; `None` without a look-back.
+    pub thresholds: Option<Thresholds>,
     /// What F_th is measured in.
     pub distance: Distance,
     /// What the difference on each axis is multiplied by before its norm is compared with F_th.
@@ -196,7 +199,7 @@ impl FixedTraces {
         &self,
         entries: &[Entry],
         calibration: &Calibration,
-        past: &[Vec<u32>],
+        past: &[Past],
     ) -> TraceSet {
         let n_axes = self.axes.len();
         let loads: Vec<Vec<f64>> = self
@@ -204,19 +207,37 @@ impl FixedTraces {
             .par_iter()
             .map(|segment| {
                 let at = segment.recording;
-                loads_from_history(&calibration.compensated, &entries[at].recording, &past[at])
+                calibration.compensated_loads(&entries[at].recording, &past[at])
             })
             .collect();
+        let deviations: Option<Vec<Vec<f64>>> = self
+            .segments
+            .par_iter()
+            .map(|segment| {
+                let at = segment.recording;
+                calibration.deviations(&entries[at].recording, &past[at])
+            })
+            .collect();
+        let column_of = |tables: &[Vec<f64>], column: usize| -> Arc<[f64]> {
+            let values = tables
+                .iter()
+                .flat_map(|table| table.iter().skip(column).step_by(n_axes));
+            values.copied().collect()
+        };
         let axes =
             self.axes
                 .par_iter()
                 .enumerate()
                 .map(|(column, fixed)| {
-                    let compensated: Arc<[f64]> = loads
-                        .iter()
-                        .flat_map(|loads| loads.iter().skip(column).step_by(n_axes))
-                        .copied()
-                        .collect();
+                    let compensated = column_of(&loads, column);
+                    let band = deviations.as_ref().map(|deviations| {
+                        let deviations = column_of(deviations, column);
+                        [-2.0, 2.0].map(|factor| {
+                            let values = compensated.iter().zip(&*deviations);
+                            let edge = values.map(|(load, deviation)| load + factor * deviation);
+                            Arc::new(Series::new(edge.collect()))
+                        })
+                    });
                     AxisTraces {
                         axis: fixed.axis,
                         calculated: fixed.calculated.clone(),
@@ -226,29 +247,35 @@ impl FixedTraces {
                         }),
                         compensated: Arc::new(Series::new(compensated)),
                         conventional_error: fixed.conventional_error.clone(),
+                        band,
                     }
                 })
                 .collect();
-        let past: Arc<[u32]> = self
-            .segments
-            .iter()
-            .flat_map(|segment| {
-                let first = segment.samples.start as u32;
-                past[segment.recording].iter().map(move |j| first + j)
-            })
-            .collect();
+        let thresholds = calibration.features.look_backs.first().copied();
+        let past: Arc<[u32]> = match thresholds {
+            None => (0..self.times.len() as u32).collect(),
+            Some(_) => self
+                .segments
+                .iter()
+                .flat_map(|segment| {
+                    let first = segment.samples.start as u32;
+                    past[segment.recording][0].iter().map(move |j| first + j)
+                })
+                .collect(),
+        };
         TraceSet {
             view: self.view,
             segments: Arc::clone(&self.segments),
             times: Arc::clone(&self.times),
-            without_past: stretches_without_past(&past, &self.segments),
+            without_past: match thresholds {
+                Some(_) => stretches_without_past(&past, &self.segments),
+                None => Arc::new([]),
+            },
             past,
             axes,
-            thresholds: calibration.thresholds,
-            distance: calibration.distance,
-            weights: calibration
-                .distance
-                .weights(&calibration.axes, &calibration.full_scale),
+            thresholds,
+            distance: calibration.features.distance,
+            weights: calibration.distance_weights(),
         }
     }
 }

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::analysis::{Analysis, Request, View};
+use crate::analysis::{Analysis, Candidate, ComparedRow, Request, View};
+use crate::app::{ComparisonCommand, Pane, TrainingCommand};
 use crate::calibration::{Calibration, FitSettings};
 use crate::recording::delimited::Loaded;
 use crate::recording::{Axis, RecordingSet, Role};
@@ -27,6 +28,8 @@ pub enum Command {
     Unsplit,
     /// Put these recordings on screen.
     SetView(View),
+    /// Put this pane in the middle of the window.
+    ShowPane(Pane),
     /// Show or hide an axis.
     ShowAxis(Axis, bool),
     /// Ask which files to open.
@@ -55,8 +58,14 @@ pub enum Command {
     DismissNotice(usize),
     /// Take all notices away.
     DismissNotices,
+    /// What concerns training.
+    Training(TrainingCommand),
+    /// What concerns the comparison of regressors.
+    Comparison(ComparisonCommand),
     /// Stop background work.
     Cancel,
+    /// Do nothing: the answer came another way.
+    Nothing,
 }
 
 /// What a file held.
@@ -86,6 +95,25 @@ pub enum Effect {
     AskForExport,
     /// Write a calibration.
     Write(Arc<Calibration>, PathBuf),
+    /// Train a network or a kernel.
+    Train(Request),
+    /// Ask the training to stop.
+    StopTraining,
+    /// Fit these candidates, under this number.
+    Compare {
+        /// The number.
+        run: u64,
+        /// The recordings with their roles.
+        recordings: Arc<RecordingSet>,
+        /// What the candidates do not say.
+        settings: FitSettings,
+        /// What is fitted.
+        candidates: Vec<Candidate>,
+    },
+    /// Ask the comparison to stop.
+    StopComparing,
+    /// Write a comparison.
+    WriteComparison(Vec<ComparedRow>, PathBuf),
     /// Stop background work.
     CancelWork,
 }

@@ -4,9 +4,13 @@
 //! as [`Effect`]s, which the window carries out.
 
 mod command;
+mod comparison;
 mod notice;
 mod state;
+mod training;
 
 pub use command::{Command, Effect, Opened, OpenedFile};
+pub use comparison::{Comparison, ComparisonCommand, Row};
 pub use notice::{Level, Notice};
-pub use state::{AppState, Applied};
+pub use state::{AppState, Applied, Pane};
+pub use training::{Training, TrainingCommand};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
-use crate::app::{Command, Effect, Level, Notice, Opened, OpenedFile};
+use crate::app::{Command, Comparison, Effect, Level, Notice, Opened, OpenedFile, Training};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
 use crate::features::{Distance, Thresholds};
@@ -20,6 +20,16 @@ pub struct Applied {
     pub calibration: Arc<Calibration>,
 }
 
+/// What stands in the middle of the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pane {
+    /// Loads and errors over time.
+    #[default]
+    Traces,
+    /// Regressors side by side.
+    Compare,
+}
+
 /// Everything the window shows, and nothing of how.
 #[derive(Clone, Debug, Default)]
 pub struct AppState {
@@ -31,10 +41,16 @@ pub struct AppState {
     pub settings: FitSettings,
     /// Which recordings are on screen.
     pub view: View,
+    /// What stands in the middle of the window.
+    pub pane: Pane,
     /// Axes that are not shown.
     pub hidden_axes: Vec<Axis>,
     /// A calibration that is applied instead of fitted.
     pub applied: Option<Applied>,
+    /// Networks and kernels.
+    pub training: Training,
+    /// Regressors side by side.
+    pub comparison: Comparison,
     /// The last analysis that succeeded; stays on screen while the next one runs.
     pub analysis: Option<Arc<Analysis>>,
     /// Why the newest analysis failed.
@@ -73,6 +89,10 @@ impl AppState {
             Command::SetView(view) => {
                 self.view = view;
                 self.analyse()
+            }
+            Command::ShowPane(pane) => {
+                self.pane = pane;
+                Vec::new()
             }
             Command::ShowAxis(axis, shown) => {
                 self.hidden_axes.retain(|hidden| *hidden != axis);
@@ -127,7 +147,15 @@ impl AppState {
                 self.notices.clear();
                 Vec::new()
             }
-            Command::Cancel => vec![Effect::CancelWork],
+            Command::Training(command) => self.apply_training(command),
+            Command::Comparison(command) => self.apply_comparison(command),
+            Command::Cancel => {
+                if let Some((_, stopping)) = &mut self.training.running {
+                    *stopping = true;
+                }
+                vec![Effect::CancelWork]
+            }
+            Command::Nothing => Vec::new(),
         }
     }
 
@@ -294,10 +322,14 @@ impl AppState {
                 self.analysis = None;
             }
             let axes = &self.recordings.layout().axes;
-            if !axes.is_empty() && self.settings.distance.effective(axes) != self.settings.distance
+            if !axes.is_empty()
+                && self.settings.features.distance.effective(axes)
+                    != self.settings.features.distance
             {
-                self.settings.distance = Distance::FullScale;
-                self.settings.thresholds = Thresholds::default_for(Distance::FullScale);
+                self.settings.features.distance = Distance::FullScale;
+                for thresholds in &mut self.settings.features.look_backs {
+                    *thresholds = Thresholds::default_for(Distance::FullScale);
+                }
             }
         }
         added
@@ -347,8 +379,13 @@ impl AppState {
         vec![Effect::Write(Arc::clone(calibration), path)]
     }
 
-    fn analyse(&mut self) -> Vec<Effect> {
+    pub(super) fn analyse(&mut self) -> Vec<Effect> {
         self.problem = None;
+        self.comparison.follow(&self.settings);
+        let trained = self
+            .training
+            .fitting(self)
+            .filter(|_| self.applied.is_none());
         vec![Effect::Analyse(Request {
             recordings: Arc::clone(&self.recordings),
             settings: self.settings.clone(),
@@ -356,11 +393,13 @@ impl AppState {
             calibration: self
                 .applied
                 .as_ref()
-                .map(|applied| Arc::clone(&applied.calibration)),
+                .map(|applied| Arc::clone(&applied.calibration))
+                .or_else(|| trained.cloned()),
+            trained: trained.is_some(),
         })]
     }
 
-    fn tell(&mut self, notice: Notice) {
+    pub(super) fn tell(&mut self, notice: Notice) {
         self.notices.push(notice);
         let surplus = self.notices.len().saturating_sub(MOST_NOTICES);
         self.notices.drain(..surplus);
@@ -507,7 +546,7 @@ mod tests {
                 .apply(Command::SetSettings(settings.clone()))
                 .is_empty()
         );
-        settings.thresholds.f_th = 1.5;
+        settings.features.look_backs[0].f_th = 1.5;
         let request = request(state.apply(Command::SetSettings(settings.clone())));
         assert_eq!(request.settings, settings);
         assert_eq!(state.settings, settings);
@@ -769,9 +808,9 @@ mod tests {
         let mut state = AppState::default();
         let moments = &[Axis::Mx, Axis::My];
         let request = request(state.apply(of_file("a", &["S1", "S2"], moments)));
-        assert_eq!(request.settings.distance, Distance::FullScale);
+        assert_eq!(request.settings.features.distance, Distance::FullScale);
         let default = Thresholds::default_for(Distance::FullScale);
-        assert_eq!(request.settings.thresholds, default);
+        assert_eq!(request.settings.features.look_backs, [default]);
     }
 
     #[test]

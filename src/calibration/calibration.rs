@@ -1,46 +1,22 @@
-//! What a fit leaves behind: two matrices, the rule that picks the past sample, and how good they are.
+//! What a fit leaves behind: matrices, blocks, what was learned, and how good it is.
 //!
 //! Guarantees: a [`Calibration`] that exists is whole (shapes match, every number finite), whether it was fitted or
 //! read; applied to a recording it gives the numbers that the fit gave.
 
 use serde::{Deserialize, Serialize};
 
-use crate::features::{Distance, LoadPath, Thresholds};
+use crate::calibration::learned::{Learned, LearnedScratch};
+use crate::calibration::sums::sample_row;
+use crate::calibration::{CalibrationError, LinearMap, Regressor, loads_from_gauges};
+use crate::features::{
+    Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath, feature_names,
+};
 use crate::recording::{Axis, Recording};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
 /// The newest version of the file that this program writes and reads.
-pub const VERSION: u32 = 1;
-
-/// A load as a linear function of named features: `load = matrix · features`.
-///
-/// **Shapes** `matrix` has one row per axis and one column per feature; the feature `offset` is always 1.
-///
-/// **Units** (N) or (N·m) per unit of the gauge.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LinearMap {
-    /// Column names: the gauges, then `<gauge>_past` where the past is used, then `offset` where there is one.
-    pub features: Vec<String>,
-    /// One row per axis.
-    pub matrix: Vec<Vec<f64>>,
-}
-
-impl LinearMap {
-    /// Writes the load of one sample from the parts of its feature row.
-    #[inline]
-    pub fn apply(&self, gauges: &[f64], past: &[f64], load: &mut [f64]) {
-        for (load, row) in load.iter_mut().zip(&self.matrix) {
-            let (present, rest) = row.split_at(gauges.len());
-            let (earlier, offset) = rest.split_at(past.len());
-            *load = dot(present, gauges) + dot(earlier, past) + offset.first().unwrap_or(&0.0);
-        }
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
+pub const VERSION: u32 = 2;
 
 /// Root mean squared errors per axis; `None` where nothing could be scored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,6 +31,7 @@ pub struct Scores {
 
 /// How good a calibration was on the recordings it was made with.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Quality {
     /// Samples that were fitted.
     pub n_train: u64,
@@ -62,17 +39,20 @@ pub struct Quality {
     pub n_test: u64,
     /// With the present sample alone.
     pub conventional: Scores,
-    /// With what the past adds.
+    /// With what the blocks and the regressor add.
     pub compensated: Scores,
-    /// How many of the compensated fit's features are independent.
+    /// How many of the linear fit's features are independent.
     pub rank: usize,
-    /// Largest over smallest singular value of the independent columns `[z, z_past − z, 1]` of the compensated fit,
-    /// each scaled to unit length (z: gauges less their mean); `None` where no column is independent.
+    /// Largest over smallest singular value of the independent columns of the linear fit, standardised and each scaled
+    /// to unit length; `None` where no column is independent.
     pub condition: Option<f64>,
+    /// The strength of the linear fit's ridge, per axis.
+    pub ridge: Vec<f64>,
 }
 
 /// A calibration that can be saved, read and applied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "super::file_form::FileForm")]
 pub struct Calibration {
     /// Always [`FORMAT`].
     pub format: String,
@@ -94,169 +74,75 @@ pub struct Calibration {
     pub offset: bool,
     /// Every how many-th sample was fitted.
     pub decimation: usize,
-    /// The thresholds of the look-back.
-    pub thresholds: Thresholds,
-    /// What F_th is measured in.
-    pub distance: Distance,
+    /// What is appended to the gauges.
+    pub features: FeatureSettings,
+    /// How gauges are standardised: for play radii, monomials, and what was learned.
+    pub gauge_scale: GaugeScale,
+    /// How the compensated load is made of the features.
+    pub regressor: Regressor,
     /// The load from the present gauges.
     pub conventional: LinearMap,
-    /// The load from the present and past gauges.
-    pub compensated: LinearMap,
+    /// The linear part of the compensated load; none for a network or a kernel that stands alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compensated: Option<LinearMap>,
+    /// What a network or a kernel adds to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learned: Option<Learned>,
     /// How good it was.
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
 }
 
-/// Why a calibration cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum CalibrationError {
-    #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
-    Format,
-    #[error("the calibration has version {version}; this program knows versions up to {VERSION}")]
-    Version { version: u32 },
-    #[error("the calibration has no {what}")]
-    Nothing { what: &'static str },
-    #[error("the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
-    AxisOrder,
-    #[error("{field} has {actual} entries where {expected} are needed")]
-    Length {
-        field: String,
-        expected: usize,
-        actual: usize,
-    },
-    #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
-    Unit {
-        axis: &'static str,
-        expected: &'static str,
-        actual: String,
-    },
-    #[error("{field} holds a number that is not finite, or is negative where it must not be")]
-    Number { field: String },
-    #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
-    Feature {
-        field: &'static str,
-        position: usize,
-        expected: String,
-        actual: String,
-    },
-    #[error("{recording} has the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
-    Gauges {
-        recording: String,
-        expected: Vec<String>,
-        actual: Vec<String>,
-    },
-}
-
 /// What a calibration makes of a recording.
 ///
-/// **Shapes** loads `n × n_axes` row-major, `past` one index per sample.
+/// **Shapes** loads `n × n_axes` row-major; `past` one index per sample for each look-back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLoads {
     /// Conv.: from the present gauges.
     pub conventional: Vec<f64>,
-    /// Comp.: with what the past adds.
+    /// Comp.: with what the blocks and the regressor add.
     pub compensated: Vec<f64>,
     /// The past sample of each sample; its own index where there is none.
-    pub past: Vec<u32>,
+    pub past: Vec<Vec<u32>>,
 }
 
 impl Calibration {
-    /// The names of the columns of a matrix, in order.
+    /// The names of the columns of the compensated matrix, in order.
     #[must_use]
-    pub fn feature_names(gauges: &[String], with_past: bool, offset: bool) -> Vec<String> {
-        let past = gauges
-            .iter()
-            .filter(|_| with_past)
-            .map(|gauge| format!("{gauge}_past"));
-        gauges
-            .iter()
-            .cloned()
-            .chain(past)
-            .chain(offset.then(|| "offset".to_owned()))
-            .collect()
+    pub fn feature_names(&self) -> Vec<String> {
+        feature_names(&self.features, &self.gauges, self.offset)
     }
 
-    /// Checks everything that a file could have wrong.
-    ///
-    /// # Errors
-    /// [`CalibrationError`] with the first thing found.
-    pub fn validate(&self) -> Result<(), CalibrationError> {
-        if self.format != FORMAT {
-            return Err(CalibrationError::Format);
+    /// The rows that the compensated load is made of.
+    #[must_use]
+    pub fn design(&self) -> Design {
+        Design {
+            features: self.features.clone(),
+            scale: self.gauge_scale.clone(),
+            offset: self.offset,
         }
-        if self.version == 0 || self.version > VERSION {
-            return Err(CalibrationError::Version {
-                version: self.version,
-            });
+    }
+
+    /// What the look-back multiplies the difference on each axis with.
+    #[must_use]
+    pub fn distance_weights(&self) -> Vec<f64> {
+        self.features.distance.weights(&self.axes, &self.full_scale)
+    }
+
+    /// The regressor and the blocks in words.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let blocks = self.features.describe();
+        let blocks = if blocks.is_empty() {
+            "no history"
+        } else {
+            &blocks
+        };
+        match self.regressor {
+            Regressor::Linear => blocks.to_owned(),
+            regressor => format!("{}; {blocks}", regressor.label()),
         }
-        if self.gauges.is_empty() {
-            return Err(CalibrationError::Nothing { what: "gauges" });
-        }
-        if self.axes.is_empty() {
-            return Err(CalibrationError::Nothing { what: "axes" });
-        }
-        if !self.axes.is_sorted_by(|a, b| a < b) {
-            return Err(CalibrationError::AxisOrder);
-        }
-        let n_axes = self.axes.len();
-        length("units", n_axes, self.units.len())?;
-        length("full_scale", n_axes, self.full_scale.len())?;
-        for (axis, unit) in self.axes.iter().zip(&self.units) {
-            if unit != axis.unit() {
-                return Err(CalibrationError::Unit {
-                    axis: axis.symbol(),
-                    expected: axis.unit(),
-                    actual: unit.clone(),
-                });
-            }
-        }
-        for (field, numbers) in [
-            ("full_scale", &self.full_scale[..]),
-            ("thresholds.f_th", &[self.thresholds.f_th]),
-            ("thresholds.t_th_secs", &[self.thresholds.t_th_secs]),
-        ] {
-            if !numbers
-                .iter()
-                .all(|number| *number >= 0.0 && number.is_finite())
-            {
-                return Err(CalibrationError::Number {
-                    field: field.to_owned(),
-                });
-            }
-        }
-        for (field, map, with_past) in [
-            ("conventional", &self.conventional, false),
-            ("compensated", &self.compensated, true),
-        ] {
-            let features = Self::feature_names(&self.gauges, with_past, self.offset);
-            length(
-                &format!("{field}.features"),
-                features.len(),
-                map.features.len(),
-            )?;
-            let named = features.iter().zip(&map.features).enumerate();
-            for (position, (expected, actual)) in named {
-                if expected != actual {
-                    return Err(CalibrationError::Feature {
-                        field,
-                        position: position + 1,
-                        expected: expected.clone(),
-                        actual: actual.clone(),
-                    });
-                }
-            }
-            length(&format!("{field}.matrix"), n_axes, map.matrix.len())?;
-            for (axis, row) in self.axes.iter().zip(&map.matrix) {
-                let field = format!("{field}.matrix, row {}", axis.symbol());
-                length(&field, features.len(), row.len())?;
-                if !row.iter().all(|number| number.is_finite()) {
-                    return Err(CalibrationError::Number { field });
-                }
-            }
-        }
-        Ok(())
     }
 
     /// Checks that a recording has the gauges that the calibration was made for.
@@ -282,51 +168,117 @@ impl Calibration {
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
         self.check_gauges(recording)?;
         let conventional = loads_from_gauges(&self.conventional, recording);
-        let weights = self.distance.weights(&self.axes, &self.full_scale);
-        let past =
-            LoadPath::new(&conventional, &weights).past_samples(recording.times(), self.thresholds);
-        let compensated = loads_from_history(&self.compensated, recording, &past);
+        let path = LoadPath::new(&conventional, &self.distance_weights());
+        let past = past_samples(&self.features, &path, recording);
+        let compensated = self.compensated_loads(recording, &past);
         Ok(AppliedLoads {
             conventional,
             compensated,
             past,
         })
     }
+
+    /// The compensated load of every sample, `n × n_axes` row-major.
+    pub(crate) fn compensated_loads(&self, recording: &Recording, past: &[Vec<u32>]) -> Vec<f64> {
+        let n_axes = self.axes.len();
+        let mut loads = vec![0.0; recording.n_samples() * n_axes];
+        let mut blocks = loads.chunks_mut(BLOCK * n_axes);
+        self.for_each_block(recording, past, |raw, inputs, scratch| {
+            let loads = blocks.next().expect("as many blocks of loads as of rows");
+            self.loads_of_rows(raw, inputs, scratch, loads);
+        });
+        loads
+    }
+
+    /// The standard deviation of the load around the compensated one, `n × n_axes` row-major, where the regressor
+    /// knows it.
+    pub(crate) fn deviations(&self, recording: &Recording, past: &[Vec<u32>]) -> Option<Vec<f64>> {
+        let learned = self
+            .learned
+            .as_ref()
+            .filter(|learned| learned.knows_deviation())?;
+        let n_axes = self.axes.len();
+        let mut deviations = vec![0.0; recording.n_samples() * n_axes];
+        let mut blocks = deviations.chunks_mut(BLOCK * n_axes);
+        self.for_each_block(recording, past, |_, inputs, scratch| {
+            let out = blocks
+                .next()
+                .expect("as many blocks of deviations as of rows");
+            learned.deviations(inputs, scratch, out, n_axes);
+        });
+        Some(deviations)
+    }
+
+    /// Calls `take` with raw rows, rows for what was learned (empty without), and room to work.
+    fn for_each_block(
+        &self,
+        recording: &Recording,
+        past: &[Vec<u32>],
+        mut take: impl FnMut(&[f64], &[f64], &mut LearnedScratch),
+    ) {
+        let design = self.design();
+        let width = design.n_columns();
+        let mut stream = FeatureStream::new(&design);
+        let mut raw = vec![0.0; BLOCK * width];
+        let (mut inputs, mut scratch) = (Vec::new(), LearnedScratch::default());
+        for start in (0..recording.n_samples()).step_by(BLOCK) {
+            let samples = start..(start + BLOCK).min(recording.n_samples());
+            let raw = &mut raw[..samples.len() * width];
+            inputs.clear();
+            for (k, row) in samples.zip(raw.chunks_exact_mut(width)) {
+                sample_row(&mut stream, recording, past, k, row);
+                if self.learned.is_some() {
+                    learned_inputs(&design, row, &mut inputs);
+                }
+            }
+            take(raw, &inputs, &mut scratch);
+        }
+    }
+
+    /// The one place where features become compensated loads.
+    pub(crate) fn loads_of_rows(
+        &self,
+        raw: &[f64],
+        inputs: &[f64],
+        scratch: &mut LearnedScratch,
+        loads: &mut [f64],
+    ) {
+        let n_axes = self.axes.len();
+        match &self.compensated {
+            Some(map) => {
+                let width = map.features.len();
+                for (raw, load) in raw.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes)) {
+                    map.apply(raw, load);
+                }
+            }
+            None => loads.fill(0.0),
+        }
+        if let Some(learned) = &self.learned {
+            learned.add(inputs, scratch, loads, n_axes);
+        }
+    }
 }
 
-/// The load of every sample from its present gauges, `n × n_axes` row-major.
-pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {
-    let n_axes = map.matrix.len();
-    let mut loads = vec![0.0; recording.n_samples() * n_axes];
-    let samples = recording.gauges().chunks_exact(recording.n_gauges());
-    for (gauges, load) in samples.zip(loads.chunks_exact_mut(n_axes)) {
-        map.apply(gauges, &[], load);
-    }
-    loads
+/// Rows that are made before they are used.
+const BLOCK: usize = 256;
+
+/// Appends the standardised features without the offset: what networks and kernels learn from.
+pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>) {
+    let start = inputs.len();
+    inputs.extend(raw);
+    design.standardise(&mut inputs[start..]);
+    inputs.truncate(start + raw.len() - usize::from(design.offset));
 }
 
-/// The load of every sample from its present and past gauges, `n × n_axes` row-major.
-pub(crate) fn loads_from_history(map: &LinearMap, recording: &Recording, past: &[u32]) -> Vec<f64> {
-    let n_axes = map.matrix.len();
-    let mut loads = vec![0.0; recording.n_samples() * n_axes];
-    for (k, load) in loads.chunks_exact_mut(n_axes).enumerate() {
-        map.apply(
-            recording.gauges_at(k),
-            recording.gauges_at(past[k] as usize),
-            load,
-        );
-    }
-    loads
-}
-
-fn length(field: &str, expected: usize, actual: usize) -> Result<(), CalibrationError> {
-    if expected == actual {
-        Ok(())
-    } else {
-        Err(CalibrationError::Length {
-            field: field.to_owned(),
-            expected,
-            actual,
-        })
-    }
+/// The past samples of each look-back.
+pub(crate) fn past_samples(
+    features: &FeatureSettings,
+    path: &LoadPath,
+    recording: &Recording,
+) -> Vec<Vec<u32>> {
+    features
+        .look_backs
+        .iter()
+        .map(|thresholds| path.past_samples(recording.times(), *thresholds))
+        .collect()
 }

@@ -6,9 +6,9 @@
 use rayon::prelude::*;
 
 use crate::calibration::{
-    Calibration, Columns, LinearMap, NormalEquations, Piece, fit, loads_from_gauges, recording_sums,
+    LinearMap, NormalEquations, Piece, Ridge, fit, loads_from_gauges, recording_sums,
 };
-use crate::features::GaugeScale;
+use crate::features::{Design, FeatureSettings, GaugeScale};
 use crate::recording::Recording;
 
 /// The least-squares load from the present gauges, with the scale that all further columns share.
@@ -29,16 +29,16 @@ impl Conventional {
     #[must_use]
     pub fn fit(training: &[&Recording], offset: bool) -> Self {
         let first = training.first().expect("there is a training recording");
-        let gauge_names = first.gauge_names();
-        let columns = Columns {
-            n_gauges: first.n_gauges(),
-            with_past: false,
+        let n_axes = first.axes().len();
+        let design = Design {
+            features: FeatureSettings::present(),
+            scale: GaugeScale::measure(training.iter().copied(), first.n_gauges(), offset),
             offset,
         };
-        let scale = GaugeScale::measure(training.iter().copied(), columns.n_gauges, offset);
+        let n_columns = design.n_columns();
         let mut map = LinearMap {
-            features: Calibration::feature_names(gauge_names, false, offset),
-            matrix: vec![vec![0.0; columns.count()]; first.axes().len()],
+            features: design.names(first.gauge_names()),
+            matrix: vec![vec![0.0; n_columns]; n_axes],
         };
         for _ in 0..2 {
             let parts: Vec<_> = training
@@ -49,17 +49,20 @@ impl Conventional {
                         samples: 0..recording.n_samples(),
                         fold: 0,
                     };
-                    recording_sums(recording, &scale, columns, &loads, &[], &[whole])
+                    recording_sums(recording, &design, &loads, &[], &[whole])
                 })
                 .collect();
-            let mut total = NormalEquations::new(columns.count(), first.axes().len());
+            let mut total = NormalEquations::new(n_columns, n_axes);
             for part in parts.iter().flatten() {
                 total.add(part);
             }
-            let correction = fit(&total, &columns.all()).coefficients;
-            map = columns.raw_map(gauge_names, &map, &scale, &correction);
+            let correction = fit(&total, &design.all(), Ridge::None).coefficients;
+            map.matrix = map.corrected(&design, &correction);
         }
-        Self { scale, map }
+        Self {
+            scale: design.scale,
+            map,
+        }
     }
 }
 

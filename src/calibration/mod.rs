@@ -1,4 +1,5 @@
-//! From gauges to load: sums over recordings, the least-squares solution, and the calibration that comes of it.
+//! From gauges to load: sums over recordings, the least-squares solution, what learns beside it, and the calibration
+//! that comes of it.
 
 #[expect(
     clippy::module_inception,
@@ -6,18 +7,30 @@
 )]
 mod calibration;
 mod conventional;
+mod estimator;
+mod file_form;
+pub mod kernel;
+mod learned;
 pub mod linear;
+mod linear_map;
 pub mod network;
 mod normal_equations;
 mod settings;
 mod sums;
+mod validate;
 
-pub use calibration::{
-    AppliedLoads, Calibration, CalibrationError, FORMAT, LinearMap, Quality, Scores, VERSION,
-};
-pub(crate) use calibration::{loads_from_gauges, loads_from_history};
+pub use calibration::{AppliedLoads, Calibration, FORMAT, Quality, Scores, VERSION};
+pub(crate) use calibration::{learned_inputs, past_samples};
 pub use conventional::Conventional;
-pub use linear::{Fit, condition_number, fit};
+pub use estimator::{Estimator, SampleError};
+pub use kernel::{Kernel, KernelSettings};
+pub use learned::{Learned, LearnedError};
+pub use linear::{Fit, Ridge, condition_number, fit, fit_targets};
+pub use linear_map::LinearMap;
+pub(crate) use linear_map::loads_from_gauges;
+pub use network::{EpochReport, Network, NetworkSettings};
 pub use normal_equations::NormalEquations;
-pub use settings::{FitSettings, SettingsError};
-pub use sums::{Columns, Piece, recording_sums};
+pub use settings::{FitSettings, Learner, Regressor, RidgeChoice, SettingsError};
+pub(crate) use sums::sample_row;
+pub use sums::{Piece, recording_sums};
+pub use validate::CalibrationError;

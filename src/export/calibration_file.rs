@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use crate::calibration::{Calibration, CalibrationError};
 use crate::export::{WriteError, write_atomically};
-use crate::features::{Distance, Thresholds};
 
 /// A larger file is no calibration.
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
@@ -91,14 +90,14 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
 
 fn write_csv(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
-    let features = &calibration.compensated.features;
-    let head = ["calibration", "look_back", "axis", "unit"].map(str::to_owned);
-    csv.write_record(head.iter().chain(features))?;
-    let look_back = look_back_text(calibration.thresholds, calibration.distance);
-    for (name, look_back, map) in [
-        ("conventional", "", &calibration.conventional),
-        ("compensated", &look_back, &calibration.compensated),
-    ] {
+    let features = calibration.feature_names();
+    let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
+    csv.write_record(head.iter().chain(&features))?;
+    let blocks = calibration.describe();
+    let compensated = calibration.compensated.as_ref();
+    let maps = std::iter::once(("conventional", "", &calibration.conventional))
+        .chain(compensated.map(|map| ("compensated", &*blocks, map)));
+    for (name, blocks, map) in maps {
         // Whoever opens the table elsewhere must see that no real sensor stands behind it.
         let name = match calibration.simulated {
             true => format!("{name} (simulated sensor)"),
@@ -106,7 +105,7 @@ fn write_csv(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<(
         };
         let axes = calibration.axes.iter().zip(&calibration.units);
         for ((axis, unit), row) in axes.zip(&map.matrix) {
-            let head = [&name, look_back, axis.symbol(), unit].map(str::to_owned);
+            let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
             let numbers = features.iter().map(|feature| {
                 let column = map.features.iter().position(|own| own == feature);
                 column.map_or(String::new(), |column| row[column].to_string())
@@ -117,26 +116,17 @@ fn write_csv(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<(
     csv.flush()
 }
 
-/// The thresholds in words, as tables show them.
-#[must_use]
-pub fn look_back_text(thresholds: Thresholds, distance: Distance) -> String {
-    let Thresholds { f_th, t_th_secs } = thresholds;
-    match distance {
-        Distance::Force => format!("F_th {f_th} N, t_th {t_th_secs} s"),
-        Distance::FullScale => format!("F_th {} % of full scale, t_th {t_th_secs} s", 100.0 * f_th),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::{FORMAT, LinearMap, Quality, VERSION};
+    use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, VERSION};
+    use crate::features::{FeatureSettings, GaugeScale, feature_names};
     use crate::recording::Axis;
 
     pub(crate) fn calibration() -> Calibration {
         let gauges = vec!["S,1".to_owned(), "S\"2".to_owned()];
-        let map = |with_past: bool, factor: f64| {
-            let features = Calibration::feature_names(&gauges, with_past, true);
+        let map = |blocks: &FeatureSettings, factor: f64| {
+            let features = feature_names(blocks, &gauges, true);
             let row =
                 |axis: f64| (0..features.len()).map(move |at| factor * axis / (at as f64 + 3.0));
             LinearMap {
@@ -154,10 +144,12 @@ mod tests {
             full_scale: vec![12.0, 0.25],
             offset: true,
             decimation: 1,
-            thresholds: Thresholds::default(),
-            distance: Distance::Force,
-            conventional: map(false, 0.1),
-            compensated: map(true, 1e8),
+            features: FeatureSettings::default(),
+            gauge_scale: GaugeScale::identity(2),
+            regressor: Regressor::Linear,
+            conventional: map(&FeatureSettings::present(), 0.1),
+            compensated: Some(map(&FeatureSettings::default(), 1e8)),
+            learned: None,
             quality: Quality::default(),
             trained_on: vec!["a \u{1b}[31m".to_owned()],
             gauges,
@@ -193,7 +185,7 @@ mod tests {
         assert_eq!(&rows[1][2], "Mx");
         assert_eq!(&rows[0][6], "");
         let value: f64 = rows[2][6].parse().unwrap();
-        assert_eq!(value, calibration.compensated.matrix[0][2]);
+        assert_eq!(value, calibration.compensated.unwrap().matrix[0][2]);
     }
 
     #[test]
@@ -206,9 +198,9 @@ mod tests {
             read_calibration(&path).unwrap_err().to_string()
         };
         assert!(refused("loopscope calibration", "other").contains("format"));
-        assert!(refused("\"version\": 1", "\"version\": 9").contains("version 9"));
+        assert!(refused("\"version\": 2", "\"version\": 9").contains("version 9"));
         assert!(refused("\"N·m\"", "\"N·mm\"").contains("unit of Mx"));
-        assert!(refused("\"f_th\": 3.0", "\"f_th\": -3.0").contains("thresholds.f_th"));
+        assert!(refused("\"f_th\": 3.0", "\"f_th\": -3.0").contains("F_th is -3"));
         assert!(refused("\"f_th\": 3.0", "\"f_th\": NaN").contains("JSON"));
         assert!(refused("\"offset\"\n    ]", "\"ofset\"\n    ]").contains("ofset"));
         assert!(refused("\"Mx\"", "\"Fz\"").contains("axes"));

@@ -2,10 +2,12 @@
 
 mod atomic;
 mod calibration_file;
+mod comparison_csv;
 mod loads_csv;
 
 pub use atomic::{WriteError, write_atomically};
 pub use calibration_file::{
-    CalibrationFormat, ReadCalibrationError, look_back_text, read_calibration, write_calibration,
+    CalibrationFormat, ReadCalibrationError, read_calibration, write_calibration,
 };
+pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
 pub use loads_csv::write_loads_csv;

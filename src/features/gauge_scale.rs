@@ -1,7 +1,9 @@
-//! Shift and scale of each gauge over the training recordings.
+//! Shift, scale and deviation of each gauge over the training recordings.
 //!
 //! Guarantees: a gauge that never changes gets inverse scale zero when it is shifted, so its column vanishes instead
 //! of blowing up rounding errors.
+
+use serde::{Deserialize, Serialize};
 
 use crate::recording::Recording;
 
@@ -11,12 +13,14 @@ const CONSTANT_BELOW: f64 = 1e-13;
 /// How gauges are standardised: `z = (s − shift) · inverse_scale`.
 ///
 /// **Shapes** `n_gauges` each.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GaugeScale {
     /// Mean of each gauge, or zero where the model has no offset to take the mean up.
     pub shift: Vec<f64>,
     /// One over the standard deviation (without offset: over the root mean square); zero for a constant gauge.
     pub inverse_scale: Vec<f64>,
+    /// Standard deviation of each gauge, whatever the shift; the unit of the play operators' radii.
+    pub deviation: Vec<f64>,
 }
 
 impl GaugeScale {
@@ -34,40 +38,60 @@ impl GaugeScale {
                 .clone()
                 .flat_map(|recording| recording.gauges().chunks_exact(n_gauges))
         };
-        let mut shift = vec![0.0; n_gauges];
-        if centred {
-            for row in rows() {
-                for (sum, value) in shift.iter_mut().zip(row) {
-                    *sum += value;
-                }
+        let mut mean = vec![0.0; n_gauges];
+        for row in rows() {
+            for (sum, value) in mean.iter_mut().zip(row) {
+                *sum += value;
             }
-            for sum in &mut shift {
-                *sum /= n;
-            }
+        }
+        for sum in &mut mean {
+            *sum /= n;
         }
         let mut squares = vec![0.0; n_gauges];
         let mut largest = vec![0.0_f64; n_gauges];
         for row in rows() {
             for (gauge, value) in row.iter().enumerate() {
-                squares[gauge] += (value - shift[gauge]).powi(2);
+                squares[gauge] += (value - mean[gauge]).powi(2);
                 largest[gauge] = largest[gauge].max(value.abs());
             }
         }
-        let inverse_scale = squares
+        let deviation: Vec<f64> = squares
             .iter()
             .zip(&largest)
             .map(|(square, largest)| {
                 let spread = (square / n).sqrt();
                 if spread > CONSTANT_BELOW * largest {
-                    1.0 / spread
+                    spread
                 } else {
                     0.0
                 }
             })
             .collect();
+        let inverse = |size: f64| if size > 0.0 { 1.0 / size } else { 0.0 };
+        let (shift, inverse_scale) = if centred {
+            let inverse_scale = deviation.iter().map(|size| inverse(*size)).collect();
+            (mean, inverse_scale)
+        } else {
+            let root_mean_squares = deviation.iter().zip(&mean).map(|(d, mean)| d.hypot(*mean));
+            (
+                vec![0.0; n_gauges],
+                root_mean_squares.map(inverse).collect(),
+            )
+        };
         Self {
             shift,
             inverse_scale,
+            deviation,
+        }
+    }
+
+    /// Leaves gauges as they are.
+    #[must_use]
+    pub fn identity(n_gauges: usize) -> Self {
+        Self {
+            shift: vec![0.0; n_gauges],
+            inverse_scale: vec![1.0; n_gauges],
+            deviation: vec![1.0; n_gauges],
         }
     }
 

@@ -4,7 +4,6 @@ use egui::RichText;
 
 use crate::app::{AppState, Command};
 use crate::calibration::LinearMap;
-use crate::export::look_back_text;
 use crate::recording::Axis;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
@@ -24,7 +23,7 @@ pub fn calibration_pane(
             if calibration.simulated {
                 ui.colored_label(ui.visuals().warn_fg_color, "of the simulated sensor");
             }
-            ui.weak(look_back_text(calibration.thresholds, calibration.distance));
+            ui.weak(calibration.describe());
         }
     });
     export_row(ui, state, fields, out);
@@ -35,10 +34,10 @@ pub fn calibration_pane(
     egui::ScrollArea::both()
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            for (trace, map) in [
-                (Trace::Compensated, &calibration.compensated),
-                (Trace::Conventional, &calibration.conventional),
-            ] {
+            let compensated = calibration.compensated.as_ref();
+            let maps = compensated.map(|map| (Trace::Compensated, map));
+            let conventional = (Trace::Conventional, &calibration.conventional);
+            for (trace, map) in maps.into_iter().chain([conventional]) {
                 ui.label(
                     RichText::new(format!("{} = matrix × features", trace.label()))
                         .color(trace.color(ui.visuals())),

@@ -1,6 +1,8 @@
 //! The window: the only place that knows egui. One file a panel; [`Shell`] ties them to the state and to the threads.
 
+mod blocks_panel;
 mod calibration_pane;
+mod compare_pane;
 mod dialogs;
 mod errors_pane;
 mod menu;
@@ -8,6 +10,7 @@ mod notices_panel;
 mod numbers;
 mod palette;
 mod recordings_panel;
+mod regressor_panel;
 mod settings_panel;
 mod shell;
 mod start;

@@ -31,3 +31,13 @@ mod tests {
         assert_eq!(significant(0.0, 3), "0");
     }
 }
+
+/// A span of time, as coarse as one waits for it.
+pub fn duration(span: std::time::Duration) -> String {
+    let seconds = span.as_secs_f64().ceil() as u64;
+    match seconds {
+        0..=99 => format!("{seconds} s"),
+        100..=5999 => format!("{} min", seconds.div_ceil(60)),
+        _ => format!("{:.1} h", seconds as f64 / 3600.0),
+    }
+}

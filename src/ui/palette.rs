@@ -2,6 +2,8 @@
 
 use egui::{Color32, Stroke, Visuals};
 
+use crate::calibration::Regressor;
+
 /// One of the three loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trace {
@@ -56,6 +58,26 @@ impl Trace {
         };
         Stroke::new(width, self.color(visuals))
     }
+}
+
+/// The colour of a regressor in tables and bars.
+pub fn regressor(regressor: Regressor, visuals: &Visuals) -> Color32 {
+    let (r, g, b) = match regressor {
+        Regressor::Linear => (0, 114, 178),
+        Regressor::Network => (213, 94, 0),
+        Regressor::Kernel => (0, 158, 115),
+        Regressor::HybridNetwork => (204, 121, 167),
+        Regressor::HybridKernel => (190, 160, 20),
+    };
+    // Lighter on a dark ground.
+    let lighter = |value: u8| {
+        if visuals.dark_mode {
+            value / 4 * 3 + 64
+        } else {
+            value
+        }
+    };
+    Color32::from_rgb(lighter(r), lighter(g), lighter(b))
 }
 
 /// What marks the look-back.

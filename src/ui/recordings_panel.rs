@@ -255,7 +255,11 @@ fn rmse_label(
             let rmse = significant(*rmse, 4);
             ui.label(format!("{}: {rmse} {}", axis.symbol(), axis.unit()));
         }
-        let share = 100.0 * result.share_with_past;
-        ui.label(format!("{share:.0} % of the samples have a past sample"));
+        if let Some(share) = result.share_with_past {
+            ui.label(format!(
+                "{:.0} % of the samples have a past sample",
+                100.0 * share
+            ));
+        }
     });
 }

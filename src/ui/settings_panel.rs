@@ -4,8 +4,9 @@ use egui::{DragValue, Slider, SliderClamping};
 
 use crate::app::{AppState, Command};
 use crate::calibration::FitSettings;
-use crate::features::{Distance, Thresholds};
+use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::ui::numbers::significant;
+use crate::ui::{blocks_panel, regressor_panel};
 
 /// The t_th slider reaches this far where recordings are longer; larger values can be typed.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
@@ -16,7 +17,9 @@ pub fn settings_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command
     // An applied calibration brings its own choices; only how samples are thinned out stays open.
     let mut settings = state.settings.clone();
     ui.add_enabled_ui(state.applied.is_none(), |ui| {
-        thresholds(ui, state, &mut settings);
+        look_back(ui, state, &mut settings.features);
+        blocks_panel::blocks(ui, &mut settings.features);
+        regressor_panel::regressor(ui, state, &mut settings, out);
         ui.checkbox(&mut settings.offset, "Offset term").on_hover_text(
             "A constant added to each axis. The paper has none (Eq. 3); real gauges have a zero point",
         );
@@ -31,12 +34,27 @@ pub fn settings_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command
     ui.add_space(2.0);
 }
 
-fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
+fn look_back(ui: &mut egui::Ui, state: &AppState, features: &mut FeatureSettings) {
     let axes = state.axes();
-    let distance = settings.distance.effective(axes);
+    let distance = features.distance.effective(axes);
+    let default = Thresholds::default_for(distance);
     ui.horizontal(|ui| {
-        ui.heading("Look-back");
-        let default = Thresholds::default_for(distance);
+        let mut used = !features.look_backs.is_empty();
+        let id = ui.scope_id().with("look-backs that were turned off");
+        let title = egui::RichText::new("Look-back").heading();
+        let switch = ui.checkbox(&mut used, title).on_hover_text(
+            "Appends the gauges at the last moment when the conventional load differed by F_th, no longer ago than t_th \
+             (Eq. 9-12): where the load came from",
+        );
+        if switch.changed() {
+            features.look_backs = if used {
+                let kept = ui.data(|data| data.get_temp::<Vec<Thresholds>>(id));
+                kept.unwrap_or_else(|| vec![default])
+            } else {
+                ui.data_mut(|data| data.insert_temp(id, features.look_backs.clone()));
+                Vec::new()
+            };
+        }
         let label = match distance {
             Distance::Force => format!("Reset to {} N, {} s", default.f_th, default.t_th_secs),
             Distance::FullScale => {
@@ -47,13 +65,16 @@ fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
                 )
             }
         };
-        if ui.button(label).clicked() {
-            settings.thresholds = default;
+        if ui.add_enabled(used, egui::Button::new(label)).clicked() {
+            features.look_backs = vec![default];
         }
     });
+    let Some((first, others)) = features.look_backs.split_first_mut() else {
+        return;
+    };
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
-    f_th_slider(ui, state, distance, &mut settings.thresholds.f_th);
-    let t_th = Slider::new(&mut settings.thresholds.t_th_secs, 0.0..=t_range(state))
+    f_th_slider(ui, state, distance, &mut first.f_th);
+    let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(state))
         .text("t_th")
         .suffix(" s")
         .max_decimals(2)
@@ -61,8 +82,7 @@ fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
     ui.add(t_th).on_hover_text(
         "How old the past sample may be (Eq. 12). With 0 s there is no past, and Comp. equals Conv.",
     );
-    let thresholds = &mut settings.thresholds;
-    for value in [&mut thresholds.f_th, &mut thresholds.t_th_secs] {
+    for value in [&mut first.f_th, &mut first.t_th_secs] {
         // Typed values may exceed the slider, but neither be negative nor no number.
         *value = if value.is_finite() {
             value.max(0.0)
@@ -70,6 +90,11 @@ fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
             0.0
         };
     }
+    let t_th_secs = first.t_th_secs;
+    for other in others {
+        other.t_th_secs = t_th_secs;
+    }
+    more_look_backs(ui, distance, features);
     if axes.iter().any(|axis| axis.is_force()) {
         ui.horizontal(|ui| {
             ui.label("F_th is measured over");
@@ -83,18 +108,51 @@ fn thresholds(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
             ] {
                 let radio = ui.radio(distance == kind, label).on_hover_text(explanation);
                 if radio.clicked() && distance != kind {
-                    settings.distance = kind;
-                    settings.thresholds.f_th = Thresholds::default_for(kind).f_th;
+                    features.distance = kind;
+                    features.look_backs = vec![Thresholds::default_for(kind)];
                 }
             }
         });
     }
 }
 
+/// Further F_th, each with a set of past gauges of its own.
+fn more_look_backs(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSettings) {
+    let (shown_as, suffix) = shown(distance);
+    let t_th_secs = features.look_backs[0].t_th_secs;
+    let more = features.look_backs[1..].iter();
+    let mut values: Vec<f64> = more.map(|other| other.f_th * shown_as).collect();
+    ui.horizontal(|ui| {
+        let label = ui.label("and F_th of").on_hover_text(
+            "Further thresholds, with commas between them: each appends a set of past gauges of its own. Several see \
+             loops of several sizes",
+        );
+        if blocks_panel::list_field(ui, label.id, "none", &mut values) {
+            features.look_backs.truncate(1);
+            features
+                .look_backs
+                .extend(values.iter().map(|value| Thresholds {
+                    f_th: value / shown_as,
+                    t_th_secs,
+                }));
+        }
+        ui.label(suffix.trim_start());
+    });
+}
+
+/// What F_th is multiplied with to be shown, and its unit.
+fn shown(distance: Distance) -> (f64, &'static str) {
+    match distance {
+        Distance::Force => (1.0, " N"),
+        Distance::FullScale => (100.0, " %"),
+    }
+}
+
 fn f_th_slider(ui: &mut egui::Ui, state: &AppState, distance: Distance, f_th: &mut f64) {
-    let (shown_as, suffix, largest) = match distance {
-        Distance::Force => (1.0, " N", force_range(state)),
-        Distance::FullScale => (100.0, " %", 200.0),
+    let (shown_as, suffix) = shown(distance);
+    let largest = match distance {
+        Distance::Force => force_range(state),
+        Distance::FullScale => 200.0,
     };
     let mut shown = *f_th * shown_as;
     let slider = Slider::new(&mut shown, 0.0..=largest)

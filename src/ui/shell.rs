@@ -6,16 +6,22 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
-use crate::app::{AppState, Command, Effect, Level, Notice, Opened, OpenedFile};
-use crate::export::{read_calibration, write_calibration};
+use crate::analysis::{Analysis, AnalysisError, Analyst, Request, compare, train};
+use crate::app::{
+    AppState, Command, ComparisonCommand, Effect, Level, Notice, Opened, OpenedFile, Pane,
+    TrainingCommand,
+};
+use crate::export::{
+    WriteError, read_calibration, write_atomically, write_calibration, write_comparison_csv,
+};
+use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::{RecordingSet, delimited, simulated};
 use crate::ui::dialogs::Reply;
 use crate::ui::trace_panes::{TracePanes, trace_panes};
 use crate::ui::{
-    Dialogs, calibration_pane, errors_pane, menu, notices_panel, recordings_panel, settings_panel,
-    status_line,
+    Dialogs, calibration_pane, compare_pane, errors_pane, menu, notices_panel, recordings_panel,
+    settings_panel, status_line,
 };
 use crate::worker::{Job, Notify, Worker};
 
@@ -35,6 +41,8 @@ pub struct Shell {
     reading: Vec<Job<Vec<OpenedFile>>>,
     simulating: Option<Job<RecordingSet>>,
     writing: Vec<Job<Command>>,
+    training: Vec<Job<Command>>,
+    comparing: Vec<Job<Command>>,
     dialogs: Box<dyn Dialogs>,
     fields: Fields,
     panes: TracePanes,
@@ -49,6 +57,10 @@ pub struct Fields {
     pub export: String,
     /// The share of a split that trains (%).
     pub split_percent: f64,
+    /// The path to save the comparison to.
+    pub comparison: String,
+    /// Which errors the comparison shows.
+    pub errors_on: compare_pane::ErrorsOn,
 }
 
 impl Shell {
@@ -80,11 +92,15 @@ impl Shell {
             reading: Vec::new(),
             simulating: None,
             writing: Vec::new(),
+            training: Vec::new(),
+            comparing: Vec::new(),
             dialogs,
             fields: Fields {
                 open: String::new(),
                 export: "calibration.json".to_owned(),
                 split_percent: 60.0,
+                comparison: "comparison.csv".to_owned(),
+                errors_on: Default::default(),
             },
             panes: TracePanes::default(),
         }
@@ -102,6 +118,8 @@ impl Shell {
         !self.commands.is_empty()
             || !self.reading.is_empty()
             || !self.writing.is_empty()
+            || !self.training.is_empty()
+            || !self.comparing.is_empty()
             || self.simulating.is_some()
             || !self.analysis.is_idle()
     }
@@ -154,7 +172,9 @@ impl Shell {
             self.apply(Command::Analysed(outcome));
         }
         finish(&mut self.reading, &mut self.commands, Command::FilesOpened);
-        finish(&mut self.writing, &mut self.commands, |command| command);
+        for jobs in [&mut self.writing, &mut self.training, &mut self.comparing] {
+            finish(jobs, &mut self.commands, |command| command);
+        }
         let mut simulating: Vec<_> = self.simulating.take().into_iter().collect();
         finish(&mut simulating, &mut self.commands, Command::BuiltInReady);
         self.simulating = simulating.pop();
@@ -194,32 +214,98 @@ impl Shell {
                         simulated::recordings(simulated::DEFAULT_SEED)
                     }));
             }
-            Effect::AskForFiles => self.dialogs.open_files(Reply {
-                commands: self.post.clone(),
-                notify,
-            }),
-            Effect::AskForExport => self.dialogs.export(Reply {
-                commands: self.post.clone(),
-                notify,
-            }),
-            Effect::Write(calibration, path) => {
-                // The notice about it must say where a relative path led.
-                let path = std::path::absolute(&path).unwrap_or(path);
-                let title = format!("Writing {}", file_name(&path));
-                self.writing.push(Job::start(title, notify, move |_| {
-                    let written = write_calibration(&calibration, &path);
-                    Command::Exported(path, written.map_err(|error| error.to_string()))
-                }));
+            Effect::AskForFiles => {
+                let reply = self.reply();
+                self.dialogs.open_files(reply);
             }
+            Effect::AskForExport => {
+                let reply = self.reply();
+                self.dialogs.export(reply);
+            }
+            Effect::Write(calibration, path) => {
+                self.write(path, move |path| write_calibration(&calibration, path));
+            }
+            Effect::Train(request) => {
+                let reply = self.reply();
+                self.training
+                    .push(Job::start("Training", notify, move |progress| {
+                        let trained = caught(|| {
+                            train(&request, progress, &mut |report| {
+                                reply.send(Command::Training(TrainingCommand::Epoch(report)));
+                            })
+                        });
+                        let trained = match trained {
+                            Ok(trained) => trained.map(Arc::new).map_err(|error| error.to_string()),
+                            Err(panicked) => Err(panicked.to_string()),
+                        };
+                        // The same way as the epochs, so that it comes after the last of them.
+                        reply.send(Command::Training(TrainingCommand::Ended(trained)));
+                        Command::Nothing
+                    }));
+            }
+            Effect::StopTraining => self.training.iter().for_each(|job| job.progress.cancel()),
+            Effect::Compare {
+                run,
+                recordings,
+                settings,
+                candidates,
+            } => {
+                let reply = self.reply();
+                let title = "Comparing regressors";
+                self.comparing
+                    .push(Job::start(title, notify, move |progress| {
+                        compare(
+                            &recordings,
+                            &settings,
+                            &candidates,
+                            progress,
+                            &|at, event| {
+                                let heard = ComparisonCommand::Heard(run, at, event);
+                                reply.send(Command::Comparison(heard));
+                            },
+                        );
+                        reply.send(Command::Comparison(ComparisonCommand::Ended(run)));
+                        Command::Nothing
+                    }));
+            }
+            Effect::StopComparing => self.comparing.iter().for_each(|job| job.progress.cancel()),
+            Effect::WriteComparison(rows, path) => self.write(path, move |path| {
+                write_atomically(path, |out| write_comparison_csv(&rows, out))
+            }),
             Effect::CancelWork => {
                 self.analysis.cancel();
                 // It cannot be stopped, but nobody waits for it any more.
                 self.simulating = None;
+                let stopped = self.training.iter().chain(&self.comparing);
+                stopped.for_each(|job| job.progress.cancel());
                 for job in &self.reading {
                     job.progress.cancel();
                 }
             }
         }
+    }
+
+    fn reply(&self) -> Reply {
+        Reply {
+            commands: self.post.clone(),
+            notify: Arc::clone(&self.notify),
+        }
+    }
+
+    /// Writes a file off the window's thread.
+    fn write(
+        &mut self,
+        path: PathBuf,
+        write: impl FnOnce(&Path) -> Result<(), WriteError> + Send + 'static,
+    ) {
+        // The notice about it must say where a relative path led.
+        let path = std::path::absolute(&path).unwrap_or(path);
+        let title = format!("Writing {}", file_name(&path));
+        self.writing
+            .push(Job::start(title, Arc::clone(&self.notify), move |_| {
+                let written = write(&path);
+                Command::Exported(path, written.map_err(|error| error.to_string()))
+            }));
     }
 
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
@@ -233,6 +319,10 @@ impl Shell {
                 .chain(
                     self.simulating
                         .iter()
+                        .map(|job| (job.title.as_str(), &job.progress)),
+                )
+                .chain(
+                    (self.training.iter().chain(&self.comparing))
                         .map(|job| (job.title.as_str(), &job.progress)),
                 );
             status_line::status_line(ui, state, jobs, self.analysis.running(), out);
@@ -249,10 +339,13 @@ impl Shell {
             .min_size(240.0)
             .show(ui, |ui| {
                 egui::Panel::bottom("settings")
-                    .resizable(false)
-                    .show_separator_line(true)
+                    .resizable(true)
+                    .default_size(350.0)
+                    .min_size(120.0)
                     .show(ui, |ui| {
-                        settings_panel::settings_panel(ui, state, out);
+                        egui::ScrollArea::vertical()
+                            .auto_shrink([false, false])
+                            .show(ui, |ui| settings_panel::settings_panel(ui, state, out));
                     });
                 egui::CentralPanel::no_frame().show(ui, |ui| {
                     recordings_panel::recordings_panel(ui, state, &mut self.fields, out);
@@ -276,7 +369,27 @@ impl Shell {
                     calibration_pane::calibration_pane(ui, state, &mut self.fields, out);
                 });
             });
-        egui::CentralPanel::default().show(ui, |ui| trace_panes(ui, state, &mut self.panes, out));
+        egui::CentralPanel::default().show(ui, |ui| {
+            ui.horizontal(|ui| {
+                for (pane, label, explanation) in [
+                    (Pane::Traces, "Traces", "Loads and errors over time"),
+                    (
+                        Pane::Compare,
+                        "Compare",
+                        "Every regressor without and with the past",
+                    ),
+                ] {
+                    let tab = ui.selectable_label(state.pane == pane, label);
+                    if tab.on_hover_text(explanation).clicked() {
+                        out.push(Command::ShowPane(pane));
+                    }
+                }
+            });
+            match state.pane {
+                Pane::Traces => trace_panes(ui, state, &mut self.panes, out),
+                Pane::Compare => compare_pane::compare_pane(ui, state, &mut self.fields, out),
+            }
+        });
     }
 }
 

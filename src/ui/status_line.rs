@@ -50,7 +50,7 @@ pub fn status_line<'a>(
                 quality.n_train,
                 quality.n_test,
                 quality.rank,
-                analysis.calibration.compensated.features.len(),
+                analysis.calibration.feature_names().len(),
             ))
             .on_hover_text(
                 "Rank: how many columns of the compensated fit are independent; condition: how far its gauges and \

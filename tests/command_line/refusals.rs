@@ -175,8 +175,8 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
     let whole = workshop.read("c.json");
     for (from, to, word) in [
         ("loopscope calibration", "another thing", "format"),
-        ("\"version\": 1", "\"version\": 2", "version 2"),
-        ("\"f_th\": 3.0", "\"f_th\": -3.0", "thresholds.f_th"),
+        ("\"version\": 2", "\"version\": 3", "version 3"),
+        ("\"f_th\": 3.0", "\"f_th\": -3.0", "F_th is -3"),
         ("\"f_th\": 3.0", "\"f_th\": NaN", "JSON"),
         ("\"f_th\": 3.0", "\"f_th\": 1e999", "JSON"),
         ("\"t_th_secs\"", "\"t_th\"", "t_th"),

@@ -4,7 +4,7 @@ use egui::{Color32, Stroke};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Polygon, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
-use crate::features::Distance;
+use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
 use crate::ui::palette::{self, Trace};
 use crate::ui::trace_panes::pane::Kind;
@@ -17,12 +17,13 @@ pub fn thresholds(
     hovered: Option<usize>,
     visuals: &egui::Visuals,
 ) {
-    let Some((k, segment)) = hovered.and_then(|k| Some((k, traces.segment_of(k)?))) else {
+    let at_pointer = hovered.and_then(|k| Some((k, traces.segment_of(k)?, traces.thresholds?)));
+    let Some((k, segment, thresholds)) = at_pointer else {
         return;
     };
     let color = palette::look_back(visuals);
     let now = traces.times[k];
-    let oldest = (now - traces.thresholds.t_th_secs).max(traces.times[segment.samples.start]);
+    let oldest = (now - thresholds.t_th_secs).max(traces.times[segment.samples.start]);
     let searched = Span::new("", oldest..=now)
         .fill(color.gamma_multiply(0.10))
         .border_color(color.gamma_multiply(0.5))
@@ -35,7 +36,7 @@ pub fn thresholds(
         .map_or(0.0, |at| traces.weights[at]);
     if weight > 0.0 {
         let load = axis.conventional.value(k);
-        let reach = traces.thresholds.f_th / weight;
+        let reach = thresholds.f_th / weight;
         let corners = [
             (oldest, -reach),
             (now, -reach),
@@ -151,12 +152,15 @@ pub fn tooltip(
                 ui.end_row();
             }
         });
-        ui.colored_label(palette::look_back(ui.visuals()), look_back_words(traces, k));
+        if let Some(thresholds) = traces.thresholds {
+            let words = look_back_words(traces, thresholds, k);
+            ui.colored_label(palette::look_back(ui.visuals()), words);
+        }
     });
 }
 
 /// What the look-back found, in words.
-fn look_back_words(traces: &TraceSet, k: usize) -> String {
+fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> String {
     let amount = |d: f64| match traces.distance {
         Distance::Force => format!("{} N", significant(d, 3)),
         Distance::FullScale => format!("{} % of full scale", significant(100.0 * d, 3)),
@@ -165,8 +169,8 @@ fn look_back_words(traces: &TraceSet, k: usize) -> String {
     if past == k {
         return format!(
             "no past: nothing differs by {} within {} s",
-            amount(traces.thresholds.f_th),
-            significant(traces.thresholds.t_th_secs, 3),
+            amount(thresholds.f_th),
+            significant(thresholds.t_th_secs, 3),
         );
     }
     format!(

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use egui_plot::{
-    GridInput, GridMark, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span,
-    VLine,
+    FilledArea, GridInput, GridMark, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse,
+    PlotUi, Span, VLine,
 };
 
 use crate::analysis::{AxisTraces, TraceSet};
@@ -137,6 +137,9 @@ fn pane(
         separate_segments(plot, traces, &visible, &visuals);
         if kind == Kind::Load {
             overlay::thresholds(plot, traces, axis, hovered, &visuals);
+        }
+        if kind == Kind::Load {
+            shade_band(plot, traces, axis, &visible.samples, buckets, &visuals);
         }
         for (trace, series) in &shown {
             for points in polylines(series, traces, &visible.samples, buckets) {
@@ -290,6 +293,33 @@ fn polylines(
             line(run, (share * buckets as f64).ceil() as usize)
         })
         .collect()
+}
+
+/// Shades where the load lies with about 95 %, where the regressor knows it.
+fn shade_band(
+    plot: &mut PlotUi<'_>,
+    traces: &TraceSet,
+    axis: &AxisTraces,
+    samples: &Range<usize>,
+    buckets: usize,
+    visuals: &egui::Visuals,
+) {
+    let Some([low, high]) = &axis.band else {
+        return;
+    };
+    let width = samples.len().div_ceil(buckets.max(1)).max(1);
+    let (mut times, mut lows, mut highs) = (Vec::new(), Vec::new(), Vec::new());
+    for start in samples.clone().step_by(width) {
+        let bucket = start..(start + width).min(samples.end);
+        let middle = bucket.start + bucket.len() / 2;
+        if let Some(((low, _), (_, high))) = low.min_max(bucket.clone()).zip(high.min_max(bucket)) {
+            times.push(traces.times[middle.min(traces.times.len() - 1)]);
+            lows.push(low);
+            highs.push(high);
+        }
+    }
+    let color = Trace::Compensated.color(visuals).gamma_multiply(0.22);
+    plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
 }
 
 /// Shades stretches in which no sample has a past.

@@ -8,9 +8,13 @@
 //! How: samples stand in groups of eight that are measured at once. Over the groups stand bounding boxes, over those
 //! boxes larger ones. A box whose farthest corner is nearer than F_th holds no answer and is skipped whole.
 
+mod live;
+
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Axis;
+
+pub use live::LiveLookBack;
 
 /// The two thresholds of the look-back.
 ///
@@ -408,7 +412,7 @@ mod tests {
     }
 
     /// A walk with pauses, jitter, repeated times and jumps, from a small seeded generator.
-    fn walk(n: usize, dimensions: usize, seed: u64) -> (Vec<f64>, Vec<Vec<f64>>) {
+    pub(super) fn walk(n: usize, dimensions: usize, seed: u64) -> (Vec<f64>, Vec<Vec<f64>>) {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
         let mut random = move || {
             state ^= state << 13;

@@ -1,0 +1,334 @@
+//! Regressors and blocks side by side: the paper's Figures 9, 10, 12 and 13, and what goes past them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::analysis::{AnalysisError, Request, train};
+use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, Scores};
+use crate::export::ComparisonRow;
+use crate::features::FeatureSettings;
+use crate::panicked::caught;
+use crate::progress::Progress;
+use crate::recording::{Axis, RecordingSet};
+
+/// One row of the table: a regressor on some blocks, trained on some of the samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Candidate {
+    /// How the load is made of the features.
+    pub regressor: Regressor,
+    /// What is appended to the gauges.
+    pub features: FeatureSettings,
+    /// Every how many-th sample is used: 1 is the paper's pattern A, 10 its pattern B.
+    pub decimation: usize,
+}
+
+impl Candidate {
+    /// The paper's name of the amount of data.
+    #[must_use]
+    pub fn pattern(&self) -> String {
+        match self.decimation {
+            1 => "A".to_owned(),
+            10 => "B".to_owned(),
+            step => format!("1/{step}"),
+        }
+    }
+
+    /// What kind of history it has: "none", or the blocks in words.
+    #[must_use]
+    pub fn history(&self) -> String {
+        let blocks = self.features.describe();
+        if blocks.is_empty() {
+            "none".to_owned()
+        } else {
+            blocks
+        }
+    }
+}
+
+/// How a candidate came out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ComparedRow {
+    /// What was fitted.
+    #[serde(flatten)]
+    pub candidate: Candidate,
+    /// The axes, in the order of the scores.
+    pub axes: Vec<Axis>,
+    /// Samples that were fitted.
+    pub n_train: u64,
+    /// RMSE per axis.
+    pub scores: Scores,
+    /// The strength of the linear part's ridge, per axis.
+    pub ridge: Vec<f64>,
+    /// How long it took (s).
+    #[serde(rename = "seconds", serialize_with = "seconds")]
+    pub elapsed: Duration,
+}
+
+fn seconds<S: serde::Serializer>(elapsed: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_f64(elapsed.as_secs_f64())
+}
+
+impl ComparisonRow for ComparedRow {
+    fn labels(&self) -> [String; 3] {
+        let candidate = &self.candidate;
+        let regressor = candidate.regressor.label().to_owned();
+        [regressor, candidate.history(), candidate.pattern()]
+    }
+
+    fn axes(&self) -> Vec<String> {
+        let label = |axis: &Axis| format!("{} [{}]", axis.symbol(), axis.unit());
+        self.axes.iter().map(label).collect()
+    }
+
+    fn scores(&self) -> &Scores {
+        &self.scores
+    }
+
+    fn seconds(&self) -> f64 {
+        self.elapsed.as_secs_f64()
+    }
+}
+
+/// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
+/// memoryless polynomial, both amounts of data.
+///
+/// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
+#[must_use]
+pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec<Candidate> {
+    let history = match settings.features.has_history() {
+        true => settings.features.clone(),
+        false => FeatureSettings {
+            distance: settings.features.distance,
+            ..FeatureSettings::default()
+        },
+    };
+    let polynomial = FeatureSettings {
+        polynomial: 2,
+        distance: history.distance,
+        ..FeatureSettings::present()
+    };
+    let mut candidates = Vec::new();
+    for &regressor in regressors {
+        let mut blocks = vec![history.without_history(), history.clone()];
+        if regressor == Regressor::Linear && history.polynomial < 2 {
+            blocks.insert(1, polynomial.clone());
+        }
+        for features in blocks {
+            for decimation in [10, 1] {
+                candidates.push(Candidate {
+                    regressor,
+                    features: features.clone(),
+                    decimation,
+                });
+            }
+        }
+    }
+    candidates.sort_by_key(|candidate| {
+        let learner = candidate.regressor.learner();
+        (
+            learner.is_some(),
+            learner.is_some() && candidate.decimation == 1,
+        )
+    });
+    candidates
+}
+
+/// What is heard of a row while [`compare`] runs.
+#[derive(Clone, Debug)]
+pub enum RowEvent {
+    /// It has begun.
+    Started,
+    /// Its network has passed over the samples once more.
+    Epoch(EpochReport),
+    /// It has ended; a row that was cancelled ends without a word.
+    Ended(Result<ComparedRow, AnalysisError>),
+}
+
+/// Rows that are fitted side by side; a network keeps one core busy.
+const SIDE_BY_SIDE: usize = 2;
+
+/// Fits and scores rows, two at a time, and tells of each under its position; what a candidate does not say is as in
+/// `settings`.
+pub fn compare(
+    recordings: &Arc<RecordingSet>,
+    settings: &FitSettings,
+    candidates: &[Candidate],
+    progress: &Progress,
+    tell: &(dyn Fn(usize, RowEvent) + Sync),
+) {
+    for candidate in candidates {
+        progress.add_total(candidate.weight(settings));
+    }
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..SIDE_BY_SIDE.min(candidates.len()) {
+            scope.spawn(|| {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(candidate) = candidates.get(at) else {
+                        return;
+                    };
+                    if progress.is_cancelled() {
+                        return;
+                    }
+                    tell(at, RowEvent::Started);
+                    let row = caught(|| {
+                        compare_one(recordings, settings, candidate, progress, &|event| {
+                            tell(at, event)
+                        })
+                    })
+                    .unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
+                    if !matches!(row, Err(AnalysisError::Cancelled(_))) {
+                        tell(at, RowEvent::Ended(row));
+                    }
+                }
+            });
+        }
+    });
+}
+
+impl Candidate {
+    /// How much work it is, in passes over all samples.
+    fn weight(&self, settings: &FitSettings) -> u64 {
+        let passes = match self.regressor.learner() {
+            None => 1,
+            Some(Learner::Kernel) => 50,
+            Some(Learner::Network) => settings.network.epochs as u64,
+        };
+        (1000 * passes / self.decimation.max(1) as u64).max(1)
+    }
+}
+
+fn compare_one(
+    recordings: &Arc<RecordingSet>,
+    settings: &FitSettings,
+    candidate: &Candidate,
+    progress: &Progress,
+    tell: &dyn Fn(RowEvent),
+) -> Result<ComparedRow, AnalysisError> {
+    let start = Instant::now();
+    let request = Request::fit(
+        Arc::clone(recordings),
+        FitSettings {
+            regressor: candidate.regressor,
+            features: candidate.features.clone(),
+            decimation: candidate.decimation,
+            ..settings.clone()
+        },
+    );
+    let weight = candidate.weight(settings);
+    let mut counted = 0;
+    let calibration = train(&request, &progress.part(), &mut |report| {
+        let done = weight * report.epoch as u64 / report.epochs.max(1) as u64;
+        progress.advance(done - counted);
+        counted = done;
+        tell(RowEvent::Epoch(report));
+    })?;
+    // A network that was stopped half way is no row of a comparison.
+    progress.check()?;
+    progress.advance(weight - counted);
+    Ok(ComparedRow {
+        candidate: candidate.clone(),
+        axes: calibration.axes,
+        n_train: calibration.quality.n_train,
+        scores: calibration.quality.compensated,
+        ridge: calibration.quality.ridge,
+        elapsed: start.elapsed(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::calibration::{KernelSettings, NetworkSettings};
+    use crate::recording::{Entry, simulated};
+
+    fn quick() -> (Arc<RecordingSet>, FitSettings) {
+        let mut set = RecordingSet::default();
+        for entry in simulated::recordings(3).entries().iter().step_by(9) {
+            set.push(Entry {
+                recording: Arc::new(entry.recording.decimated(5)),
+                role: entry.role,
+            })
+            .unwrap();
+        }
+        let settings = FitSettings {
+            network: NetworkSettings {
+                hidden: vec![4],
+                epochs: 3,
+                ..NetworkSettings::default()
+            },
+            kernel: KernelSettings {
+                landmarks: 10,
+                length_scale: Some(1.0),
+            },
+            ..FitSettings::default()
+        };
+        (Arc::new(set), settings)
+    }
+
+    #[test]
+    fn every_row_of_the_whole_comparison_is_fitted() {
+        let (set, settings) = quick();
+        let candidates = paper_candidates(&settings, &Regressor::ALL);
+        assert_eq!(candidates.len(), 22);
+        let rows = Mutex::new(vec![None; candidates.len()]);
+        let progress = Progress::default();
+        compare(&set, &settings, &candidates, &progress, &|at, event| {
+            if let RowEvent::Ended(row) = event {
+                rows.lock().unwrap()[at] = Some(row.unwrap());
+            }
+        });
+        assert_eq!(progress.fraction(), Some(1.0));
+        for (candidate, row) in candidates.iter().zip(rows.into_inner().unwrap()) {
+            let row = row.expect("an answer for each");
+            assert_eq!(row.candidate, *candidate);
+            let rmse = row.scores.test_rmse.unwrap();
+            assert!(rmse.iter().all(|rmse| *rmse > 0.0 && rmse.is_finite()));
+            assert_eq!(
+                row.scores.cv_rmse.is_none(),
+                candidate.regressor.learner() == Some(Learner::Network)
+            );
+        }
+    }
+
+    #[test]
+    fn a_cancelled_comparison_begins_no_further_row() {
+        let (set, settings) = quick();
+        let candidates = paper_candidates(&settings, &[Regressor::Linear]);
+        let progress = Progress::default();
+        progress.cancel();
+        compare(&set, &settings, &candidates, &progress, &|_, event| {
+            panic!("{event:?}")
+        });
+    }
+
+    #[test]
+    fn a_row_that_cannot_be_fitted_says_why() {
+        let (set, mut settings) = quick();
+        settings.kernel.landmarks = 1_999;
+        let candidate = Candidate {
+            regressor: Regressor::Kernel,
+            features: FeatureSettings::present(),
+            decimation: 100,
+        };
+        let said = Mutex::new(String::new());
+        compare(
+            &set,
+            &settings,
+            &[candidate],
+            &Progress::default(),
+            &|_, event| {
+                if let RowEvent::Ended(Err(error)) = event {
+                    *said.lock().unwrap() = error.to_string();
+                }
+            },
+        );
+        assert!(said.into_inner().unwrap().contains("1999 landmarks"));
+    }
+}

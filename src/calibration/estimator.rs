@@ -1,0 +1,255 @@
+//! A calibration at work: one sample in, one load out, as a robot runs it.
+//!
+//! Guarantees: the numbers are those of [`Calibration::apply`] on the whole recording (features to the last bit; a
+//! network's sums may round differently); memory is bounded
+//! by the longest t_th and lag; a bad sample is refused and changes nothing.
+
+use crate::calibration::learned::LearnedScratch;
+use crate::calibration::{Calibration, CalibrationError, learned_inputs};
+use crate::features::{Design, FeatureStream, LiveLookBack};
+
+/// The blocks of a calibration, ready to run.
+#[derive(Clone, Debug)]
+pub struct Estimator<'a> {
+    calibration: &'a Calibration,
+    design: &'a Design,
+    stream: FeatureStream<'a>,
+    look_back: LiveLookBack,
+    last_secs: f64,
+    raw: Vec<f64>,
+    inputs: Vec<f64>,
+    scratch: LearnedScratch,
+    conventional: Vec<f64>,
+    compensated: Vec<f64>,
+}
+
+/// Why a sample was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum SampleError {
+    #[error("{actual} gauges are given where the calibration needs {expected}")]
+    Gauges { expected: usize, actual: usize },
+    #[error("the time or a gauge is not a finite number")]
+    NotFinite,
+    #[error("time goes back from {last_secs} s to {time} s; start anew for another recording")]
+    TimeGoesBack { last_secs: f64, time: f64 },
+}
+
+impl<'a> Estimator<'a> {
+    /// Before the first sample; `design` is the calibration's own.
+    ///
+    /// # Errors
+    /// [`CalibrationError`] if the calibration is not whole.
+    pub fn new(calibration: &'a Calibration, design: &'a Design) -> Result<Self, CalibrationError> {
+        calibration.validate()?;
+        let longest_secs = calibration
+            .features
+            .look_backs
+            .iter()
+            .fold(0.0, |longest: f64, thresholds| {
+                longest.max(thresholds.t_th_secs)
+            });
+        let n_axes = calibration.axes.len();
+        Ok(Self {
+            calibration,
+            design,
+            stream: FeatureStream::new(design),
+            look_back: LiveLookBack::new(
+                &calibration.distance_weights(),
+                longest_secs,
+                calibration.gauges.len(),
+            ),
+            last_secs: f64::NEG_INFINITY,
+            raw: vec![0.0; design.n_columns()],
+            inputs: Vec::new(),
+            scratch: LearnedScratch::default(),
+            conventional: vec![0.0; n_axes],
+            compensated: vec![0.0; n_axes],
+        })
+    }
+
+    /// Takes the next sample and gives its compensated load.
+    ///
+    /// **Units** `time` (s); gauges as in the training recordings; loads (N) and (N·m).
+    ///
+    /// # Errors
+    /// [`SampleError`] if the sample cannot be used; the next good one goes on where the last good one was.
+    pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<&[f64], SampleError> {
+        let expected = self.calibration.gauges.len();
+        if gauges.len() != expected {
+            return Err(SampleError::Gauges {
+                expected,
+                actual: gauges.len(),
+            });
+        }
+        if !time.is_finite() || !gauges.iter().all(|gauge| gauge.is_finite()) {
+            return Err(SampleError::NotFinite);
+        }
+        if time < self.last_secs {
+            return Err(SampleError::TimeGoesBack {
+                last_secs: self.last_secs,
+                time,
+            });
+        }
+        self.last_secs = time;
+        let Calibration {
+            conventional,
+            features,
+            learned,
+            ..
+        } = self.calibration;
+        conventional.apply(gauges, &mut self.conventional);
+        self.look_back.push(time, gauges, &self.conventional);
+        let past = |at: usize| self.look_back.past_gauges(features.look_backs[at]);
+        self.stream.raw_row(time, gauges, past, &mut self.raw);
+        if learned.is_some() {
+            self.inputs.clear();
+            learned_inputs(self.design, &self.raw, &mut self.inputs);
+        }
+        self.calibration.loads_of_rows(
+            &self.raw,
+            &self.inputs,
+            &mut self.scratch,
+            &mut self.compensated,
+        );
+        Ok(&self.compensated)
+    }
+
+    /// The conventional load of the newest sample.
+    #[must_use]
+    pub fn conventional(&self) -> &[f64] {
+        &self.conventional
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::analysis::{Request, train};
+    use crate::calibration::{
+        FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice,
+    };
+    use crate::features::{FeatureSettings, Thresholds};
+    use crate::progress::Progress;
+    use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
+
+    fn some_built_in() -> RecordingSet {
+        let all = simulated::recordings(7);
+        let mut set = RecordingSet::default();
+        for entry in all.entries().iter().step_by(25) {
+            set.push(Entry {
+                recording: Arc::new(entry.recording.decimated(3)),
+                role: Role::Train,
+            })
+            .unwrap();
+        }
+        set
+    }
+
+    fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibration {
+        let settings = FitSettings {
+            features,
+            regressor,
+            ridge: RidgeChoice::Auto,
+            network: NetworkSettings {
+                hidden: vec![8, 8],
+                epochs: 2,
+                ..NetworkSettings::default()
+            },
+            kernel: KernelSettings {
+                landmarks: 20,
+                length_scale: Some(1.0),
+            },
+            ..FitSettings::default()
+        };
+        let request = Request::fit(Arc::new(some_built_in()), settings);
+        train(&request, &Progress::default(), &mut |_| {}).unwrap()
+    }
+
+    fn every_block() -> FeatureSettings {
+        FeatureSettings {
+            look_backs: [(3.0, 15.0), (8.0, 4.0)]
+                .map(|(f_th, t_th_secs)| Thresholds { f_th, t_th_secs })
+                .to_vec(),
+            fixed_lags_secs: vec![0.5, 2.0],
+            creep_secs: FeatureSettings::DEFAULT_CREEP_SECS.to_vec(),
+            play_radii: FeatureSettings::DEFAULT_PLAY_RADII.to_vec(),
+            polynomial: 3,
+            ..FeatureSettings::present()
+        }
+    }
+
+    #[track_caller]
+    fn assert_runs_as_applied(calibration: &Calibration, recording: &Recording, tolerance: f64) {
+        let applied = calibration.apply(recording).unwrap();
+        let design = calibration.design();
+        let mut estimator = Estimator::new(calibration, &design).unwrap();
+        let n_axes = calibration.axes.len();
+        for (k, expected) in applied.compensated.chunks_exact(n_axes).enumerate() {
+            let load = estimator
+                .update(recording.times()[k], recording.gauges_at(k))
+                .unwrap();
+            for ((actual, expected), scale) in
+                load.iter().zip(expected).zip(&calibration.full_scale)
+            {
+                assert!((actual - expected).abs() <= tolerance * scale, "sample {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_sample_at_a_time_gives_the_numbers_of_the_whole_recording() {
+        let recording = Arc::clone(&some_built_in().entries()[2].recording);
+        let blocks = every_block();
+        let alone = |change: &dyn Fn(&mut FeatureSettings)| {
+            let mut settings = FeatureSettings::present();
+            change(&mut settings);
+            settings
+        };
+        for features in [
+            FeatureSettings::present(),
+            alone(&|s| s.look_backs.clone_from(&blocks.look_backs)),
+            alone(&|s| s.fixed_lags_secs.clone_from(&blocks.fixed_lags_secs)),
+            alone(&|s| s.creep_secs.clone_from(&blocks.creep_secs)),
+            alone(&|s| s.play_radii.clone_from(&blocks.play_radii)),
+            alone(&|s| s.polynomial = 2),
+            blocks.clone(),
+        ] {
+            let calibration = calibration(features, Regressor::Linear);
+            assert_runs_as_applied(&calibration, &recording, 0.0);
+        }
+    }
+
+    #[test]
+    fn every_regressor_runs_one_sample_at_a_time() {
+        let recording = Arc::clone(&some_built_in().entries()[1].recording);
+        for regressor in Regressor::ALL {
+            let calibration = calibration(every_block(), regressor);
+            assert_eq!(
+                calibration.compensated.is_some(),
+                regressor == Regressor::Linear || regressor.is_hybrid()
+            );
+            assert_runs_as_applied(&calibration, &recording, 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_bad_sample_is_refused_and_changes_nothing() {
+        let calibration = calibration(every_block(), Regressor::Linear);
+        let design = calibration.design();
+        let mut estimator = Estimator::new(&calibration, &design).unwrap();
+        let mut undisturbed = estimator.clone();
+        let gauges = vec![0.1; 6];
+        estimator.update(1.0, &gauges).unwrap();
+        undisturbed.update(1.0, &gauges).unwrap();
+        assert!(estimator.update(2.0, &gauges[1..]).is_err());
+        assert!(estimator.update(f64::NAN, &gauges).is_err());
+        assert!(estimator.update(2.0, &[f64::INFINITY; 6]).is_err());
+        assert!(estimator.update(0.5, &gauges).is_err());
+        let next = vec![0.2; 6];
+        let expected = undisturbed.update(3.0, &next).unwrap();
+        assert_eq!(estimator.update(3.0, &next).unwrap(), expected);
+    }
+}

@@ -1,0 +1,845 @@
+//! Kernel ridge regression on landmarks: the mean of a Gaussian process (references 20 and 21 of the paper), which is
+//! also the least-squares support vector machine (reference 13), with its band.
+//!
+//! `k(x, l) = e^(−|x − l|² / 2ℓ²)` between a sample and m landmarks becomes, whitened by the landmarks' own kernel matrix
+//! (Nyström), m columns of unit prior variance. From there on it is ridge regression from sums, one
+//! [`NormalEquations`] for each part that cross-validation leaves out: samples are passed over, never stored.
+//!
+//! Guarantees: no randomness; far from every landmark the answer falls back to the mean, and the band says so.
+
+use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::{Mat, Par, Side};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::calibration::{NormalEquations, Ridge, fit};
+use crate::progress::{Cancelled, Progress};
+
+/// Added to the diagonal of the landmarks' kernel matrix, whose entries are at most 1, so that it can be inverted.
+const JITTER: f64 = 1e-6;
+/// Length scales that are tried, in units of √(number of columns): typical standardised samples are √2 of these apart.
+const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// Ridge strengths that are tried: variance of the noise over that of the function.
+const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
+/// The length scale is chosen on about so many samples.
+const TUNING_SAMPLES: usize = 20_000;
+/// Landmarks are picked among about so many samples.
+const CANDIDATES: usize = 4_000;
+
+/// The choices of a kernel fit.
+///
+/// | field | default | range | meaning |
+/// |---|---|---|---|
+/// | `landmarks` | 200 | 1 to 2000 | samples that the others are compared with |
+/// | `length_scale` | none | > 0 | ℓ in units of √(number of columns); `None`: chosen by cross-validation |
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct KernelSettings {
+    /// Samples that the others are compared with.
+    pub landmarks: usize,
+    /// ℓ over √(number of columns).
+    pub length_scale: Option<f64>,
+}
+
+impl Default for KernelSettings {
+    fn default() -> Self {
+        Self {
+            landmarks: 200,
+            length_scale: None,
+        }
+    }
+}
+
+/// Why there is no kernel fit.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum KernelError {
+    #[error(
+        "{landmarks} landmarks are asked for; take 1 to {}",
+        KernelSettings::MOST_LANDMARKS
+    )]
+    Landmarks { landmarks: usize },
+    #[error("the kernel's length scale is {0}; it must be a number above zero")]
+    LengthScale(f64),
+    #[error(
+        "{landmarks} landmarks are more than the {samples} training samples; take fewer landmarks"
+    )]
+    FewSamples { landmarks: usize, samples: usize },
+    #[error("the kernel's {field} has {actual} entries where {expected} are needed")]
+    Length {
+        field: &'static str,
+        expected: usize,
+        actual: usize,
+    },
+    #[error("the kernel's {field} holds a number that is not finite")]
+    NotFinite { field: &'static str },
+    #[error(
+        "no length scale makes the landmarks' kernel matrix positive; take fewer landmarks or a smaller one"
+    )]
+    Singular,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl KernelSettings {
+    /// Beyond this the landmarks' own matrix takes longer than the samples.
+    pub const MOST_LANDMARKS: usize = 2000;
+
+    /// Checks every range of the table above.
+    ///
+    /// # Errors
+    /// [`KernelError`] with the first choice that is out of range.
+    pub fn validate(&self) -> Result<(), KernelError> {
+        if !(1..=Self::MOST_LANDMARKS).contains(&self.landmarks) {
+            return Err(KernelError::Landmarks {
+                landmarks: self.landmarks,
+            });
+        }
+        match self.length_scale {
+            Some(scale) if !(scale > 0.0 && scale.is_finite()) => {
+                Err(KernelError::LengthScale(scale))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Rows that can be passed over again and again.
+pub trait Rows: Sync {
+    /// The number of runs that can be passed over side by side.
+    fn n_runs(&self) -> usize;
+    /// The number of samples in a run.
+    fn n_samples(&self, run: usize) -> usize;
+    /// Columns of a row, and targets.
+    fn widths(&self) -> (usize, usize);
+    /// Calls `take(fold, inputs, targets)` for each block of the run, in order: `n × n_columns` and `n × n_targets`,
+    /// row-major, all of one fold.
+    fn pass(&self, run: usize, take: &mut dyn FnMut(usize, &[f64], &[f64]));
+}
+
+/// A fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.
+///
+/// **Shapes** `landmarks` m rows of n_columns; `weights` n_axes rows of m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kernel {
+    /// Subtracted from each column.
+    pub input_shift: Vec<f64>,
+    /// Then multiplied with it; zero for a constant column.
+    pub input_scale: Vec<f64>,
+    /// ℓ, in standardised columns.
+    pub length_scale: f64,
+    /// The landmarks, standardised.
+    pub landmarks: Vec<Vec<f64>>,
+    /// One row per axis.
+    pub weights: Vec<Vec<f64>>,
+    /// One entry per axis.
+    pub offset: Vec<f64>,
+    /// What the band needs.
+    pub band: Band,
+}
+
+/// How sure a kernel regression is of its answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Band {
+    /// Variance of what is left over when a part is left out, per axis.
+    pub noise_variance: Vec<f64>,
+    /// The ridge: variance of the noise over that of the function.
+    pub strength: f64,
+    /// Rows of the lower triangle that whitens `k`: φ = W k.
+    pub whitening: Vec<Vec<f64>>,
+    /// Rows of the lower triangle P with `|P φ|²` the variance of the fitted function, over that of the noise.
+    pub posterior: Vec<Vec<f64>>,
+}
+
+/// A kernel regression with how it did.
+#[derive(Clone, Debug)]
+pub struct KernelFit {
+    /// The regression.
+    pub kernel: Kernel,
+    /// Sum of squared errors per axis, each part scored by a fit to the others; `None` with fewer than two parts.
+    pub left_out_squares: Option<Vec<f64>>,
+}
+
+impl Kernel {
+    /// Fits `rows`; ridge and, unless it is given, length scale are those that left-out parts are predicted best with.
+    ///
+    /// # Errors
+    /// [`KernelError`] if the settings make no sense for these rows.
+    pub fn fit(
+        rows: &impl Rows,
+        settings: &KernelSettings,
+        progress: &Progress,
+    ) -> Result<KernelFit, KernelError> {
+        settings.validate()?;
+        let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
+        if settings.landmarks > samples {
+            return Err(KernelError::FewSamples {
+                landmarks: settings.landmarks,
+                samples,
+            });
+        }
+        let scales: &[f64] = match &settings.length_scale {
+            Some(scale) => std::slice::from_ref(scale),
+            None => &LENGTH_SCALES,
+        };
+        let tries = if scales.len() > 1 { scales.len() } else { 0 };
+        // A whole pass counts as much as all tries together.
+        progress.add_total(2 * tries.max(1) as u64 * rows.n_runs() as u64);
+        let standardised = Standardised::measure(rows, progress)?;
+        let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
+        let root = (rows.widths().0 as f64).sqrt();
+        let mut best: Option<(f64, f64)> = None;
+        if tries > 0 {
+            let step = samples.div_ceil(TUNING_SAMPLES);
+            for scale in scales {
+                let Some(whitened) = Whitened::new(&standardised, &landmarks, scale * root) else {
+                    continue;
+                };
+                let parts = whitened.sums(rows, step, progress)?;
+                progress.advance(rows.n_runs() as u64);
+                let error = tuned(&parts, progress)?.map_or(f64::INFINITY, |tuned| tuned.error);
+                if best.is_none_or(|(_, least)| error < least) {
+                    best = Some((*scale, error));
+                }
+            }
+        }
+        let scale = match (settings.length_scale, best) {
+            (Some(scale), _) | (None, Some((scale, _))) => scale,
+            (None, None) => return Err(KernelError::Singular),
+        };
+        let whitened =
+            Whitened::new(&standardised, &landmarks, scale * root).ok_or(KernelError::Singular)?;
+        let parts = whitened.sums(rows, 1, progress)?;
+        let total = summed(&parts);
+        let tuned = tuned(&parts, progress)?;
+        let strength = tuned.as_ref().map_or(1e-3, |tuned| tuned.strength);
+        progress.advance(tries.max(1) as u64 * rows.n_runs() as u64);
+        let kernel = whitened.finish(&total, strength, tuned.as_ref());
+        Ok(KernelFit {
+            kernel,
+            left_out_squares: tuned.map(|tuned| tuned.squares),
+        })
+    }
+
+    /// Checks what a file could have wrong.
+    ///
+    /// # Errors
+    /// [`KernelError`] with the first thing found.
+    pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
+        let m = self.landmarks.len();
+        let triangle = |rows: &[Vec<f64>]| {
+            rows.iter()
+                .enumerate()
+                .find(|(at, row)| row.len() != at + 1)
+                .map(|(at, row)| (at + 1, row.len()))
+        };
+        let of_width = |rows: &[Vec<f64>], width: usize| {
+            let row = rows.iter().find(|row| row.len() != width)?;
+            Some((width, row.len()))
+        };
+        let exactly =
+            |expected: usize, actual: usize| (expected != actual).then_some((expected, actual));
+        for (field, wrong) in [
+            ("input_shift", exactly(n_columns, self.input_shift.len())),
+            ("input_scale", exactly(n_columns, self.input_scale.len())),
+            ("landmarks", of_width(&self.landmarks, n_columns)),
+            ("weights", exactly(n_axes, self.weights.len())),
+            ("weights", of_width(&self.weights, m)),
+            ("offset", exactly(n_axes, self.offset.len())),
+            (
+                "noise_variance",
+                exactly(n_axes, self.band.noise_variance.len()),
+            ),
+            ("whitening", exactly(m, self.band.whitening.len())),
+            ("whitening", triangle(&self.band.whitening)),
+            ("posterior", exactly(m, self.band.posterior.len())),
+            ("posterior", triangle(&self.band.posterior)),
+        ] {
+            if let Some((expected, actual)) = wrong {
+                return Err(KernelError::Length {
+                    field,
+                    expected,
+                    actual,
+                });
+            }
+        }
+        let finite = |rows: &[Vec<f64>]| rows.iter().flatten().all(|value| value.is_finite());
+        let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        for (field, is_finite) in [
+            ("input_shift", all(&self.input_shift)),
+            ("input_scale", all(&self.input_scale)),
+            ("landmarks", finite(&self.landmarks)),
+            ("weights", finite(&self.weights)),
+            ("offset", all(&self.offset)),
+            ("noise_variance", all(&self.band.noise_variance)),
+            ("whitening", finite(&self.band.whitening)),
+            ("posterior", finite(&self.band.posterior)),
+        ] {
+            if !is_finite {
+                return Err(KernelError::NotFinite { field });
+            }
+        }
+        for scale in [self.length_scale, self.band.strength] {
+            if !(scale > 0.0 && scale.is_finite()) {
+                return Err(KernelError::LengthScale(scale));
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the answer for one row of standardised features to `load`.
+    pub fn add(&self, row: &[f64], scratch: &mut KernelScratch, load: &mut [f64]) {
+        self.similarities(row, scratch);
+        for ((load, weights), offset) in load.iter_mut().zip(&self.weights).zip(&self.offset) {
+            *load += offset + dot(weights, &scratch.similarities);
+        }
+    }
+
+    /// Writes the standard deviation of the load around the answer for one row, per axis.
+    pub fn deviation(&self, row: &[f64], scratch: &mut KernelScratch, out: &mut [f64]) {
+        self.similarities(row, scratch);
+        let Band {
+            noise_variance,
+            strength,
+            whitening,
+            posterior,
+        } = &self.band;
+        scratch.whitened.clear();
+        let k = &scratch.similarities;
+        scratch
+            .whitened
+            .extend(whitening.iter().map(|row| dot(row, k)));
+        let phi = &scratch.whitened;
+        let fitted: f64 = posterior.iter().map(|row| dot(row, phi).powi(2)).sum();
+        let unseen = (1.0 - dot(phi, phi)).max(0.0) / strength;
+        for (out, noise) in out.iter_mut().zip(noise_variance) {
+            *out = (noise * (1.0 + fitted + unseen)).sqrt();
+        }
+    }
+
+    fn similarities(&self, row: &[f64], scratch: &mut KernelScratch) {
+        scratch.x.clear();
+        let standardised = row
+            .iter()
+            .zip(&self.input_shift)
+            .zip(&self.input_scale)
+            .map(|((value, shift), scale)| (value - shift) * scale);
+        scratch.x.extend(standardised);
+        let factor = -0.5 / (self.length_scale * self.length_scale);
+        scratch.similarities.clear();
+        scratch.similarities.extend(
+            self.landmarks
+                .iter()
+                .map(|landmark| (factor * square_distance(landmark, &scratch.x)).exp()),
+        );
+    }
+}
+
+/// Room for the steps between a row and its answer.
+#[derive(Clone, Debug, Default)]
+pub struct KernelScratch {
+    x: Vec<f64>,
+    similarities: Vec<f64>,
+    whitened: Vec<f64>,
+}
+
+/// The dot product of as many entries as the shorter one has: rows of a triangle end on the diagonal.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn square_distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+/// Mean and inverse deviation of each column, and of the targets the size of their errors.
+struct Standardised {
+    shift: Vec<f64>,
+    scale: Vec<f64>,
+}
+
+impl Standardised {
+    fn measure(rows: &impl Rows, progress: &Progress) -> Result<Self, Cancelled> {
+        let d = rows.widths().0;
+        let moments = (0..rows.n_runs())
+            .into_par_iter()
+            .map(|run| {
+                progress.check()?;
+                let mut moments = vec![0.0; 1 + 2 * d];
+                rows.pass(run, &mut |_, inputs, _| {
+                    for row in inputs.chunks_exact(d) {
+                        moments[0] += 1.0;
+                        for (column, value) in row.iter().enumerate() {
+                            moments[1 + column] += value;
+                            moments[1 + d + column] += value * value;
+                        }
+                    }
+                });
+                Ok(moments)
+            })
+            .collect::<Result<Vec<_>, Cancelled>>()?;
+        let sum = |at: usize| moments.iter().map(|moments| moments[at]).sum::<f64>();
+        let n = sum(0).max(1.0);
+        let shift: Vec<f64> = (0..d).map(|column| sum(1 + column) / n).collect();
+        let scale = (0..d)
+            .map(|column| {
+                let square = sum(1 + d + column) / n;
+                let variance = square - shift[column] * shift[column];
+                // Standardised features are near one in size; what is far below that is rounding.
+                if variance > 1e-20 * square.max(1e-10) {
+                    1.0 / variance.sqrt()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        Ok(Self { shift, scale })
+    }
+
+    fn apply(&self, row: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        let columns = row.iter().zip(&self.shift).zip(&self.scale);
+        out.extend(columns.map(|((value, shift), scale)| (value - shift) * scale));
+    }
+
+    /// Picks samples far from each other: the one nearest the mean, then always the one farthest from those picked.
+    fn landmarks(
+        &self,
+        rows: &impl Rows,
+        m: usize,
+        progress: &Progress,
+    ) -> Result<Vec<Vec<f64>>, Cancelled> {
+        let d = rows.widths().0;
+        let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
+        let step = samples / CANDIDATES.max(m) + usize::from(samples < CANDIDATES.max(m));
+        let mut first = 0_usize;
+        let mut candidates: Vec<Vec<f64>> = Vec::new();
+        for run in 0..rows.n_runs() {
+            progress.check()?;
+            let mut at = first;
+            rows.pass(run, &mut |_, inputs, _| {
+                for row in inputs.chunks_exact(d) {
+                    if at.is_multiple_of(step) {
+                        let mut own = Vec::new();
+                        self.apply(row, &mut own);
+                        candidates.push(own);
+                    }
+                    at += 1;
+                }
+            });
+            first += rows.n_samples(run);
+        }
+        let mut nearest: Vec<f64> = vec![f64::INFINITY; candidates.len()];
+        let origin = vec![0.0; d];
+        let mut next = (0..candidates.len()).min_by(|a, b| {
+            square_distance(&candidates[*a], &origin)
+                .total_cmp(&square_distance(&candidates[*b], &origin))
+        });
+        let mut landmarks: Vec<Vec<f64>> = Vec::new();
+        while let Some(chosen) = next.filter(|_| landmarks.len() < m) {
+            progress.check()?;
+            let landmark = candidates[chosen].clone();
+            for (nearest, candidate) in nearest.iter_mut().zip(&candidates) {
+                *nearest = nearest.min(square_distance(candidate, &landmark));
+            }
+            landmarks.push(landmark);
+            next = (0..candidates.len())
+                .max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]))
+                .filter(|at| nearest[*at] > 0.0); // equal samples say nothing new
+        }
+        Ok(landmarks)
+    }
+}
+
+/// Landmarks at one length scale, with what turns similarities into columns of unit prior variance.
+struct Whitened<'a> {
+    standardised: &'a Standardised,
+    landmarks: &'a [Vec<f64>],
+    length_scale: f64,
+    /// W with `φ = W k`: the inverse of the Cholesky factor of the landmarks' kernel matrix.
+    whitening: Mat<f64>,
+}
+
+impl<'a> Whitened<'a> {
+    fn new(
+        standardised: &'a Standardised,
+        landmarks: &'a [Vec<f64>],
+        length_scale: f64,
+    ) -> Option<Self> {
+        let m = landmarks.len();
+        let factor = -0.5 / (length_scale * length_scale);
+        let gram = Mat::from_fn(m, m, |i, j| {
+            let similarity = (factor * square_distance(&landmarks[i], &landmarks[j])).exp();
+            similarity + if i == j { JITTER } else { 0.0 }
+        });
+        Some(Self {
+            standardised,
+            landmarks,
+            length_scale,
+            whitening: inverse_factor(&gram)?,
+        })
+    }
+
+    /// Sums of `[φ | 1]` and targets for each fold, from every `step`-th sample.
+    fn sums(
+        &self,
+        rows: &impl Rows,
+        step: usize,
+        progress: &Progress,
+    ) -> Result<Vec<NormalEquations>, Cancelled> {
+        let (d, q) = rows.widths();
+        let m = self.landmarks.len();
+        let factor = -0.5 / (self.length_scale * self.length_scale);
+        let of_runs = (0..rows.n_runs())
+            .into_par_iter()
+            .map(|run| {
+                let mut parts: Vec<(usize, NormalEquations)> = Vec::new();
+                let (mut at, mut x) = (0, Vec::new());
+                rows.pass(run, &mut |fold, inputs, targets| {
+                    if progress.is_cancelled() {
+                        return;
+                    }
+                    let first = at;
+                    at += inputs.len() / d;
+                    let taken: Vec<usize> = (first..at)
+                        .filter(|k| k.is_multiple_of(step))
+                        .map(|k| k - first)
+                        .collect();
+                    let mut similarities = Mat::zeros(m, taken.len());
+                    for (column, k) in taken.iter().enumerate() {
+                        self.standardised.apply(&inputs[k * d..][..d], &mut x);
+                        for (i, landmark) in self.landmarks.iter().enumerate() {
+                            similarities[(i, column)] =
+                                (factor * square_distance(landmark, &x)).exp();
+                        }
+                    }
+                    let phi = &self.whitening * similarities;
+                    if parts.last().is_none_or(|(last, _)| *last != fold) {
+                        parts.push((fold, NormalEquations::new(m + 1, q)));
+                    }
+                    let sums = &mut parts.last_mut().expect("was just pushed").1;
+                    let stride = sums.stride();
+                    let mut padded = vec![0.0; taken.len() * stride];
+                    for ((column, k), row) in taken
+                        .iter()
+                        .enumerate()
+                        .zip(padded.chunks_exact_mut(stride))
+                    {
+                        for (i, value) in row[..m].iter_mut().enumerate() {
+                            *value = phi[(i, column)];
+                        }
+                        row[m] = 1.0;
+                        row[m + 1..][..q].copy_from_slice(&targets[k * q..][..q]);
+                    }
+                    sums.add_rows(&padded);
+                });
+                progress.check()?;
+                Ok(parts)
+            })
+            .collect::<Result<Vec<_>, Cancelled>>()?;
+        let mut folds: Vec<NormalEquations> = Vec::new();
+        for (fold, sums) in of_runs.into_iter().flatten() {
+            while folds.len() <= fold {
+                folds.push(NormalEquations::new(m + 1, q));
+            }
+            folds[fold].add(&sums);
+        }
+        Ok(folds)
+    }
+
+    fn finish(&self, total: &NormalEquations, strength: f64, tuned: Option<&Tuned>) -> Kernel {
+        let (m, q) = (self.landmarks.len(), total.n_targets());
+        let columns = shrunk(m);
+        let ridge = Ridge::Absolute {
+            strength,
+            columns: &columns,
+        };
+        let used: Vec<usize> = (0..=m).collect();
+        let beta = fit(total, &used, ridge).coefficients;
+        let on_phi = Mat::from_fn(q, m, |axis, i| beta[i * q + axis]);
+        let on_k = on_phi * &self.whitening;
+        let posterior = Mat::from_fn(m, m, |i, j| {
+            total.feature_product(i, j) + if i == j { strength } else { 0.0 }
+        });
+        let n = total.n_samples().max(1) as f64;
+        let squares = match tuned {
+            Some(tuned) => tuned.squares.clone(),
+            None => total.squared_residuals(&beta),
+        };
+        Kernel {
+            input_shift: self.standardised.shift.clone(),
+            input_scale: self.standardised.scale.clone(),
+            length_scale: self.length_scale,
+            landmarks: self.landmarks.to_vec(),
+            weights: (0..q)
+                .map(|axis| (0..m).map(|i| on_k[(axis, i)]).collect())
+                .collect(),
+            offset: (0..q).map(|axis| beta[m * q + axis]).collect(),
+            band: Band {
+                noise_variance: squares.iter().map(|square| square / n).collect(),
+                strength,
+                whitening: triangle(&self.whitening),
+                // Positive: a Gram matrix with the ridge on its diagonal.
+                posterior: triangle(
+                    &inverse_factor(&posterior).unwrap_or_else(|| Mat::zeros(m, m)),
+                ),
+            },
+        }
+    }
+}
+
+/// The inverse of the lower Cholesky factor; `None` if the matrix is not positive.
+fn inverse_factor(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+    let factor = matrix.llt(Side::Lower).ok()?;
+    let mut inverse = Mat::zeros(matrix.nrows(), matrix.ncols());
+    invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
+    Some(inverse)
+}
+
+fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
+    (0..matrix.nrows())
+        .map(|i| (0..=i).map(|j| matrix[(i, j)]).collect())
+        .collect()
+}
+
+/// Every column but the offset is shrunk.
+fn shrunk(m: usize) -> Vec<bool> {
+    (0..=m).map(|column| column < m).collect()
+}
+
+fn summed(parts: &[NormalEquations]) -> NormalEquations {
+    let mut total = NormalEquations::new(parts[0].n_features(), parts[0].n_targets());
+    parts.iter().for_each(|part| total.add(part));
+    total
+}
+
+/// The ridge that predicts left-out parts best.
+struct Tuned {
+    strength: f64,
+    /// Sum over axes of squared errors, each over that axis' squared targets.
+    error: f64,
+    squares: Vec<f64>,
+}
+
+fn tuned(parts: &[NormalEquations], progress: &Progress) -> Result<Option<Tuned>, Cancelled> {
+    let parts: Vec<&NormalEquations> = parts.iter().filter(|part| part.n_samples() > 0).collect();
+    if parts.len() < 2 {
+        return Ok(None);
+    }
+    let (p, q) = (parts[0].n_features(), parts[0].n_targets());
+    let mut total = NormalEquations::new(p, q);
+    parts.iter().for_each(|part| total.add(part));
+    let columns = shrunk(p - 1);
+    let used: Vec<usize> = (0..p).collect();
+    let squares = parts
+        .par_iter()
+        .map(|part| {
+            let rest = total.without(part);
+            STRENGTHS
+                .iter()
+                .map(|&strength| {
+                    progress.check()?;
+                    let ridge = Ridge::Absolute {
+                        strength,
+                        columns: &columns,
+                    };
+                    Ok(part.squared_residuals(&fit(&rest, &used, ridge).coefficients))
+                })
+                .collect::<Result<Vec<_>, Cancelled>>()
+        })
+        .collect::<Result<Vec<_>, Cancelled>>()?;
+    let candidates = STRENGTHS.iter().enumerate().map(|(at, &strength)| {
+        let squares: Vec<f64> = (0..q)
+            .map(|axis| squares.iter().map(|part| part[at][axis]).sum())
+            .collect();
+        let error = (0..q)
+            .map(|axis| squares[axis] / total.target_square(axis).max(f64::MIN_POSITIVE))
+            .sum();
+        Tuned {
+            strength,
+            error,
+            squares,
+        }
+    });
+    Ok(candidates.min_by(|a, b| a.error.total_cmp(&b.error)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs of one input column and one target.
+    struct Function {
+        runs: Vec<Vec<(f64, f64)>>,
+    }
+
+    impl Function {
+        /// Three runs over −2 to 2, with a gap from `gap` on.
+        fn new(target: impl Fn(f64) -> f64, gap: f64) -> Self {
+            let run = |phase: f64| {
+                (0..200)
+                    .map(|k| (f64::from(k) + phase) / 50.0 - 2.0)
+                    .filter(|x| *x < gap)
+                    .map(|x| (x, target(x)))
+                    .collect()
+            };
+            Self {
+                runs: [0.0, 0.3, 0.6].map(run).to_vec(),
+            }
+        }
+    }
+
+    impl Rows for Function {
+        fn n_runs(&self) -> usize {
+            self.runs.len()
+        }
+
+        fn n_samples(&self, run: usize) -> usize {
+            self.runs[run].len()
+        }
+
+        fn widths(&self) -> (usize, usize) {
+            (1, 1)
+        }
+
+        fn pass(&self, run: usize, take: &mut dyn FnMut(usize, &[f64], &[f64])) {
+            for samples in self.runs[run].chunks(64) {
+                let (x, y): (Vec<f64>, Vec<f64>) = samples.iter().copied().unzip();
+                take(run, &x, &y);
+            }
+        }
+    }
+
+    fn fit(rows: &Function, landmarks: usize) -> Result<Kernel, KernelError> {
+        let settings = KernelSettings {
+            landmarks,
+            ..KernelSettings::default()
+        };
+        Kernel::fit(rows, &settings, &Progress::default()).map(|fit| fit.kernel)
+    }
+
+    fn answer(kernel: &Kernel, x: f64) -> (f64, f64) {
+        let (mut load, mut deviation) = ([0.0], [0.0]);
+        let mut scratch = KernelScratch::default();
+        kernel.add(&[x], &mut scratch, &mut load);
+        kernel.deviation(&[x], &mut scratch, &mut deviation);
+        (load[0], deviation[0])
+    }
+
+    #[test]
+    fn a_smooth_function_is_learned_to_a_thousandth() {
+        let kernel = fit(&Function::new(|x| (2.0 * x).sin() + 0.3 * x, 9.0), 30).unwrap();
+        for at in -18..=18 {
+            let x = 0.1 * f64::from(at);
+            assert!(
+                (answer(&kernel, x).0 - ((2.0 * x).sin() + 0.3 * x)).abs() < 1e-3,
+                "{x}"
+            );
+        }
+    }
+
+    /// The formula as it stands in textbooks, with every matrix written out: with every sample a landmark, the mean is
+    /// `k(x)ᵀ (K + λI)⁻¹ y` and the variance over that of the noise `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
+    #[test]
+    fn with_every_sample_a_landmark_it_is_the_gaussian_process() {
+        let rows = Function {
+            runs: vec![
+                (0..12)
+                    .map(|k| f64::from(k * k % 12) - 5.5)
+                    .map(|x| (x, x.cos()))
+                    .collect(),
+            ],
+        };
+        let settings = KernelSettings {
+            landmarks: 12,
+            length_scale: Some(0.5),
+        };
+        let kernel = Kernel::fit(&rows, &settings, &Progress::default())
+            .unwrap()
+            .kernel;
+        let lambda = kernel.band.strength;
+        let samples: Vec<(f64, f64)> = rows.runs[0]
+            .iter()
+            .map(|(x, y)| {
+                (
+                    (x - kernel.input_shift[0]) * kernel.input_scale[0],
+                    y - kernel.offset[0],
+                )
+            })
+            .collect();
+        let k = |a: f64, b: f64| (-0.5 * ((a - b) / kernel.length_scale).powi(2)).exp();
+        let gram = Mat::from_fn(12, 12, |i, j| {
+            k(samples[i].0, samples[j].0) + if i == j { lambda } else { 0.0 }
+        });
+        let inverse = {
+            let whitening = inverse_factor(&gram).unwrap();
+            whitening.transpose() * &whitening
+        };
+        for x in [-4.0, 0.2, 3.3] {
+            let own = (x - kernel.input_shift[0]) * kernel.input_scale[0];
+            let similar: Vec<f64> = samples.iter().map(|(x, _)| k(own, *x)).collect();
+            let weights: Vec<f64> = (0..12)
+                .map(|i| (0..12).map(|j| similar[j] * inverse[(j, i)]).sum())
+                .collect();
+            let mean: f64 = weights.iter().zip(&samples).map(|(w, (_, y))| w * y).sum();
+            let explained: f64 = dot(&weights, &similar);
+            let variance = kernel.band.noise_variance[0] * (1.0 + (1.0 - explained) / lambda);
+            let (load, deviation) = answer(&kernel, x);
+            assert!((load - kernel.offset[0] - mean).abs() < 1e-4, "{x}: {load}");
+            assert!(
+                (deviation / variance.sqrt() - 1.0).abs() < 1e-3,
+                "{x}: {deviation}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_band_widens_where_nothing_was_seen() {
+        let kernel = fit(&Function::new(|x| x + 0.05 * (40.0 * x).sin(), 0.5), 20).unwrap();
+        let (inside, outside) = (answer(&kernel, -1.0), answer(&kernel, 8.0));
+        assert!(outside.1 > 5.0 * inside.1, "{inside:?} {outside:?}");
+        assert!((outside.0 - kernel.offset[0]).abs() < 0.2);
+    }
+
+    #[test]
+    fn settings_that_do_not_fit_the_samples_are_refused() {
+        let rows = Function::new(f64::sin, 9.0);
+        assert_eq!(
+            fit(&rows, 601),
+            Err(KernelError::FewSamples {
+                landmarks: 601,
+                samples: 600
+            })
+        );
+        assert!(fit(&rows, 0).is_err());
+        let cancelled = Progress::default();
+        cancelled.cancel();
+        assert!(matches!(
+            Kernel::fit(&rows, &KernelSettings::default(), &cancelled),
+            Err(KernelError::Cancelled(_))
+        ));
+    }
+
+    #[test]
+    fn a_constant_column_changes_nothing_and_edited_files_are_refused() {
+        let mut constant = Function::new(f64::sin, 9.0);
+        constant
+            .runs
+            .iter_mut()
+            .flatten()
+            .for_each(|(x, _)| *x = 3.0);
+        let kernel = fit(&constant, 5).unwrap();
+        assert_eq!((kernel.input_scale[0], kernel.landmarks.len()), (0.0, 1));
+        assert_eq!(kernel.validate(1, 1), Ok(()));
+        assert!(kernel.validate(2, 1).is_err());
+        let mut edited = kernel.clone();
+        edited.weights[0][0] = f64::NAN;
+        assert!(
+            edited
+                .validate(1, 1)
+                .unwrap_err()
+                .to_string()
+                .contains("weights")
+        );
+    }
+}

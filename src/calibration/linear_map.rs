@@ -1,0 +1,68 @@
+//! A matrix with its columns named: what calibration engineers call the calibration.
+
+use serde::{Deserialize, Serialize};
+
+use crate::features::Design;
+use crate::recording::Recording;
+
+/// A load as a linear function of named features: `load = matrix · features`.
+///
+/// **Shapes** `matrix` has one row per axis and one column per feature; the feature `offset` is always 1.
+///
+/// **Units** (N) or (N·m) per unit of the gauge; per 1 for monomials, which are made of standardised gauges.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LinearMap {
+    /// Column names, see [`feature_names`](crate::features::feature_names).
+    pub features: Vec<String>,
+    /// One row per axis.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+impl LinearMap {
+    /// Writes the load of one sample; of a row without its last column, that is taken for an offset of 1.
+    #[inline]
+    pub fn apply(&self, features: &[f64], load: &mut [f64]) {
+        for (load, row) in load.iter_mut().zip(&self.matrix) {
+            let (slopes, offset) = row.split_at(features.len());
+            let sum: f64 = slopes.iter().zip(features).map(|(a, b)| a * b).sum();
+            *load = sum + offset.first().unwrap_or(&0.0);
+        }
+    }
+
+    /// This map on gauges and offset, corrected by `coefficients` on the columns of `design`.
+    ///
+    /// **Shapes** `coefficients` is `n_columns × n_axes` row-major, on standardised columns; the answer is on raw ones.
+    #[must_use]
+    pub(crate) fn corrected(&self, design: &Design, coefficients: &[f64]) -> Vec<Vec<f64>> {
+        let n_axes = self.matrix.len();
+        let present = design.present();
+        self.matrix
+            .iter()
+            .enumerate()
+            .map(|(axis, base)| {
+                let own: Vec<f64> = coefficients
+                    .iter()
+                    .skip(axis)
+                    .step_by(n_axes)
+                    .copied()
+                    .collect();
+                let mut row = design.raw_coefficients(&own);
+                for (column, value) in present.iter().zip(base) {
+                    row[*column] += value;
+                }
+                row
+            })
+            .collect()
+    }
+}
+
+/// The load of every sample from its present gauges, `n × n_axes` row-major.
+pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {
+    let n_axes = map.matrix.len();
+    let mut loads = vec![0.0; recording.n_samples() * n_axes];
+    let samples = recording.gauges().chunks_exact(recording.n_gauges());
+    for (gauges, load) in samples.zip(loads.chunks_exact_mut(n_axes)) {
+        map.apply(gauges, load);
+    }
+    loads
+}

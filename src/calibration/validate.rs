@@ -1,0 +1,176 @@
+//! What can be wrong with a calibration that somebody edited, or made for another sensor.
+
+use crate::calibration::learned::LearnedError;
+use crate::calibration::{Calibration, FORMAT, LinearMap, VERSION};
+use crate::features::{FeatureError, FeatureSettings, feature_names};
+
+/// Why a calibration cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum CalibrationError {
+    #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
+    Format,
+    #[error("the calibration has version {version}; this program knows versions up to {VERSION}")]
+    Version { version: u32 },
+    #[error("the calibration has no {what}")]
+    Nothing { what: &'static str },
+    #[error("the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
+    AxisOrder,
+    #[error("{field} has {actual} entries where {expected} are needed")]
+    Length {
+        field: String,
+        expected: usize,
+        actual: usize,
+    },
+    #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
+    Unit {
+        axis: &'static str,
+        expected: &'static str,
+        actual: String,
+    },
+    #[error("{field} holds a number that is not finite, or is negative where it must not be")]
+    Number { field: String },
+    #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
+    Feature {
+        field: &'static str,
+        position: usize,
+        expected: String,
+        actual: String,
+    },
+    #[error("features: {0}")]
+    Features(#[from] FeatureError),
+    #[error("learned: {0}")]
+    Learned(#[from] LearnedError),
+    #[error("{recording} has the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
+    Gauges {
+        recording: String,
+        expected: Vec<String>,
+        actual: Vec<String>,
+    },
+}
+
+impl Calibration {
+    /// Checks everything that a file could have wrong.
+    ///
+    /// # Errors
+    /// [`CalibrationError`] with the first thing found.
+    pub fn validate(&self) -> Result<(), CalibrationError> {
+        if self.format != FORMAT {
+            return Err(CalibrationError::Format);
+        }
+        if self.version == 0 || self.version > VERSION {
+            return Err(CalibrationError::Version {
+                version: self.version,
+            });
+        }
+        if self.gauges.is_empty() {
+            return Err(CalibrationError::Nothing { what: "gauges" });
+        }
+        if self.axes.is_empty() {
+            return Err(CalibrationError::Nothing { what: "axes" });
+        }
+        if !self.axes.is_sorted_by(|a, b| a < b) {
+            return Err(CalibrationError::AxisOrder);
+        }
+        let (n_axes, n_gauges) = (self.axes.len(), self.gauges.len());
+        length("units", n_axes, self.units.len())?;
+        length("full_scale", n_axes, self.full_scale.len())?;
+        for (axis, unit) in self.axes.iter().zip(&self.units) {
+            if unit != axis.unit() {
+                return Err(CalibrationError::Unit {
+                    axis: axis.symbol(),
+                    expected: axis.unit(),
+                    actual: unit.clone(),
+                });
+            }
+        }
+        let scale = &self.gauge_scale;
+        for (field, numbers, least) in [
+            ("full_scale", &self.full_scale, 0.0),
+            ("gauge_scale.shift", &scale.shift, f64::NEG_INFINITY),
+            ("gauge_scale.inverse_scale", &scale.inverse_scale, 0.0),
+            ("gauge_scale.deviation", &scale.deviation, 0.0),
+        ] {
+            let expected = if field == "full_scale" {
+                n_axes
+            } else {
+                n_gauges
+            };
+            length(field, expected, numbers.len())?;
+            if !numbers
+                .iter()
+                .all(|number| *number >= least && number.is_finite())
+            {
+                return Err(CalibrationError::Number {
+                    field: field.to_owned(),
+                });
+            }
+        }
+        self.features.validate()?;
+        self.features.check_columns(n_gauges)?;
+        let present = FeatureSettings::present();
+        self.validate_map("conventional", &self.conventional, &present)?;
+        if let Some(map) = &self.compensated {
+            self.validate_map("compensated", map, &self.features)?;
+        }
+        if let Some(learned) = &self.learned {
+            let n_inputs = self.feature_names().len() - usize::from(self.offset);
+            learned.validate(n_inputs, n_axes)?;
+        }
+        if self.compensated.is_none() && self.learned.is_none() {
+            return Err(CalibrationError::Nothing {
+                what: "compensated map",
+            });
+        }
+        Ok(())
+    }
+
+    fn validate_map(
+        &self,
+        field: &'static str,
+        map: &LinearMap,
+        features: &FeatureSettings,
+    ) -> Result<(), CalibrationError> {
+        let names = feature_names(features, &self.gauges, self.offset);
+        length(
+            &format!("{field}.features"),
+            names.len(),
+            map.features.len(),
+        )?;
+        for (position, (expected, actual)) in names.iter().zip(&map.features).enumerate() {
+            if expected != actual {
+                return Err(CalibrationError::Feature {
+                    field,
+                    position: position + 1,
+                    expected: expected.clone(),
+                    actual: actual.clone(),
+                });
+            }
+        }
+        length(
+            &format!("{field}.matrix"),
+            self.axes.len(),
+            map.matrix.len(),
+        )?;
+        for (axis, row) in self.axes.iter().zip(&map.matrix) {
+            let field = format!("{field}.matrix, row {}", axis.symbol());
+            length(&field, names.len(), row.len())?;
+            if !row.iter().all(|number| number.is_finite()) {
+                return Err(CalibrationError::Number { field });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn length(field: &str, expected: usize, actual: usize) -> Result<(), CalibrationError> {
+    if expected == actual {
+        Ok(())
+    } else {
+        Err(CalibrationError::Length {
+            field: field.to_owned(),
+            expected,
+            actual,
+        })
+    }
+}

@@ -1,0 +1,351 @@
+//! The arguments that several jobs share: which recordings, which blocks, which regressor.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+
+use super::{JobError, read_all};
+use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
+use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::recording::{Entry, RecordingSet, Role, simulated};
+
+/// Which recordings, in which role.
+#[derive(Debug, Args)]
+pub struct RecordingArgs {
+    /// Recordings to fit; without any, those of the built-in simulated sensor.
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    pub train: Vec<PathBuf>,
+    /// Recordings to score the fit on.
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    pub test: Vec<PathBuf>,
+    /// Instead of test files: train on this first part of each recording, test on the rest.
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        conflicts_with = "test",
+        allow_negative_numbers = true
+    )]
+    pub split: Option<f64>,
+}
+
+impl RecordingArgs {
+    /// Reads them; warnings go to standard error.
+    pub fn read(&self) -> Result<RecordingSet, JobError> {
+        let mut set = RecordingSet::default();
+        if self.train.is_empty() {
+            let built_in = simulated::recordings(simulated::DEFAULT_SEED);
+            for entry in built_in.entries() {
+                if entry.role == Role::Train || self.test.is_empty() {
+                    set.push(entry.clone())?;
+                }
+            }
+        }
+        for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
+            for (path, recordings) in files.iter().zip(read_all(files)?) {
+                for recording in recordings {
+                    if !recording.has_reference() {
+                        return Err(JobError::NoReference { path: path.clone() });
+                    }
+                    set.push(Entry::new(recording, role))?;
+                }
+            }
+        }
+        match self.split {
+            None => Ok(set),
+            Some(fraction) => {
+                let split = set.split(fraction);
+                let tests = split.entries().iter().any(|entry| entry.role == Role::Test);
+                if fraction > 0.0 && fraction < 1.0 && tests {
+                    Ok(split)
+                } else {
+                    Err(JobError::Split(fraction))
+                }
+            }
+        }
+    }
+}
+
+/// Numbers with commas between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct List(pub Vec<f64>);
+
+impl FromStr for List {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.split(',')
+            .map(|cell| {
+                let cell = cell.trim();
+                cell.parse().map_err(|_| {
+                    format!("{cell:?} is not a number; write numbers with commas between them")
+                })
+            })
+            .collect::<Result<_, _>>()
+            .map(Self)
+    }
+}
+
+/// F_th values, or none at all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LookBacks(Vec<f64>);
+
+impl FromStr for LookBacks {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text == "none" {
+            return Ok(Self(Vec::new()));
+        }
+        let List(values) = text
+            .parse()
+            .map_err(|error| format!("{error}, or \"none\""))?;
+        Ok(Self(values))
+    }
+}
+
+/// What is appended to the gauges, and how the load is made of it.
+///
+/// Blocks add up; those that are not named are not used, except that without any block there is one look-back.
+#[derive(Debug, Args)]
+pub struct FitChoices {
+    /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
+    /// 0.25 of full scale].
+    #[arg(
+        long,
+        value_name = "F",
+        allow_negative_numbers = true,
+        conflicts_with = "look_back",
+        help_heading = "Blocks"
+    )]
+    pub f_th: Option<f64>,
+    /// How old the past sample may be, in seconds [default: 15].
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        allow_negative_numbers = true,
+        help_heading = "Blocks"
+    )]
+    pub t_th: Option<f64>,
+    /// Several look-backs at once, one per F_th; "none": no look-back.
+    #[arg(
+        long,
+        value_name = "F,…",
+        allow_negative_numbers = true,
+        help_heading = "Blocks"
+    )]
+    pub look_back: Option<LookBacks>,
+    /// The gauges so many seconds ago.
+    #[arg(
+        long,
+        value_name = "SECONDS,…",
+        allow_negative_numbers = true,
+        num_args = 0..=1,
+        default_missing_value = "0.5",
+        help_heading = "Blocks"
+    )]
+    pub fixed_lag: Option<List>,
+    /// First-order low-passes of the gauges, by time constant.
+    #[arg(
+        long,
+        value_name = "SECONDS,…",
+        allow_negative_numbers = true,
+        num_args = 0..=1,
+        default_missing_value = "1,6,40",
+        help_heading = "Blocks"
+    )]
+    pub creep: Option<List>,
+    /// Play operators, by radius in standard deviations of the gauge.
+    #[arg(
+        long,
+        value_name = "SD,…",
+        allow_negative_numbers = true,
+        num_args = 0..=1,
+        default_missing_value = "0.1,0.2,0.4,0.7,1.1,1.6",
+        help_heading = "Blocks"
+    )]
+    pub play: Option<List>,
+    /// Memoryless: 2 adds squares and products of the gauges, 3 also cubes.
+    #[arg(long, value_name = "DEGREE", help_heading = "Blocks")]
+    pub polynomial: Option<u8>,
+    /// What F_th is measured in; without a force axis it is full-scale.
+    #[arg(long, value_enum, default_value = "force", help_heading = "Blocks")]
+    pub distance: DistanceArg,
+    /// How much the linear fit shrinks what the blocks append: a number, or "auto": by leave-one-recording-out, for each
+    /// axis.
+    #[arg(long, value_name = "STRENGTH", default_value = "0", value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    pub ridge: RidgeChoice,
+    /// Passes of a network over the training samples.
+    #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
+    pub epochs: usize,
+    /// What a network starts from; the same seed gives the same network.
+    #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
+    pub seed: u64,
+    /// Samples that a kernel compares the others with.
+    #[arg(long, value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
+    pub landmarks: usize,
+    /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
+    #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
+    pub full_scale: Option<List>,
+    /// Fit without a constant term, as the paper does.
+    #[arg(long)]
+    pub no_offset: bool,
+}
+
+fn ridge(text: &str) -> Result<RidgeChoice, String> {
+    match text {
+        "auto" => Ok(RidgeChoice::Auto),
+        number => number
+            .parse()
+            .map(RidgeChoice::Strength)
+            .map_err(|_| format!("{number:?} is neither a number nor \"auto\"")),
+    }
+}
+
+impl FitChoices {
+    /// The settings that these arguments mean for such recordings.
+    pub fn settings(
+        &self,
+        recordings: &RecordingSet,
+        regressor: Regressor,
+        decimation: usize,
+    ) -> FitSettings {
+        FitSettings {
+            features: self.features(recordings),
+            regressor,
+            ridge: self.ridge,
+            network: NetworkSettings {
+                epochs: self.epochs,
+                seed: self.seed,
+                ..NetworkSettings::default()
+            },
+            kernel: KernelSettings {
+                landmarks: self.landmarks,
+                ..KernelSettings::default()
+            },
+            offset: !self.no_offset,
+            decimation,
+            full_scale: match &self.full_scale {
+                Some(List(values)) => values.iter().copied().map(Some).collect(),
+                None => Vec::new(),
+            },
+        }
+    }
+
+    fn features(&self, recordings: &RecordingSet) -> FeatureSettings {
+        let distance = match self.distance {
+            DistanceArg::Force => Distance::Force,
+            DistanceArg::FullScale => Distance::FullScale,
+        }
+        .effective(&recordings.layout().axes);
+        let default = Thresholds::default_for(distance);
+        let t_th_secs = self.t_th.unwrap_or(default.t_th_secs);
+        let no_block = self.fixed_lag.is_none()
+            && self.creep.is_none()
+            && self.play.is_none()
+            && self.polynomial.is_none();
+        let f_ths = match (&self.look_back, self.f_th) {
+            (Some(LookBacks(values)), _) => values.clone(),
+            (None, Some(f_th)) => vec![f_th],
+            (None, None) if self.t_th.is_some() || no_block => vec![default.f_th],
+            (None, None) => Vec::new(),
+        };
+        let values = |list: &Option<List>| list.as_ref().map_or(Vec::new(), |list| list.0.clone());
+        FeatureSettings {
+            look_backs: f_ths
+                .into_iter()
+                .map(|f_th| Thresholds { f_th, t_th_secs })
+                .collect(),
+            distance,
+            fixed_lags_secs: values(&self.fixed_lag),
+            creep_secs: values(&self.creep),
+            play_radii: values(&self.play),
+            polynomial: self.polynomial.unwrap_or(1),
+        }
+    }
+}
+
+/// [`Distance`] as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DistanceArg {
+    /// Norm over the force axes, in newtons.
+    Force,
+    /// Norm over all axes, each divided by its full scale.
+    FullScale,
+}
+
+/// [`Regressor`] as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum RegressorArg {
+    /// Least squares.
+    Linear,
+    /// The paper's network.
+    Network,
+    /// Kernel ridge regression on landmarks.
+    Kernel,
+    /// Least squares, then a network on what they leave over.
+    HybridNetwork,
+    /// Least squares, then a kernel on what they leave over.
+    HybridKernel,
+}
+
+impl From<RegressorArg> for Regressor {
+    fn from(arg: RegressorArg) -> Self {
+        match arg {
+            RegressorArg::Linear => Self::Linear,
+            RegressorArg::Network => Self::Network,
+            RegressorArg::Kernel => Self::Kernel,
+            RegressorArg::HybridNetwork => Self::HybridNetwork,
+            RegressorArg::HybridKernel => Self::HybridKernel,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Only {
+        #[command(flatten)]
+        choices: FitChoices,
+    }
+
+    fn features(arguments: &[&str]) -> FeatureSettings {
+        let arguments = [&["x"], arguments].concat();
+        let only = Only::parse_from(arguments);
+        only.choices.features(&simulated::recordings(1))
+    }
+
+    #[test]
+    fn named_blocks_add_up_and_others_are_not_used() {
+        let f_ths = |features: &FeatureSettings| -> Vec<f64> {
+            features
+                .look_backs
+                .iter()
+                .map(|look_back| look_back.f_th)
+                .collect()
+        };
+        assert_eq!(features(&[]), FeatureSettings::default());
+        assert_eq!(
+            features(&["--look-back", "none"]),
+            FeatureSettings::present()
+        );
+        assert_eq!(f_ths(&features(&["--look-back", "3,8"])), [3.0, 8.0]);
+        let play = features(&["--play", "0.1, 0.2"]);
+        assert_eq!((f_ths(&play), play.play_radii), (vec![], vec![0.1, 0.2]));
+        let both = features(&["--t-th", "5", "--creep", "--polynomial", "2"]);
+        assert_eq!(f_ths(&both), [3.0]);
+        assert_eq!(both.look_backs[0].t_th_secs, 5.0);
+        assert_eq!((both.creep_secs.len(), both.polynomial), (3, 2));
+    }
+
+    #[test]
+    fn a_list_that_is_none_is_refused() {
+        assert!("1,x".parse::<List>().unwrap_err().contains("\"x\""));
+        assert!("nope".parse::<LookBacks>().is_err());
+        assert!(ridge("much").is_err());
+        assert_eq!(ridge("auto"), Ok(RidgeChoice::Auto));
+    }
+}

@@ -1,0 +1,221 @@
+//! `loopscope fit`: one calibration, its scores, its files.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::choices::{FitChoices, RecordingArgs, RegressorArg};
+use super::progress_line::ProgressLine;
+use super::{JobError, check_not_over};
+use crate::analysis::{Request, train};
+use crate::calibration::{Calibration, EpochReport, Quality, Scores};
+use crate::evaluation::metrics::percent_change;
+use crate::export::{CalibrationFormat, write_calibration};
+use crate::features::{Distance, FeatureSettings};
+use crate::progress::Progress;
+
+/// Arguments of `fit`.
+#[derive(Debug, Args)]
+pub struct FitArgs {
+    #[command(flatten)]
+    recordings: RecordingArgs,
+    #[command(flatten)]
+    choices: FitChoices,
+    /// How the load is made of the features.
+    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
+    regressor: RegressorArg,
+    /// Use every N-th sample only.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    decimate: usize,
+    /// Write the calibration: .json (complete) or .csv (the matrices); may be given several times.
+    #[arg(long, value_name = "FILE")]
+    export: Vec<PathBuf>,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
+    // Before any work: a wrong ending must not cost the time of a fit.
+    for path in &args.export {
+        if CalibrationFormat::from_path(path).is_none() {
+            return Err(JobError::Ending { path: path.clone() });
+        }
+    }
+    let files = args.recordings.train.iter().chain(&args.recordings.test);
+    check_not_over(files, &args.export)?;
+    let recordings = args.recordings.read()?;
+    let n_recordings = recordings.entries().len();
+    let settings = args
+        .choices
+        .settings(&recordings, args.regressor.into(), args.decimate);
+    let request = Request::fit(Arc::new(recordings), settings);
+    let mut line = ProgressLine::default();
+    let calibration = train(&request, &Progress::default(), &mut |report| {
+        line.say(&epoch_text(&report))
+    })?;
+    line.end();
+    for path in &args.export {
+        write_calibration(&calibration, path)?;
+    }
+    let mut out = io::stdout().lock();
+    if args.json {
+        serde_json::to_writer_pretty(&mut out, &FitReport::new(&calibration, n_recordings))
+            .map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        print_fit(&calibration, n_recordings, &mut out)?;
+    }
+    Ok(())
+}
+
+fn epoch_text(report: &EpochReport) -> String {
+    let held_out = report
+        .held_out_loss
+        .map_or_else(String::new, |loss| format!(", held out {loss:.5}"));
+    let EpochReport {
+        epoch,
+        epochs,
+        train_loss,
+        ..
+    } = report;
+    format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}")
+}
+
+/// What `fit --json` prints.
+#[derive(Debug, Serialize)]
+struct FitReport<'a> {
+    simulated: bool,
+    recordings: usize,
+    n_train: u64,
+    n_test: u64,
+    axes: Vec<&'static str>,
+    units: &'a [String],
+    full_scale: &'a [f64],
+    regressor: crate::calibration::Regressor,
+    /// Of the first look-back.
+    f_th: Option<f64>,
+    t_th: Option<f64>,
+    distance: Distance,
+    blocks: &'a FeatureSettings,
+    ridge: &'a [f64],
+    offset: bool,
+    decimation: usize,
+    conventional: &'a Scores,
+    compensated: &'a Scores,
+    rank: usize,
+    condition: Option<f64>,
+    features: Vec<String>,
+}
+
+impl<'a> FitReport<'a> {
+    fn new(calibration: &'a Calibration, recordings: usize) -> Self {
+        let quality = &calibration.quality;
+        let first = calibration.features.look_backs.first();
+        Self {
+            simulated: calibration.simulated,
+            recordings,
+            n_train: quality.n_train,
+            n_test: quality.n_test,
+            axes: calibration.axes.iter().map(|axis| axis.symbol()).collect(),
+            units: &calibration.units,
+            full_scale: &calibration.full_scale,
+            regressor: calibration.regressor,
+            f_th: first.map(|thresholds| thresholds.f_th),
+            t_th: first.map(|thresholds| thresholds.t_th_secs),
+            distance: calibration.features.distance,
+            blocks: &calibration.features,
+            ridge: &quality.ridge,
+            offset: calibration.offset,
+            decimation: calibration.decimation,
+            conventional: &quality.conventional,
+            compensated: &quality.compensated,
+            rank: quality.rank,
+            condition: quality.condition,
+            features: calibration.feature_names(),
+        }
+    }
+}
+
+fn print_fit(
+    calibration: &Calibration,
+    n_recordings: usize,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let quality = &calibration.quality;
+    if calibration.simulated {
+        writeln!(out, "The built-in simulated sensor")?;
+    }
+    writeln!(
+        out,
+        "{n_recordings} recordings, {} training and {} test samples, {} gauges; {}{}",
+        quality.n_train,
+        quality.n_test,
+        calibration.gauges.len(),
+        calibration.describe(),
+        if calibration.offset {
+            ""
+        } else {
+            "; no offset"
+        },
+    )?;
+    let condition = quality
+        .condition
+        .map_or_else(|| "none".to_owned(), |condition| format!("{condition:.4}"));
+    writeln!(
+        out,
+        "rank {} of {} features, condition number {condition}",
+        quality.rank,
+        calibration.feature_names().len(),
+    )?;
+    if quality.ridge.iter().any(|strength| *strength > 0.0) {
+        let strengths: Vec<String> = calibration
+            .axes
+            .iter()
+            .zip(&quality.ridge)
+            .map(|(axis, strength)| format!("{} {strength:e}", axis.symbol()))
+            .collect();
+        writeln!(out, "ridge {}", strengths.join(", "))?;
+    }
+    let tables = [
+        ("train", scores_of(quality, |scores| &scores.train_rmse)),
+        ("test", scores_of(quality, |scores| &scores.test_rmse)),
+        (
+            "leave-one-out",
+            scores_of(quality, |scores| &scores.cv_rmse),
+        ),
+    ];
+    for (name, scores) in tables {
+        let Some((conventional, compensated)) = scores else {
+            continue;
+        };
+        writeln!(
+            out,
+            "\nRMSE, {name:<14}      Conv.         Comp.     change"
+        )?;
+        for (at, axis) in calibration.axes.iter().enumerate() {
+            let (before, after) = (conventional[at], compensated[at]);
+            let change = percent_change(before, after)
+                .map_or_else(String::new, |percent| format!("{percent:+9.1} %"));
+            let label = format!("{} [{}]", axis.symbol(), axis.unit());
+            writeln!(out, "  {label:<14} {before:>14.6} {after:>13.6} {change}")?;
+        }
+    }
+    Ok(())
+}
+
+type BothRmse<'a> = Option<(&'a [f64], &'a [f64])>;
+
+fn scores_of(quality: &Quality, pick: fn(&Scores) -> &Option<Vec<f64>>) -> BothRmse<'_> {
+    let conventional = pick(&quality.conventional).as_deref()?;
+    let compensated = pick(&quality.compensated).as_deref()?;
+    Some((conventional, compensated))
+}

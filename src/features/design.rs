@@ -1,0 +1,317 @@
+//! The row that describes a sample: gauges, what each block appends, offset; and how it is made, sample by sample.
+//!
+//! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
+//! starts anew with each [`FeatureStream`].
+
+use crate::features::creep::Creep;
+use crate::features::fixed_lag::FixedLag;
+use crate::features::play::Play;
+use crate::features::polynomial::{monomial_names, monomials, n_monomials};
+use crate::features::{FeatureSettings, GaugeScale};
+
+/// What the columns of a row are.
+///
+/// In order: gauges; for each look-back, fixed lag, creep time constant and play radius one set of gauges (a
+/// *history*); the polynomial's monomials; offset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// The blocks.
+    pub features: FeatureSettings,
+    /// How gauges are standardised.
+    pub scale: GaugeScale,
+    /// Whether there is an offset column.
+    pub offset: bool,
+}
+
+impl Design {
+    /// The number of gauges.
+    #[must_use]
+    pub fn n_gauges(&self) -> usize {
+        self.scale.shift.len()
+    }
+
+    /// The number of columns.
+    #[must_use]
+    pub fn n_columns(&self) -> usize {
+        self.n_histories_end()
+            + n_monomials(self.n_gauges(), self.features.polynomial)
+            + usize::from(self.offset)
+    }
+
+    /// Where the last history ends.
+    fn n_histories_end(&self) -> usize {
+        self.n_gauges() * (1 + self.features.n_histories())
+    }
+
+    /// The columns of the conventional calibration: gauges and offset.
+    #[must_use]
+    pub fn present(&self) -> Vec<usize> {
+        let offset = self.offset.then(|| self.n_columns() - 1);
+        (0..self.n_gauges()).chain(offset).collect()
+    }
+
+    /// Every column.
+    #[must_use]
+    pub fn all(&self) -> Vec<usize> {
+        (0..self.n_columns()).collect()
+    }
+
+    /// For each column, whether the blocks brought it; such a column may be shrunk, see
+    /// [`Ridge`](crate::calibration::Ridge).
+    #[must_use]
+    pub fn appended(&self) -> Vec<bool> {
+        let end = self.n_columns() - usize::from(self.offset);
+        (0..self.n_columns())
+            .map(|column| (self.n_gauges()..end).contains(&column))
+            .collect()
+    }
+
+    /// The names of the columns.
+    #[must_use]
+    pub fn names(&self, gauges: &[String]) -> Vec<String> {
+        feature_names(&self.features, gauges, self.offset)
+    }
+
+    /// Turns a raw row into the one that is fitted: every history relative to the present, everything standardised.
+    ///
+    /// Where the past never differs its columns are zero, and the answer is the conventional one.
+    #[inline]
+    pub fn standardise(&self, row: &mut [f64]) {
+        let g = self.n_gauges();
+        let (gauges, rest) = row.split_at_mut(g);
+        for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
+            for ((value, gauge), factor) in history
+                .iter_mut()
+                .zip(&*gauges)
+                .zip(&self.scale.inverse_scale)
+            {
+                *value = (*value - gauge) * factor;
+            }
+        }
+        for ((gauge, shift), factor) in gauges
+            .iter_mut()
+            .zip(&self.scale.shift)
+            .zip(&self.scale.inverse_scale)
+        {
+            *gauge = (*gauge - shift) * factor;
+        }
+    }
+
+    /// The row of coefficients on raw columns that stands for `coefficients` on standardised ones.
+    ///
+    /// Monomials keep theirs: they are made of standardised gauges either way.
+    #[must_use]
+    pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
+        let g = self.n_gauges();
+        let mut raw = coefficients.to_vec();
+        let (gauges, rest) = raw.split_at_mut(g);
+        for (gauge, factor) in gauges.iter_mut().zip(&self.scale.inverse_scale) {
+            *gauge *= factor;
+        }
+        if self.offset {
+            let moved: f64 = gauges
+                .iter()
+                .zip(&self.scale.shift)
+                .map(|(b, s)| b * s)
+                .sum();
+            *rest.last_mut().expect("there is an offset column") -= moved;
+        }
+        for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
+            for ((value, gauge), factor) in history
+                .iter_mut()
+                .zip(&mut *gauges)
+                .zip(&self.scale.inverse_scale)
+            {
+                *value *= factor;
+                *gauge -= *value;
+            }
+        }
+        raw
+    }
+}
+
+/// The names of the columns, in order.
+///
+/// `<gauge>`, `<gauge>_past` (further look-backs `<gauge>_past2` …), `<gauge>_lag_<Δ>s`, `<gauge>_creep_<τ>s`,
+/// `<gauge>_play_<r>`, monomials as `<gauge>^2` and `<gauge>*<gauge>`, `offset`.
+#[must_use]
+pub fn feature_names(features: &FeatureSettings, gauges: &[String], offset: bool) -> Vec<String> {
+    let past = (1..=features.look_backs.len()).map(|at| match at {
+        1 => "_past".to_owned(),
+        more => format!("_past{more}"),
+    });
+    let lags = features
+        .fixed_lags_secs
+        .iter()
+        .map(|lag| format!("_lag_{lag}s"));
+    let creep = features
+        .creep_secs
+        .iter()
+        .map(|tau| format!("_creep_{tau}s"));
+    let play = features
+        .play_radii
+        .iter()
+        .map(|radius| format!("_play_{radius}"));
+    let endings = past.chain(lags).chain(creep).chain(play);
+    let histories = endings.flat_map(|ending| gauges.iter().map(move |g| format!("{g}{ending}")));
+    gauges
+        .iter()
+        .cloned()
+        .chain(histories)
+        .chain(monomial_names(gauges, features.polynomial))
+        .chain(offset.then(|| "offset".to_owned()))
+        .collect()
+}
+
+/// The blocks' memory of one recording.
+#[derive(Clone, Debug)]
+pub struct FeatureStream<'a> {
+    design: &'a Design,
+    lag: FixedLag,
+    creep: Creep,
+    play: Play,
+    z: Vec<f64>,
+}
+
+impl<'a> FeatureStream<'a> {
+    /// Before the first sample of a recording.
+    #[must_use]
+    pub fn new(design: &'a Design) -> Self {
+        let Design {
+            features, scale, ..
+        } = design;
+        Self {
+            design,
+            lag: FixedLag::new(&features.fixed_lags_secs, design.n_gauges()),
+            creep: Creep::new(&features.creep_secs),
+            play: Play::new(&features.play_radii, &scale.deviation),
+            z: vec![0.0; design.n_gauges()],
+        }
+    }
+
+    /// Takes the next sample and writes its raw row.
+    ///
+    /// **Shapes** `past(i)` gives the past gauges of look-back i; `row` has one entry per column.
+    #[inline]
+    pub fn raw_row<'g>(
+        &mut self,
+        time: f64,
+        gauges: &[f64],
+        past: impl Fn(usize) -> &'g [f64],
+        row: &mut [f64],
+    ) {
+        let Design {
+            features,
+            scale,
+            offset,
+        } = self.design;
+        let g = gauges.len();
+        let (present, mut rest) = row.split_at_mut(g);
+        present.copy_from_slice(gauges);
+        let mut next = |sets: usize| {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(sets * g);
+            rest = others;
+            own
+        };
+        let look_backs = next(features.look_backs.len());
+        for (at, out) in look_backs.chunks_exact_mut(g).enumerate() {
+            out.copy_from_slice(past(at));
+        }
+        if !features.fixed_lags_secs.is_empty() {
+            self.lag
+                .step(time, gauges, next(features.fixed_lags_secs.len()));
+        }
+        if !features.creep_secs.is_empty() {
+            self.creep
+                .step(time, gauges, next(features.creep_secs.len()));
+        }
+        if !features.play_radii.is_empty() {
+            self.play.step(gauges, next(features.play_radii.len()));
+        }
+        if features.polynomial > 1 {
+            scale.apply(gauges, &mut self.z);
+            monomials(&self.z, features.polynomial, rest);
+        }
+        if *offset {
+            *rest.last_mut().expect("there is an offset column") = 1.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::Thresholds;
+
+    fn every_block() -> Design {
+        Design {
+            features: FeatureSettings {
+                look_backs: vec![Thresholds::default(); 2],
+                fixed_lags_secs: vec![0.5],
+                creep_secs: vec![1.0, 6.0],
+                play_radii: vec![0.2],
+                polynomial: 3,
+                ..FeatureSettings::present()
+            },
+            scale: GaugeScale {
+                shift: vec![10.0, -1.0],
+                inverse_scale: vec![0.5, 4.0],
+                deviation: vec![2.0, 0.25],
+            },
+            offset: true,
+        }
+    }
+
+    fn row(design: &Design, samples: &[(f64, [f64; 2])]) -> Vec<f64> {
+        let mut stream = FeatureStream::new(design);
+        let mut row = vec![0.0; design.n_columns()];
+        let first = samples[0].1;
+        for (time, gauges) in samples {
+            stream.raw_row(*time, gauges, |_| &first, &mut row);
+        }
+        row
+    }
+
+    #[test]
+    fn columns_are_named_one_by_one() {
+        let design = every_block();
+        let names = design.names(&["a".into(), "b".into()]);
+        assert_eq!(names.len(), design.n_columns());
+        assert_eq!(
+            names.join(" "),
+            "a b a_past b_past a_past2 b_past2 a_lag_0.5s b_lag_0.5s a_creep_1s b_creep_1s a_creep_6s b_creep_6s \
+             a_play_0.2 b_play_0.2 a^2 a*b b^2 a^3 b^3 offset"
+        );
+        assert_eq!(design.present(), [0, 1, 19]);
+        let appended = design.appended();
+        assert_eq!(appended.iter().filter(|is| **is).count(), 17);
+        assert!(!appended[1] && appended[2] && appended[18] && !appended[19]);
+    }
+
+    /// Relaxed, nothing has happened before: every history is zero.
+    #[test]
+    fn the_first_sample_has_no_history() {
+        let design = every_block();
+        let mut row = row(&design, &[(3.0, [12.0, 0.0])]);
+        design.standardise(&mut row);
+        assert_eq!(row[..2], [1.0, 4.0]);
+        assert!(row[2..14].iter().all(|value| *value == 0.0));
+        assert_eq!(row[14..], [1.0, 4.0, 16.0, 1.0, 64.0, 1.0]);
+    }
+
+    #[test]
+    fn raw_coefficients_give_what_the_standardised_ones_give() {
+        let design = every_block();
+        let raw = row(
+            &design,
+            &[(0.0, [9.0, 1.0]), (0.4, [12.0, 0.0]), (0.8, [11.0, -2.0])],
+        );
+        let mut standardised = raw.clone();
+        design.standardise(&mut standardised);
+        let coefficients: Vec<f64> = (0..raw.len()).map(|at| 1.0 - 0.3 * at as f64).collect();
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let expected = dot(&coefficients, &standardised);
+        let actual = dot(&design.raw_coefficients(&coefficients), &raw);
+        assert!((actual - expected).abs() < 1e-10 * expected.abs());
+    }
+}

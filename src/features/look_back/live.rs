@@ -1,0 +1,188 @@
+//! The same search, one sample at a time: what a robot runs.
+//!
+//! Guarantees: finds the very sample that [`LoadPath`](super::LoadPath) finds, to the last bit; keeps no more than twice
+//! the samples of the longest t_th; a step costs the logarithm of the window, unless the load wanders along F_th.
+
+use super::Thresholds;
+
+/// Samples under the smallest box, and boxes under the next larger one.
+const FAN_OUT: usize = 16;
+/// Samples under the largest box; samples are forgotten by whole boxes, so that those that stay keep their places.
+const LARGEST: usize = FAN_OUT * FAN_OUT;
+
+/// The kept past of one recording.
+#[derive(Clone, Debug)]
+pub struct LiveLookBack {
+    /// The axes that take part, with what their load is multiplied by.
+    used: Vec<(usize, f64)>,
+    longest_secs: f64,
+    n_gauges: usize,
+    times: Vec<f64>,
+    gauges: Vec<f64>,
+    /// `n × used.len()`.
+    points: Vec<f64>,
+    /// Boxes over `FAN_OUT` and over `LARGEST` samples: for each axis low, high.
+    boxes: [Vec<f64>; 2],
+}
+
+impl LiveLookBack {
+    /// Before the first sample.
+    ///
+    /// `weights` as for [`LoadPath::new`](super::LoadPath::new); thresholds asked for later must not look back longer
+    /// than `longest_secs`.
+    #[must_use]
+    pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize) -> Self {
+        Self {
+            used: weights
+                .iter()
+                .copied()
+                .enumerate()
+                .filter(|(_, weight)| *weight != 0.0)
+                .collect(),
+            longest_secs,
+            n_gauges,
+            times: Vec::new(),
+            gauges: Vec::new(),
+            points: Vec::new(),
+            boxes: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// Takes the next sample: its time, gauges and conventional load.
+    pub fn push(&mut self, time: f64, gauges: &[f64], load: &[f64]) {
+        self.forget(time);
+        let at = self.times.len();
+        self.times.push(time);
+        self.gauges.extend(gauges);
+        for (axis, weight) in &self.used {
+            self.points.push(load[*axis] * weight);
+        }
+        let width = self.used.len();
+        let point = &self.points[at * width..];
+        for (boxes, size) in self.boxes.iter_mut().zip([FAN_OUT, LARGEST]) {
+            if at.is_multiple_of(size) {
+                boxes.extend(point.iter().flat_map(|value| [*value, *value]));
+            } else {
+                let last = boxes.len() - 2 * width;
+                for (bounds, value) in boxes[last..].chunks_exact_mut(2).zip(point) {
+                    bounds[0] = bounds[0].min(*value);
+                    bounds[1] = bounds[1].max(*value);
+                }
+            }
+        }
+    }
+
+    /// The gauges of the past sample of the newest one; its own where there is none.
+    ///
+    /// # Panics
+    /// Before the first sample.
+    #[must_use]
+    pub fn past_gauges(&self, thresholds: Thresholds) -> &[f64] {
+        let newest = self.times.len() - 1;
+        let found = self.find(newest, thresholds).unwrap_or(newest);
+        &self.gauges[found * self.n_gauges..][..self.n_gauges]
+    }
+
+    fn find(&self, newest: usize, thresholds: Thresholds) -> Option<usize> {
+        let least = thresholds.f_th * thresholds.f_th;
+        let width = self.used.len();
+        let point = &self.points[newest * width..][..width];
+        let is_young =
+            |sample: usize| self.times[newest] - self.times[sample] <= thresholds.t_th_secs;
+        let mut end = newest + 1;
+        while end > 0 && is_young(end - 1) {
+            let skipped = [(1, LARGEST), (0, FAN_OUT)]
+                .into_iter()
+                .find(|&(level, size)| {
+                    end.is_multiple_of(size) && {
+                        let bounds =
+                            &self.boxes[level][(end / size - 1) * 2 * width..][..2 * width];
+                        farthest(bounds, point) < least
+                    }
+                });
+            if let Some((_, size)) = skipped {
+                end -= size;
+                continue;
+            }
+            end -= 1;
+            if distance(&self.points[end * width..][..width], point) >= least {
+                return Some(end);
+            }
+        }
+        None
+    }
+
+    /// Forgets what no threshold reaches any more, once that is at least as much as what stays.
+    fn forget(&mut self, now: f64) {
+        let old = |sample: usize| now - self.times[sample] > self.longest_secs;
+        let half = self.times.len() / 2 / LARGEST * LARGEST;
+        if half == 0 || !old(half - 1) {
+            return;
+        }
+        let width = self.used.len();
+        self.times.drain(..half);
+        self.gauges.drain(..half * self.n_gauges);
+        self.points.drain(..half * width);
+        for (boxes, size) in self.boxes.iter_mut().zip([FAN_OUT, LARGEST]) {
+            boxes.drain(..half / size * 2 * width);
+        }
+    }
+}
+
+/// Squared distance; rounded in the same order as the search over whole recordings.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b))
+}
+
+/// Squared distance to the farthest corner; never less than that of any sample inside, since rounding is monotone.
+fn farthest(bounds: &[f64], point: &[f64]) -> f64 {
+    bounds
+        .chunks_exact(2)
+        .zip(point)
+        .fold(0.0, |sum, (bounds, at)| {
+            let reach = (at - bounds[0]).max(bounds[1] - at);
+            sum + reach * reach
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::LoadPath;
+    use super::super::tests::walk;
+    use super::*;
+
+    #[test]
+    fn the_live_search_finds_the_same_sample() {
+        for dimensions in [1, 3] {
+            let (times, rows) = walk(3000, dimensions, 5);
+            let path = LoadPath::new(&rows.concat(), &vec![1.0; dimensions]);
+            for (f_th, t_th_secs) in [(0.0, 15.0), (0.7, 2.0), (2.0, 15.0), (1e9, 1.0), (1.0, 0.0)]
+            {
+                let thresholds = Thresholds { f_th, t_th_secs };
+                let past = path.past_samples(&times, thresholds);
+                let mut live = LiveLookBack::new(&vec![1.0; dimensions], t_th_secs, 1);
+                for (k, row) in rows.iter().enumerate() {
+                    live.push(times[k], &[k as f64], row);
+                    let found = live.past_gauges(thresholds)[0] as u32;
+                    assert_eq!(found, past[k], "{thresholds:?}, sample {k}");
+                }
+            }
+        }
+    }
+
+    /// Two seconds at 100 Hz are 200 samples; what is kept is at most twice that, in whole boxes.
+    #[test]
+    fn memory_is_bounded_by_the_window() {
+        let mut live = LiveLookBack::new(&[1.0], 2.0, 1);
+        for k in 0..20_000 {
+            live.push(f64::from(k) * 0.01, &[0.0], &[0.0]);
+            assert!(
+                live.times.len() <= 400 + 2 * LARGEST,
+                "{}",
+                live.times.len()
+            );
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! Regressors side by side: a table that fills in as rows end, and bars per axis as in the paper's figures.
+
+use egui::{Color32, RichText};
+use egui_plot::{Bar, BarChart, Plot};
+
+use crate::app::{AppState, Command, ComparisonCommand, Row};
+use crate::calibration::{Regressor, Scores};
+use crate::evaluation::metrics::Group;
+use crate::export::{ComparisonRow as _, comparison_records};
+use crate::recording::Axis;
+use crate::ui::numbers::{duration, significant};
+use crate::ui::palette;
+use crate::ui::shell::Fields;
+
+/// Which samples the errors are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ErrorsOn {
+    /// The training recordings.
+    Train,
+    /// The test recordings.
+    #[default]
+    Test,
+    /// Each training recording by a fit to the others.
+    LeftOut,
+}
+
+impl ErrorsOn {
+    const ALL: [(Self, &'static str); 3] = [
+        (Self::Train, "Train"),
+        (Self::Test, "Test"),
+        (Self::LeftOut, "LOO-CV"),
+    ];
+
+    fn pick(self, scores: &Scores) -> Option<&Vec<f64>> {
+        match self {
+            Self::Train => scores.train_rmse.as_ref(),
+            Self::Test => scores.test_rmse.as_ref(),
+            Self::LeftOut => scores.cv_rmse.as_ref(),
+        }
+    }
+}
+
+/// Height of the bars.
+const BARS_HEIGHT: f32 = 170.0;
+
+/// Draws the pane.
+pub fn compare_pane(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    fields: &mut Fields,
+    out: &mut Vec<Command>,
+) {
+    let send = |command, out: &mut Vec<Command>| out.push(Command::Comparison(command));
+    let comparison = &state.comparison;
+    ui.horizontal_wrapped(|ui| {
+        if comparison.running.is_some() {
+            if ui.button("Stop").clicked() {
+                send(ComparisonCommand::Stop, out);
+            }
+        } else {
+            let ready = !state.recordings.entries().is_empty();
+            ui.add_enabled_ui(ready, |ui| {
+                let start = ui.button("Fit ticked rows").on_hover_text(
+                    "Rows that already have a result that holds are not fitted again",
+                );
+                if start.clicked() {
+                    send(ComparisonCommand::Start, out);
+                }
+                let whole = ui.button("Whole comparison of the paper").on_hover_text(
+                    "Linear, network and hybrid, without and with the past, on all samples (A) and on every tenth (B): \
+                     Figures 9, 10, 12 and 13. Networks on all samples take minutes",
+                );
+                if whole.clicked() {
+                    send(ComparisonCommand::StartPaper, out);
+                }
+            });
+        }
+        ui.separator();
+        for (on, label) in ErrorsOn::ALL {
+            ui.selectable_value(&mut fields.errors_on, on, label);
+        }
+        ui.separator();
+        let rows: Vec<_> = comparison.rows.iter().filter_map(Row::compared).cloned().collect();
+        ui.add_enabled_ui(!rows.is_empty(), |ui| {
+            if ui.button("Copy table").on_hover_text("As tab-separated text").clicked() {
+                let lines = comparison_records(&rows).iter().map(|row| row.join("\t")).collect::<Vec<_>>();
+                ui.copy_text(lines.join("\n"));
+            }
+            let label = ui.label("CSV");
+            let field = egui::TextEdit::singleline(&mut fields.comparison).desired_width(130.0);
+            ui.add(field).labelled_by(label.id);
+            let path = fields.comparison.trim();
+            if ui.button("Save").clicked() && !path.is_empty() {
+                send(ComparisonCommand::Save(path.into()), out);
+            }
+        });
+    });
+    ui.separator();
+    egui::ScrollArea::both()
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            bars(ui, state, fields.errors_on);
+            table(ui, state, fields.errors_on, out);
+        });
+}
+
+fn table(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn, out: &mut Vec<Command>) {
+    let rows = &state.comparison.rows;
+    let axes = state.axes();
+    egui::Grid::new("comparison")
+        .striped(true)
+        .min_col_width(20.0)
+        .spacing([10.0, 3.0])
+        .show(ui, |ui| {
+            let mut all = rows.iter().all(|row| row.ticked);
+            if ui
+                .checkbox(&mut all, "")
+                .on_hover_text("Tick all rows, or none")
+                .changed()
+            {
+                out.push(Command::Comparison(ComparisonCommand::TickAll(all)));
+            }
+            for title in ["Regressor", "History", "Data"] {
+                ui.strong(title);
+            }
+            for axis in axes {
+                ui.strong(format!("{} [{}]", axis.symbol(), axis.unit()));
+            }
+            for (group, unit) in [(Group::Force, "N"), (Group::Moment, "N·m")] {
+                if axes.iter().any(|axis| group.contains(*axis)) {
+                    ui.strong(format!("{} [{unit}]", group_name(group)))
+                        .on_hover_text("Root mean square over the axes");
+                }
+            }
+            ui.strong("State");
+            ui.end_row();
+            for (at, row) in rows.iter().enumerate() {
+                table_row(ui, state, at, row, on, out);
+                ui.end_row();
+            }
+        });
+}
+
+fn table_row(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    at: usize,
+    row: &Row,
+    on: ErrorsOn,
+    out: &mut Vec<Command>,
+) {
+    let candidate = &row.candidate;
+    let regressor = candidate.regressor.label();
+    let mut ticked = row.ticked;
+    let tick = ui.checkbox(&mut ticked, "");
+    tick.widget_info(|| {
+        let label = format!(
+            "{regressor}, {}, {}",
+            candidate.history(),
+            candidate.pattern()
+        );
+        egui::WidgetInfo::selected(egui::Role::CheckBox, true, ticked, label)
+    });
+    if tick.changed() {
+        out.push(Command::Comparison(ComparisonCommand::Tick(at, ticked)));
+    }
+    ui.colored_label(
+        palette::regressor(candidate.regressor, ui.visuals()),
+        regressor,
+    );
+    let history = candidate.history();
+    ui.label(shortened(&history, 30)).on_hover_text(&history);
+    ui.label(candidate.pattern())
+        .on_hover_text(match candidate.decimation {
+            1 => "All samples",
+            _ => "Every tenth sample",
+        });
+    let stale = row.is_stale(state);
+    let axes = state.axes();
+    let rmse = row.compared().and_then(|row| on.pick(row.scores()));
+    let weak = ui.visuals().weak_text_color();
+    let mut cell = |value: Option<f64>| {
+        let text = value.map_or_else(|| "–".to_owned(), |value| significant(value, 4));
+        let text = RichText::new(text);
+        ui.label(if stale { text.color(weak) } else { text });
+    };
+    for axis in 0..axes.len() {
+        cell(rmse.and_then(|rmse| rmse.get(axis).copied()));
+    }
+    for group in [Group::Force, Group::Moment] {
+        if axes.iter().any(|axis| group.contains(*axis)) {
+            cell(rmse.and_then(|rmse| group.rmse(axes, rmse)));
+        }
+    }
+    match (&row.running, &row.outcome) {
+        (Some(report), _) => {
+            ui.label(match report {
+                Some(report) => format!(
+                    "epoch {} of {}, {} left",
+                    report.epoch,
+                    report.epochs,
+                    duration(report.time_left())
+                ),
+                None => "runs".to_owned(),
+            });
+        }
+        (None, None) => {
+            ui.weak("not fitted");
+        }
+        (None, Some(outcome)) => match &outcome.result {
+            Err(error) => {
+                ui.colored_label(ui.visuals().error_fg_color, shortened(error, 40))
+                    .on_hover_text(error);
+            }
+            Ok(_) if stale => {
+                ui.colored_label(ui.visuals().warn_fg_color, "stale")
+                    .on_hover_text("Settings, blocks or recordings are others now; fit it again");
+            }
+            Ok(compared) => {
+                let seconds = significant(compared.elapsed.as_secs_f64(), 2);
+                ui.weak(format!("{seconds} s"));
+            }
+        },
+    }
+}
+
+/// One chart per unit: a group of bars for each axis, a bar for each row that has a result.
+fn bars(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn) {
+    let axes = state.axes();
+    let rows: Vec<(&Row, &Vec<f64>)> = state
+        .comparison
+        .rows
+        .iter()
+        .filter_map(|row| Some((row, on.pick(row.compared()?.scores())?)))
+        .filter(|(_, rmse)| rmse.len() == axes.len())
+        .collect();
+    if rows.is_empty() {
+        ui.weak("Tick rows and fit them: bars of their errors appear here.");
+        return;
+    }
+    let groups: Vec<Group> = [Group::Force, Group::Moment]
+        .into_iter()
+        .filter(|group| axes.iter().any(|axis| group.contains(*axis)))
+        .collect();
+    let width = (ui.available_width() / groups.len() as f32 - 8.0).max(200.0);
+    ui.horizontal(|ui| {
+        for group in groups {
+            chart(ui, group, axes, &rows, width);
+        }
+    });
+    ui.weak("Pale bars: without the past. Colours: the regressor, as in the table. Broad bars: all samples (A); narrow: every tenth (B).");
+}
+
+fn chart(ui: &mut egui::Ui, group: Group, axes: &[Axis], rows: &[(&Row, &Vec<f64>)], width: f32) {
+    let of_group: Vec<(usize, Axis)> = axes
+        .iter()
+        .copied()
+        .enumerate()
+        .filter(|(_, axis)| group.contains(*axis))
+        .collect();
+    let unit = of_group.first().map_or("", |(_, axis)| axis.unit());
+    let slot = 0.85 / rows.len() as f64;
+    let visuals = ui.visuals().clone();
+    let bars: Vec<Bar> = of_group
+        .iter()
+        .enumerate()
+        .flat_map(|(place, (column, axis))| {
+            let visuals = &visuals;
+            rows.iter().enumerate().map(move |(at, (row, rmse))| {
+                let x = place as f64 + (at as f64 + 0.5) * slot - 0.425;
+                let candidate = &row.candidate;
+                let name = format!(
+                    "{} of {}, {}, {}",
+                    axis.symbol(),
+                    candidate.regressor.label(),
+                    candidate.history(),
+                    candidate.pattern()
+                );
+                let share = if candidate.decimation == 1 {
+                    0.95
+                } else {
+                    0.55
+                };
+                Bar::new(x, rmse[*column])
+                    .width(share * slot)
+                    .name(name)
+                    .fill(bar_color(
+                        candidate.regressor,
+                        candidate.features.has_history(),
+                        visuals,
+                    ))
+            })
+        })
+        .collect();
+    let names: Vec<&str> = of_group.iter().map(|(_, axis)| axis.symbol()).collect();
+    Plot::new(("comparison", group_name(group)))
+        .width(width)
+        .height(BARS_HEIGHT)
+        .allow_scroll(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .show_grid([false, true])
+        .y_axis_label(format!("RMSE [{unit}]"))
+        .y_axis_min_width(48.0)
+        .include_y(0.0)
+        .x_grid_spacer(|_| {
+            (0..3)
+                .map(|value| egui_plot::GridMark {
+                    value: f64::from(value),
+                    step_size: 1.0,
+                })
+                .collect()
+        })
+        .x_axis_formatter(move |mark, _| {
+            let at = mark.value.round();
+            let is_whole = (mark.value - at).abs() < 1e-6 && at >= 0.0;
+            let name = names.get(at as usize).filter(|_| is_whole);
+            name.map_or(String::new(), |name| (*name).to_owned())
+        })
+        .show(ui, |plot| {
+            plot.bar_chart(BarChart::new("RMSE", bars));
+        });
+}
+
+fn bar_color(regressor: Regressor, has_history: bool, visuals: &egui::Visuals) -> Color32 {
+    let color = palette::regressor(regressor, visuals);
+    if has_history {
+        color
+    } else {
+        color.gamma_multiply(0.4)
+    }
+}
+
+fn group_name(group: Group) -> &'static str {
+    match group {
+        Group::Force => "forces",
+        Group::Moment => "moments",
+    }
+}
+
+/// The first characters of a text.
+fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    let start: String = text.chars().take(most - 1).collect();
+    format!("{start}…")
+}

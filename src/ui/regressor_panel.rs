@@ -1,0 +1,180 @@
+//! Which regressor, how strong its ridge, and the training of what takes long.
+
+use egui::{ComboBox, DragValue};
+use egui_plot::{Legend, Line, Plot, PlotPoints};
+
+use crate::app::{AppState, Command, Training, TrainingCommand};
+use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, RidgeChoice};
+use crate::ui::numbers::{duration, significant};
+
+/// Draws the choice of the regressor and, where it learns, its training.
+pub fn regressor(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    settings: &mut FitSettings,
+    out: &mut Vec<Command>,
+) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Regressor");
+        ComboBox::from_id_salt("regressor")
+            .selected_text(settings.regressor.label())
+            .show_ui(ui, |ui| {
+                for regressor in Regressor::ALL {
+                    ui.selectable_value(&mut settings.regressor, regressor, regressor.label())
+                        .on_hover_text(explanation(regressor));
+                }
+            })
+            .response
+            .labelled_by(label.id)
+            .on_hover_text(explanation(settings.regressor));
+        ridge(ui, &mut settings.ridge);
+    });
+    if let Some(learner) = settings.regressor.learner() {
+        match learner {
+            Learner::Network => network(ui, settings),
+            Learner::Kernel => kernel(ui, settings),
+        }
+        training(ui, state, learner, out);
+    }
+}
+
+fn explanation(regressor: Regressor) -> &'static str {
+    match regressor {
+        Regressor::Linear => "Least squares (Eq. 8): a matrix that any controller can run",
+        Regressor::Network => {
+            "The paper's network: three hidden layers of 100 units, trained on the summed squared error"
+        }
+        Regressor::Kernel => {
+            "Kernel ridge regression on landmark samples (the mean of a Gaussian process), with a band that says how sure it is"
+        }
+        Regressor::HybridNetwork => {
+            "Least squares first, then a network on what they leave over (section 3.2)"
+        }
+        Regressor::HybridKernel => "Least squares first, then a kernel on what they leave over",
+    }
+}
+
+fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
+    let label = ui.label("ridge");
+    let mut auto = *ridge == RidgeChoice::Auto;
+    if let RidgeChoice::Strength(strength) = ridge {
+        let field = DragValue::new(strength)
+            .range(0.0..=1e9)
+            .speed(0.001)
+            .max_decimals(6);
+        ui.add(field).labelled_by(label.id).on_hover_text(
+            "How much the linear fit shrinks what the blocks append: 0 is plain least squares, ever more leaves only the \
+             conventional calibration",
+        );
+    }
+    let switch = ui.checkbox(&mut auto, "auto").on_hover_text(
+        "Per axis the strength with which left-out recordings are predicted best. Blocks that only memorise are then \
+         shrunk away",
+    );
+    if switch.changed() {
+        *ridge = match auto {
+            true => RidgeChoice::Auto,
+            false => RidgeChoice::default(),
+        };
+    }
+}
+
+fn network(ui: &mut egui::Ui, settings: &mut FitSettings) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Epochs");
+        let epochs = DragValue::new(&mut settings.network.epochs).range(1..=100_000);
+        ui.add(epochs)
+            .labelled_by(label.id)
+            .on_hover_text("Passes over the training samples; the paper's are 1000");
+        let label = ui.label("seed");
+        let seed = DragValue::new(&mut settings.network.seed);
+        ui.add(seed)
+            .labelled_by(label.id)
+            .on_hover_text("The same seed gives the same network");
+    });
+}
+
+fn kernel(ui: &mut egui::Ui, settings: &mut FitSettings) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Landmarks");
+        let landmarks = DragValue::new(&mut settings.kernel.landmarks)
+            .range(1..=crate::calibration::KernelSettings::MOST_LANDMARKS);
+        ui.add(landmarks).labelled_by(label.id).on_hover_text(
+            "Training samples that the others are compared with. More are slower, and larger in the file",
+        );
+    });
+}
+
+fn training(ui: &mut egui::Ui, state: &AppState, learner: Learner, out: &mut Vec<Command>) {
+    let Training {
+        running, epochs, ..
+    } = &state.training;
+    let fits = state.training.fitting(state).is_some();
+    ui.horizontal_wrapped(|ui| {
+        if let Some((_, stopping)) = running {
+            let stop = egui::Button::new("Stop training");
+            let stop = ui.add_enabled(!stopping, stop);
+            if stop.on_hover_text("Keeps the best so far").clicked() {
+                out.push(Command::Training(TrainingCommand::Stop));
+            }
+            ui.label(match epochs.last() {
+                Some(report) => format!(
+                    "epoch {} of {}, {} left",
+                    report.epoch,
+                    report.epochs,
+                    duration(report.time_left())
+                ),
+                None => "training".to_owned(),
+            });
+        } else {
+            if ui.add_enabled(!fits, egui::Button::new("Train")).clicked() {
+                out.push(Command::Training(TrainingCommand::Start));
+            }
+            let (color, text) = match (fits, &state.training.trained) {
+                (true, _) => (ui.visuals().weak_text_color(), "Comp. is what was trained."),
+                (false, Some(_)) => (
+                    ui.visuals().warn_fg_color,
+                    "What was trained belongs to other settings or recordings; until it is trained again, Comp. is the linear fit.",
+                ),
+                (false, None) => (
+                    ui.visuals().warn_fg_color,
+                    "Until it is trained, Comp. is the linear fit.",
+                ),
+            };
+            ui.colored_label(color, text);
+        }
+    });
+    if learner == Learner::Network && !epochs.is_empty() {
+        loss_curve(ui, epochs);
+    }
+}
+
+/// Loss over epochs, on a logarithmic scale.
+fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport]) {
+    let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
+        epochs
+            .iter()
+            .filter_map(|report| {
+                let loss = loss(report).filter(|loss| *loss > 0.0)?;
+                Some([report.epoch as f64, loss.log10()])
+            })
+            .collect()
+    };
+    let train = curve(&|report| Some(report.train_loss));
+    let held_out = curve(&|report| report.held_out_loss);
+    let visuals = ui.visuals();
+    let (own, other) = (visuals.text_color(), visuals.warn_fg_color);
+    Plot::new("loss")
+        .height(110.0)
+        .allow_scroll(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .legend(Legend::default())
+        .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 2))
+        .y_axis_min_width(44.0)
+        .x_axis_label("epoch")
+        .show(ui, |plot| {
+            plot.line(Line::new("train", train).color(own).width(1.5));
+            plot.line(Line::new("held out", held_out).color(other).width(1.5));
+        });
+}
