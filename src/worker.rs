@@ -198,7 +198,20 @@ pub struct Job<A> {
     pub title: String,
     /// How far it is; cancel here.
     pub progress: Progress,
+    /// When it began.
+    pub since: Instant,
     result: Receiver<Result<A, Panicked>>,
+}
+
+impl<A> Job<A> {
+    /// How long the rest takes if it goes on as before; `None` while that cannot be told.
+    #[must_use]
+    pub fn time_left(&self) -> Option<Duration> {
+        let fraction = f64::from(self.progress.fraction()?);
+        let elapsed = self.since.elapsed();
+        let tells = fraction > 0.01 && elapsed > Duration::from_secs(2);
+        tells.then(|| elapsed.mul_f64((1.0 - fraction) / fraction))
+    }
 }
 
 impl<A: Send + 'static> Job<A> {
@@ -227,6 +240,7 @@ impl<A: Send + 'static> Job<A> {
         Self {
             title,
             progress,
+            since: Instant::now(),
             result,
         }
     }

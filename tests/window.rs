@@ -14,6 +14,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use loopscope::analysis::{Analysis, View};
 use loopscope::app::{AppState, Command, Level};
+use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::export::{read_calibration, write_calibration};
 use loopscope::recording::{self, Axis};
 use loopscope::ui::{Dialogs, Reply, Shell};
@@ -151,6 +152,19 @@ fn type_into(window: &mut Window, field: &str, text: &str) {
     window.step();
 }
 
+/// Replaces the value of a number field.
+#[track_caller]
+fn type_number(window: &mut Window, field: &str, text: &str) {
+    window
+        .get_by_role_and_label(Role::SpinButton, field)
+        .click();
+    window.step();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text(text.to_owned()));
+    window.key_press(Key::Enter);
+    settle(window);
+}
+
 #[track_caller]
 fn menu(window: &mut Window, menu: &str, item: &str) {
     click(window, Role::Button, menu);
@@ -256,13 +270,13 @@ fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
         "Recordings",
         "RMSE",
         "Calibration",
-        "Look-back",
         "Role",
         "Name",
         "Samples",
     ] {
         window.get_by_role_and_label(Role::Label, heading);
     }
+    window.get_by_role_and_label(Role::CheckBox, "Look-back");
     assert!(has(&window, "simulated"));
     assert!(has(&window, "train_path1_mount1_fast"));
     for axis in Axis::ALL {
@@ -758,14 +772,10 @@ fn an_entered_full_scale_is_used_until_it_is_measured_again() {
     let mut window = window(files.three());
     let measured = analysis(&window).calibration.full_scale.clone();
     click(&mut window, Role::DisclosureTriangle, "Full scale");
-    window
-        .get_by_role_and_label(Role::SpinButton, "Fy [N]")
-        .click();
-    window.step();
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text("12".to_owned()));
-    window.key_press(Key::Enter);
+    let last = window.get_by_role_and_label(Role::SpinButton, "Fz [N]");
+    last.scroll_to_me();
     settle(&mut window);
+    type_number(&mut window, "Fy [N]", "12");
     let entered = analysis(&window).calibration.full_scale.clone();
     assert_eq!(entered, [measured[0], 12.0, measured[2]]);
     let measure = window.query_all_by_role_and_label(Role::Button, "Measure");
@@ -812,4 +822,110 @@ fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
         click(&mut window, Role::CheckBox, trace);
     }
     assert_eq!(panes(&window, "error [N]"), 3, "empty panes stay");
+}
+
+#[test]
+fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let before = analysis(&window).calibration.feature_names().len();
+    click(&mut window, Role::CheckBox, "Play");
+    let features = analysis(&window).calibration.features.clone();
+    assert_eq!(features.play_radii, [0.1, 0.2, 0.4, 0.7, 1.1, 1.6]);
+    type_into(&mut window, "Play", "0.2, 0.5");
+    settle(&mut window);
+    assert_eq!(
+        analysis(&window).calibration.features.play_radii,
+        [0.2, 0.5]
+    );
+    type_into(&mut window, "Play", "0.2, -1");
+    settle(&mut window);
+    let calibration = Arc::clone(&analysis(&window).calibration);
+    assert_eq!(calibration.features.play_radii, [0.2, 0.5]);
+    assert_eq!(calibration.feature_names().len(), before + 6);
+    click(&mut window, Role::CheckBox, "Look-back");
+    click(&mut window, Role::Button, "squares");
+    let calibration = Arc::clone(&analysis(&window).calibration);
+    assert!(calibration.features.look_backs.is_empty());
+    assert_eq!(calibration.features.polynomial, 2);
+    click(&mut window, Role::CheckBox, "auto");
+    assert_eq!(state(&window).settings.ridge, RidgeChoice::Auto);
+    assert_eq!(analysis(&window).calibration.quality.ridge.len(), 3);
+}
+
+#[test]
+fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::ComboBox, "Regressor");
+    click(&mut window, Role::Button, "Kernel");
+    assert_eq!(state(&window).settings.regressor, Regressor::Kernel);
+    assert!(has(&window, "Until it is trained"));
+    assert_eq!(analysis(&window).calibration.regressor, Regressor::Linear);
+    type_number(&mut window, "Landmarks", "20");
+    click(&mut window, Role::Button, "Train the kernel");
+    let trained = analysis(&window);
+    assert_eq!(trained.calibration.regressor, Regressor::Kernel);
+    assert!(trained.fitted && trained.traces.axes[0].band.is_some());
+    assert!(trained.calibration.quality.compensated.cv_rmse.is_some());
+    slide(&mut window, "F_th", 1.0);
+    assert!(has(&window, "belongs to other settings"));
+    assert_eq!(analysis(&window).calibration.regressor, Regressor::Linear);
+    slide(&mut window, "F_th", 3.0);
+    assert_eq!(analysis(&window).calibration.regressor, Regressor::Kernel);
+}
+
+#[test]
+fn a_training_that_cannot_begin_says_why() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::ComboBox, "Regressor");
+    click(&mut window, Role::Button, "Linear + kernel");
+    type_number(&mut window, "Landmarks", "2000");
+    click(&mut window, Role::Button, "Train the kernel");
+    told(&window, Level::Error, "take fewer landmarks");
+}
+
+#[test]
+fn the_comparison_fills_in_and_says_what_is_stale() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Compare");
+    assert!(has(&window, "not fitted"));
+    let rows = state(&window).comparison.rows.len();
+    assert_eq!(rows, 22);
+    click(&mut window, Role::CheckBox, "Network, none, B");
+    click(
+        &mut window,
+        Role::CheckBox,
+        "Network, F_th 3 N, t_th 15 s, B",
+    );
+    click(&mut window, Role::CheckBox, "Linear + network, none, B");
+    click(
+        &mut window,
+        Role::CheckBox,
+        "Linear + network, F_th 3 N, t_th 15 s, B",
+    );
+    click(&mut window, Role::Button, "Fit ticked rows");
+    let compared = |window: &Window| {
+        let rows = &state(window).comparison.rows;
+        let fresh =
+            |row: &&loopscope::app::Row| row.compared().is_some() && !row.is_stale(state(window));
+        rows.iter().filter(fresh).count()
+    };
+    assert_eq!(compared(&window), 6);
+    click(&mut window, Role::Button, "Fit ticked rows");
+    told(&window, Level::Info, "already has a result");
+    slide(&mut window, "F_th", 2.0);
+    assert_eq!(compared(&window), 4);
+    assert!(has(&window, "stale"));
+    click(&mut window, Role::Button, "Fit ticked rows");
+    assert_eq!(compared(&window), 6);
+
+    let path = files.path("table.csv");
+    type_into(&mut window, "CSV", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Save");
+    let table = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(table.lines().count(), 7);
+    assert!(table.starts_with("regressor,history,data,seconds,Fx [N] train"));
 }

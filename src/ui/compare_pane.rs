@@ -120,7 +120,7 @@ fn table(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn, out: &mut Vec<Comman
             {
                 out.push(Command::Comparison(ComparisonCommand::TickAll(all)));
             }
-            for title in ["Regressor", "History", "Data"] {
+            for title in ["Regressor", "History", "Data", "State"] {
                 ui.strong(title);
             }
             for axis in axes {
@@ -132,7 +132,6 @@ fn table(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn, out: &mut Vec<Comman
                         .on_hover_text("Root mean square over the axes");
                 }
             }
-            ui.strong("State");
             ui.end_row();
             for (at, row) in rows.iter().enumerate() {
                 table_row(ui, state, at, row, on, out);
@@ -176,6 +175,7 @@ fn table_row(
             _ => "Every tenth sample",
         });
     let stale = row.is_stale(state);
+    row_state(ui, row, stale);
     let axes = state.axes();
     let rmse = row.compared().and_then(|row| on.pick(row.scores()));
     let weak = ui.visuals().weak_text_color();
@@ -192,11 +192,15 @@ fn table_row(
             cell(rmse.and_then(|rmse| group.rmse(axes, rmse)));
         }
     }
+}
+
+/// Whether the row runs, holds, or failed.
+fn row_state(ui: &mut egui::Ui, row: &Row, stale: bool) {
     match (&row.running, &row.outcome) {
         (Some(report), _) => {
             ui.label(match report {
                 Some(report) => format!(
-                    "epoch {} of {}, {} left",
+                    "{} of {}, {}",
                     report.epoch,
                     report.epochs,
                     duration(report.time_left())

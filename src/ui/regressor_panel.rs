@@ -127,7 +127,11 @@ fn training(ui: &mut egui::Ui, state: &AppState, learner: Learner, out: &mut Vec
                 None => "training".to_owned(),
             });
         } else {
-            if ui.add_enabled(!fits, egui::Button::new("Train")).clicked() {
+            let label = match learner {
+                Learner::Network => "Train the network",
+                Learner::Kernel => "Train the kernel",
+            };
+            if ui.add_enabled(!fits, egui::Button::new(label)).clicked() {
                 out.push(Command::Training(TrainingCommand::Start));
             }
             let (color, text) = match (fits, &state.training.trained) {

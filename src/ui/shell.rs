@@ -18,6 +18,7 @@ use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::{RecordingSet, delimited, simulated};
 use crate::ui::dialogs::Reply;
+use crate::ui::status_line::Running;
 use crate::ui::trace_panes::{TracePanes, trace_panes};
 use crate::ui::{
     Dialogs, calibration_pane, compare_pane, errors_pane, menu, notices_panel, recordings_panel,
@@ -312,19 +313,10 @@ impl Shell {
         let state = &self.state;
         egui::Panel::top("menu").show(ui, |ui| menu::menu_bar(ui, state, out));
         egui::Panel::bottom("status").show(ui, |ui| {
-            let jobs = self
-                .reading
-                .iter()
-                .map(|job| (job.title.as_str(), &job.progress))
-                .chain(
-                    self.simulating
-                        .iter()
-                        .map(|job| (job.title.as_str(), &job.progress)),
-                )
-                .chain(
-                    (self.training.iter().chain(&self.comparing))
-                        .map(|job| (job.title.as_str(), &job.progress)),
-                );
+            let jobs = (self.reading.iter().map(Running::from))
+                .chain(self.simulating.iter().map(Running::from))
+                .chain(self.training.iter().map(Running::from))
+                .chain(self.comparing.iter().map(Running::from));
             status_line::status_line(ui, state, jobs, self.analysis.running(), out);
         });
         if !state.notices.is_empty() {

@@ -4,16 +4,34 @@ use std::time::Duration;
 
 use crate::app::{AppState, Command};
 use crate::progress::Progress;
-use crate::ui::numbers::significant;
+use crate::ui::numbers::{duration, significant};
+use crate::worker::Job;
 
 /// Work that ends sooner is not worth a word.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
+
+/// A job that runs.
+pub struct Running<'a> {
+    title: &'a str,
+    fraction: Option<f32>,
+    time_left: Option<Duration>,
+}
+
+impl<'a, A> From<&'a Job<A>> for Running<'a> {
+    fn from(job: &'a Job<A>) -> Self {
+        Self {
+            title: &job.title,
+            fraction: job.progress.fraction(),
+            time_left: job.time_left(),
+        }
+    }
+}
 
 /// Draws the line at the foot of the window.
 pub fn status_line<'a>(
     ui: &mut egui::Ui,
     state: &AppState,
-    jobs: impl Iterator<Item = (&'a str, &'a Progress)>,
+    jobs: impl Iterator<Item = Running<'a>>,
     refit: Option<(Progress, Duration)>,
     out: &mut Vec<Command>,
 ) {
@@ -25,11 +43,19 @@ pub fn status_line<'a>(
         if busy && ui.button("Cancel").clicked() {
             out.push(Command::Cancel);
         }
-        for (title, progress) in jobs {
+        for Running {
+            title,
+            fraction,
+            time_left,
+        } in jobs
+        {
             ui.spinner();
             ui.label(title);
-            if let Some(fraction) = progress.fraction() {
+            if let Some(fraction) = fraction {
                 bar(ui, title, fraction);
+            }
+            if let Some(time_left) = time_left {
+                ui.weak(format!("{} left", duration(time_left)));
             }
         }
         if let Some((progress, _)) = refit {
