@@ -86,6 +86,25 @@ impl Ground {
         }
     }
 
+    /// The training sums by recording, where there are two: blocks of the same recordings would know too much of each
+    /// other to say how strong a ridge a third one needs.
+    fn recordings_left_out(&self, sums: &[Vec<NormalEquations>]) -> Option<Vec<NormalEquations>> {
+        let training = self
+            .entries
+            .iter()
+            .zip(sums)
+            .filter(|(entry, _)| entry.role == Role::Train);
+        let whole: Vec<NormalEquations> = training
+            .filter_map(|(_, pieces)| {
+                let (first, others) = pieces.split_first()?;
+                let mut whole = first.clone();
+                others.iter().for_each(|piece| whole.add(piece));
+                Some(whole)
+            })
+            .collect();
+        (whole.len() == 2).then_some(whole)
+    }
+
     /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated).
     pub fn fit(
         &self,
@@ -106,7 +125,12 @@ impl Ground {
         let none = vec![0.0; design.n_columns() * n_axes];
         let strengths = match ridge {
             RidgeChoice::Strength(strength) => vec![strength; n_axes],
-            RidgeChoice::Auto => choose_ridge(&train, &parts, &all, &appended),
+            RidgeChoice::Auto => {
+                let parts = self
+                    .recordings_left_out(&of_recordings)
+                    .unwrap_or_else(|| parts.clone());
+                choose_ridge(&train, &parts, &all, &appended)
+            }
         };
         let mut found = fit_targets(&train, &all, &appended, &strengths);
         if found.rank == fit(&train, &present, Ridge::None).rank {

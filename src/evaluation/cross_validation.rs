@@ -100,12 +100,17 @@ fn summed(parts: &[Vec<f64>], n_axes: usize) -> Vec<f64> {
 
 /// Strengths of the ridge that are tried: none, ever stronger ones, and one that leaves nothing but the conventional
 /// calibration.
-pub const RIDGE_STRENGTHS: [f64; 10] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e9];
+pub const RIDGE_STRENGTHS: [f64; 12] = [
+    0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9,
+];
 
-/// For each axis the strength of the ridge on the marked columns that left-out parts are predicted best with.
+/// For each axis the strength of the ridge on the marked columns that left-out parts ask for: the strongest one that
+/// does no worse than the best within one standard error over the parts.
 ///
-/// With fewer than two parts nothing can be compared, and all strengths are zero. Scores of cross-validation with the
-/// strengths chosen by it are slightly too good: one number per axis was fitted to all parts.
+/// The error is that of the difference to the best, part by part, of the sums of squares. So where the parts disagree
+/// about what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing
+/// can be compared, and all strengths are zero. Scores of cross-validation with the strengths chosen by it are slightly
+/// too good: one number per axis was fitted to all parts.
 #[must_use]
 pub fn choose_ridge(
     total: &NormalEquations,
@@ -114,26 +119,44 @@ pub fn choose_ridge(
     columns: &[bool],
 ) -> Vec<f64> {
     let n_axes = total.n_targets();
-    let errors: Option<Vec<Vec<f64>>> = RIDGE_STRENGTHS
+    let squares: Option<Vec<Vec<Vec<f64>>>> = RIDGE_STRENGTHS
         .iter()
         .map(|&strength| {
             let ridge = Ridge::Relative { strength, columns };
-            let squares = left_out_squares(total, parts, |sums| fit(sums, used, ridge))?;
-            Some(summed(&squares, n_axes))
+            left_out_squares(total, parts, |sums| fit(sums, used, ridge))
         })
         .collect();
-    let Some(errors) = errors else {
+    let Some(squares) = squares else {
         return vec![0.0; n_axes];
     };
     (0..n_axes)
         .map(|axis| {
-            let best = RIDGE_STRENGTHS
-                .iter()
-                .zip(&errors)
-                .min_by(|(_, a), (_, b)| a[axis].total_cmp(&b[axis]));
-            best.map_or(0.0, |(strength, _)| *strength)
+            let of_parts = |at: usize| squares[at].iter().map(move |part| part[axis]);
+            let sum = |at: usize| of_parts(at).sum::<f64>();
+            let tried = 0..RIDGE_STRENGTHS.len();
+            let best = tried
+                .clone()
+                .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
+                .unwrap_or(0);
+            let chosen = tried.rev().find(|&at| {
+                let differences = of_parts(at)
+                    .zip(of_parts(best))
+                    .map(|(own, best)| own - best);
+                let (mean, error) = mean_and_standard_error(differences);
+                mean <= error
+            });
+            RIDGE_STRENGTHS[chosen.unwrap_or(best)]
         })
         .collect()
+}
+
+/// The mean of some values and its standard error; zero for a single value.
+fn mean_and_standard_error(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+    let variance = squares / (n - 1.0).max(1.0);
+    (mean, (variance / n).sqrt())
 }
 
 #[cfg(test)]
