@@ -26,6 +26,7 @@ mod error;
 mod fitted;
 mod passes;
 mod predict;
+mod product;
 mod samples;
 mod settings;
 mod training;

@@ -216,43 +216,54 @@ impl<'a> Standard<'a> {
     }
 }
 
-/// The squared error of a block, and how it changes with each output.
-struct Objective {
+/// A block of samples on its way through the network, and how far off its outputs are.
+struct Block {
+    forward: Forward<f32>,
+    /// `capacity × n_targets`, row-major.
+    targets: Vec<f32>,
     /// One per target; zero for a constant one, which needs no learning.
     weights: Vec<f32>,
-    /// One sample's targets.
-    targets: Vec<f32>,
 }
 
-impl Objective {
-    fn new(targets: &Scale) -> Self {
+impl Block {
+    fn new(shape: &Shape, capacity: usize, targets: &Scale) -> Self {
         let weight = |&spread: &f64| if spread > 0.0 { 1.0 } else { 0.0 };
         Self {
+            forward: Forward::new(shape, capacity),
+            targets: vec![0.0; capacity * shape.n_outputs()],
             weights: targets.spread.iter().map(weight).collect(),
-            targets: vec![0.0; targets.spread.len()],
         }
     }
 
-    /// The summed loss of samples `samples`, whose outputs these are; `error` sees every weighted difference.
+    /// Takes samples in, no more than the capacity.
+    fn fill(&mut self, from: &Standard, samples: impl Iterator<Item = usize> + Clone) {
+        from.inputs.touch(samples.clone());
+        from.targets.touch(samples.clone());
+        let targets = self.targets.chunks_exact_mut(self.weights.len());
+        for ((inputs, targets), k) in self.forward.inputs().zip(targets).zip(samples) {
+            from.inputs.write_row(k, inputs);
+            from.targets.write_row(k, targets);
+        }
+    }
+
+    /// The summed loss of the first `n_samples` samples; `error` gets the weighted difference of every output.
     fn loss(
         &mut self,
-        targets: &Standardised,
-        samples: impl Iterator<Item = usize>,
-        outputs: &[f32],
+        parameters: &[f32],
+        n_samples: usize,
         mut error: impl FnMut(usize, f32),
     ) -> f64 {
-        let mut loss = 0.0;
         let width = self.weights.len();
-        for (row, (k, outputs)) in samples.zip(outputs.chunks_exact(width)).enumerate() {
-            targets.write_row(k, &mut self.targets);
-            let columns = outputs.iter().zip(&self.targets).zip(&self.weights);
-            for (at, ((output, target), weight)) in columns.enumerate() {
-                let difference = (output - target) * weight;
-                loss += f64::from(difference) * f64::from(difference);
+        let outputs = self.forward.run(parameters, n_samples).chunks_exact(width);
+        let mut losses = vec![0.0; width];
+        for (row, (outputs, targets)) in outputs.zip(self.targets.chunks_exact(width)).enumerate() {
+            for at in 0..width {
+                let difference = (outputs[at] - targets[at]) * self.weights[at];
+                losses[at] += f64::from(difference) * f64::from(difference);
                 error(row * width + at, difference);
             }
         }
-        loss
+        losses.iter().sum()
     }
 }
 
@@ -262,12 +273,11 @@ struct Training<'a> {
     progress: &'a Progress,
     shape: Shape,
     train: Standard<'a>,
-    held_out: Option<(Standard<'a>, Forward<f32>)>,
-    objective: Objective,
+    held_out: Option<(Standard<'a>, Block)>,
     parameters: Vec<f32>,
     gradient: Vec<f32>,
     adam: Adam,
-    forward: Forward<f32>,
+    block: Block,
     backward: Backward<f32>,
     /// All training samples, in the order of the present epoch.
     order: Vec<usize>,
@@ -284,7 +294,7 @@ impl<'a> Training<'a> {
     ) -> Self {
         let shape = Shape::new(train.n_inputs(), &settings.hidden, train.n_targets());
         let n = train.n_samples();
-        let forward = Forward::new(&shape, settings.batch.min(n));
+        let block = Block::new(&shape, settings.batch.min(n), targets);
         let batches = n.div_ceil(settings.batch) as u64;
         progress.add_total(batches.saturating_mul(settings.epochs as u64));
         Self {
@@ -292,18 +302,17 @@ impl<'a> Training<'a> {
             progress,
             train: Standard::new(train, inputs, targets),
             held_out: held_out.map(|samples| {
-                let block = HELD_OUT_BLOCK.min(samples.n_samples());
+                let capacity = HELD_OUT_BLOCK.min(samples.n_samples());
                 (
                     Standard::new(samples, inputs, targets),
-                    Forward::new(&shape, block),
+                    Block::new(&shape, capacity, targets),
                 )
             }),
-            objective: Objective::new(targets),
             parameters: first_parameters(&shape, settings.seed),
             gradient: vec![0.0; shape.n_parameters()],
             adam: Adam::new(shape.n_parameters()),
-            backward: Backward::new(&forward),
-            forward,
+            backward: Backward::new(&block.forward),
+            block,
             order: (0..n).collect(),
             shape,
         }
@@ -314,7 +323,7 @@ impl<'a> Training<'a> {
         self.progress.check()?;
         Random::new(self.settings.seed, &[ORDER, epoch as u64]).shuffle(&mut self.order);
         let n = self.order.len();
-        let batch = self.forward.capacity();
+        let batch = self.block.forward.capacity();
         let n_batches = n.div_ceil(batch);
         let mut loss = 0.0;
         for (at, start) in (0..n).step_by(batch).enumerate() {
@@ -335,40 +344,30 @@ impl<'a> Training<'a> {
     fn step(&mut self, start: usize, end: usize, rate: f64) -> f64 {
         let samples = &self.order[start..end];
         let m = samples.len();
-        for (column, &k) in self.forward.inputs().zip(samples) {
-            self.train.inputs.write_row(k, column);
-        }
-        let outputs = self.forward.run(&self.parameters, m);
+        self.block.fill(&self.train, samples.iter().copied());
         let slopes = self.backward.output_slopes();
         let factor = 2.0 / m as f32;
-        let loss = self.objective.loss(
-            &self.train.targets,
-            samples.iter().copied(),
-            outputs,
-            |at, difference| slopes[at] = factor * difference,
-        );
+        let loss = self.block.loss(&self.parameters, m, |at, difference| {
+            slopes[at] = factor * difference;
+        });
         self.backward
-            .run(&self.forward, &self.parameters, m, &mut self.gradient);
+            .run(&self.block.forward, &self.parameters, m, &mut self.gradient);
         self.adam.step(&mut self.parameters, &self.gradient, rate);
         loss
     }
 
     fn held_out_loss(&mut self) -> Result<Option<f64>, Cancelled> {
-        let Some((samples, forward)) = &mut self.held_out else {
+        let Some((samples, block)) = &mut self.held_out else {
             return Ok(None);
         };
         let n = samples.n_samples();
+        let capacity = block.forward.capacity();
         let mut loss = 0.0;
-        for start in (0..n).step_by(forward.capacity()) {
+        for start in (0..n).step_by(capacity) {
             self.progress.check()?;
-            let rows = start..(start + forward.capacity()).min(n);
-            for (column, k) in forward.inputs().zip(rows.clone()) {
-                samples.inputs.write_row(k, column);
-            }
-            let outputs = forward.run(&self.parameters, rows.len());
-            loss += self
-                .objective
-                .loss(&samples.targets, rows, outputs, |_, _| {});
+            let rows = start..(start + capacity).min(n);
+            block.fill(samples, rows.clone());
+            loss += block.loss(&self.parameters, rows.len(), |_, _| {});
         }
         Ok(Some(loss / n as f64))
     }
