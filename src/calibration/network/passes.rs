@@ -1,6 +1,6 @@
 //! A network's two passes over a block of samples: forward to the outputs, backward to the gradient.
 //!
-//! Guarantees: all memory is taken beforehand; every product runs on the calling thread; a value that is not a number
+//! Guarantees: memory for the values is taken beforehand; every product runs on the calling thread; a value that is not a number
 //! stays one through the rectifier, so it reaches the loss.
 //!
 //! Layout: a block is a matrix with one column per sample. Behind the units of every layer but the last stands a unit
@@ -162,7 +162,7 @@ impl<T: Real> Backward<T> {
                     View::new(weights, fan_out, fan_in, fan_out).transpose(),
                     slopes,
                 );
-                pulp::Arch::new().dispatch(Block {
+                pulp::Arch::new().dispatch(Gate {
                     slopes: earlier,
                     values,
                 });
@@ -195,12 +195,12 @@ impl<T: Real> pulp::WithSimd for Rectify<'_, T> {
 }
 
 /// Sets the slopes of units at rest to zero: a rectifier blocks them.
-struct Block<'a, T> {
+struct Gate<'a, T> {
     slopes: &'a mut [T],
     values: &'a [T],
 }
 
-impl<T: Real> pulp::WithSimd for Block<'_, T> {
+impl<T: Real> pulp::WithSimd for Gate<'_, T> {
     type Output = ();
 
     #[inline(always)]

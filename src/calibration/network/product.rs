@@ -1,6 +1,6 @@
 //! Matrix products that never leave the calling thread: faer's, and a kernel of our own for the rows it is slow at.
 //!
-//! Guarantees: the same numbers on every call; no memory is taken but a few kilobytes of stack.
+//! Guarantees: the same numbers on every call, on the same kind of processor; no value between columns is written.
 //!
 //! Faer works on 16 rows of single precision at a time. Of a layer of 100 units it so wastes the larger part of the
 //! last 16, and the waits between dependent sums show, since few are left to do side by side. The few rows beyond a
