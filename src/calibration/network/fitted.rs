@@ -6,7 +6,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::NetworkError;
-use super::passes::{Real, Shape};
+use super::passes::Shape;
+use super::product::Real;
 use super::samples::Scale;
 
 /// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.

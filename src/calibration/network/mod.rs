@@ -1,7 +1,7 @@
 //! The neural network: standardised features → rectified hidden layers → standardised load.
 //!
-//! Guarantees: the same samples, settings and seed give the same network, whatever else the machine does (one network
-//! is trained on one thread; two are trained on two); a network that comes out of training has only finite numbers; a
+//! Guarantees: the same samples, settings and seed give the same network on the same kind of processor, whatever else
+//! the machine does (a network is trained on one thread; train several on several); a network that comes out of training has only finite numbers; a
 //! cancelled training keeps the best network it had; nothing that is not a number is ever learned from or swallowed.
 //!
 //! ```
@@ -22,10 +22,12 @@
 //! ```
 
 mod adam;
+mod epochs;
 mod error;
 mod fitted;
 mod passes;
 mod predict;
+mod product;
 mod samples;
 mod settings;
 mod training;

@@ -1,6 +1,6 @@
 //! A network's two passes over a block of samples: forward to the outputs, backward to the gradient.
 //!
-//! Guarantees: all memory is taken beforehand; every product runs on the calling thread; a value that is not a number
+//! Guarantees: memory for the values is taken beforehand; every product runs on the calling thread; a value that is not a number
 //! stays one through the rectifier, so it reaches the loss.
 //!
 //! Layout: a block is a matrix with one column per sample. Behind the units of every layer but the last stands a unit
@@ -8,13 +8,7 @@
 
 use std::ops::Range;
 
-use faer::linalg::matmul::matmul;
-use faer::traits::RealField;
-use faer::{Accum, MatMut, MatRef, Par};
-
-/// A precision that a network can be computed in.
-pub(super) trait Real: RealField + Copy + PartialOrd + From<f32> {}
-impl<T: RealField + Copy + PartialOrd + From<f32>> Real for T {}
+use super::product::{Out, Real, View};
 
 /// How many units each layer has, inputs and outputs included; always two layers or more.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,24 +57,6 @@ impl Shape {
     }
 }
 
-/// The first `n_rows` rows of a block.
-fn block<T: Real>(values: &[T], n_rows: usize, n_samples: usize, stride: usize) -> MatRef<'_, T> {
-    MatRef::from_column_major_slice_with_stride(values, n_rows, n_samples, stride)
-}
-
-fn block_mut<T: Real>(
-    values: &mut [T],
-    n_rows: usize,
-    n_samples: usize,
-    stride: usize,
-) -> MatMut<'_, T> {
-    MatMut::from_column_major_slice_with_stride_mut(values, n_rows, n_samples, stride)
-}
-
-fn product<T: Real>(out: MatMut<'_, T>, left: MatRef<'_, T>, right: MatRef<'_, T>) {
-    matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
-}
-
 /// What every layer makes of up to `capacity` samples.
 #[derive(Clone, Debug)]
 pub(super) struct Forward<T> {
@@ -124,10 +100,10 @@ impl<T: Real> Forward<T> {
             let (before, after) = self.blocks.split_at_mut(layer + 1);
             let stride = shape.stride(layer + 1);
             let out = &mut after[0][..stride * n_samples];
-            product(
-                block_mut(out, fan_out, n_samples, stride),
-                block(weights, fan_out, fan_in + 1, fan_out),
-                block(&before[layer], fan_in + 1, n_samples, fan_in + 1),
+            T::product(
+                Out::new(out, fan_out, n_samples, stride),
+                View::new(weights, fan_out, fan_in + 1, fan_out),
+                View::new(&before[layer], fan_in + 1, n_samples, fan_in + 1),
             );
             if layer + 1 < shape.n_layers() {
                 pulp::Arch::new().dispatch(Rectify(out));
@@ -169,33 +145,39 @@ impl<T: Real> Backward<T> {
         for layer in (0..shape.n_layers()).rev() {
             let (fan_in, fan_out) = (shape.fan_in(layer), shape.fan_out(layer));
             let (before, after) = self.slopes.split_at_mut(layer + 1);
-            let slopes = block(&after[0], fan_out, n_samples, shape.stride(layer + 1));
+            let stride = shape.stride(layer + 1);
+            let slopes = View::new(&after[0], fan_out, n_samples, stride);
             let values = &forward.blocks[layer][..(fan_in + 1) * n_samples];
-            product(
-                block_mut(
-                    &mut gradient[shape.parameters(layer)],
-                    fan_out,
-                    fan_in + 1,
-                    fan_out,
-                ),
+            let gradient = &mut gradient[shape.parameters(layer)];
+            T::product(
+                Out::new(gradient, fan_out, fan_in + 1, fan_out),
                 slopes,
-                block(values, fan_in + 1, n_samples, fan_in + 1).transpose(),
+                View::new(values, fan_in + 1, n_samples, fan_in + 1).transpose(),
             );
             if layer > 0 {
                 let weights = &parameters[shape.parameters(layer)];
                 let earlier = &mut before[layer][..values.len()];
-                product(
-                    block_mut(earlier, fan_in, n_samples, fan_in + 1),
-                    block(weights, fan_out, fan_in, fan_out).transpose(),
+                T::product(
+                    Out::new(earlier, fan_in, n_samples, fan_in + 1),
+                    View::new(weights, fan_out, fan_in, fan_out).transpose(),
                     slopes,
                 );
-                pulp::Arch::new().dispatch(Block {
+                pulp::Arch::new().dispatch(Gate {
                     slopes: earlier,
                     values,
                 });
             }
         }
     }
+}
+
+/// One for a unit at work, zero for one at rest.
+///
+/// A factor, unlike `max`, lets what is no number pass; and unlike a condition it becomes no masked store, which some
+/// processors are slow at.
+#[inline(always)]
+fn switch<T: Real>(value: T) -> T {
+    T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })
 }
 
 /// Sets what is below zero to zero.
@@ -206,28 +188,25 @@ impl<T: Real> pulp::WithSimd for Rectify<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let zero = T::from(0.0);
         for value in self.0 {
-            // Not `max`, which would swallow what is not a number.
-            *value = if *value < zero { zero } else { *value };
+            *value *= switch(*value);
         }
     }
 }
 
 /// Sets the slopes of units at rest to zero: a rectifier blocks them.
-struct Block<'a, T> {
+struct Gate<'a, T> {
     slopes: &'a mut [T],
     values: &'a [T],
 }
 
-impl<T: Real> pulp::WithSimd for Block<'_, T> {
+impl<T: Real> pulp::WithSimd for Gate<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let zero = T::from(0.0);
         for (slope, value) in self.slopes.iter_mut().zip(self.values) {
-            *slope = if *value > zero { *slope } else { zero };
+            *slope *= switch(*value);
         }
     }
 }

@@ -1,24 +1,13 @@
-//! Training: mini-batches in a new order every epoch, Adam under a falling rate, the best network kept.
+//! Training from the outside: what goes in, what is reported, and which network comes out.
 //!
-//! Guarantees: cancelling is answered within one batch or one block of held-out samples; a loss that is not finite
-//! ends the training with an error.
+//! Guarantees: the network that comes out is the best of the epochs that were done, also after a cancel; a loss that
+//! is not finite ends the training with an error.
 
-use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
-use super::adam::Adam;
-use super::passes::{Backward, Forward, Shape};
-use super::samples::{Scale, Standardised};
+use super::epochs::{Losses, Training};
 use super::{Network, NetworkError, NetworkSettings, Samples};
-use crate::progress::{Cancelled, Progress};
-use crate::random::Random;
-
-/// Held-out samples that go through the network together.
-const HELD_OUT_BLOCK: usize = 256;
-
-/// The streams of random numbers that belong to one seed.
-const WEIGHTS: u64 = 1;
-const ORDER: u64 = 2;
+use crate::progress::Progress;
 
 /// What an epoch came to.
 ///
@@ -163,13 +152,6 @@ fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), Netw
     Ok(())
 }
 
-/// Mean losses per sample.
-#[derive(Clone, Copy, Debug)]
-struct Losses {
-    train: f64,
-    held_out: Option<f64>,
-}
-
 /// The best network so far.
 struct Best {
     epoch: usize,
@@ -197,219 +179,10 @@ impl Best {
     }
 }
 
-/// Samples as the network sees them.
-struct Standard<'a> {
-    inputs: Standardised<'a>,
-    targets: Standardised<'a>,
-}
-
-impl<'a> Standard<'a> {
-    fn new(samples: &'a Samples, inputs: &Scale, targets: &Scale) -> Self {
-        Self {
-            inputs: samples.inputs.standardised(inputs),
-            targets: samples.targets.standardised(targets),
-        }
-    }
-
-    fn n_samples(&self) -> usize {
-        self.inputs.n_rows()
-    }
-}
-
-/// The squared error of a block, and how it changes with each output.
-struct Objective {
-    /// One per target; zero for a constant one, which needs no learning.
-    weights: Vec<f32>,
-    /// One sample's targets.
-    targets: Vec<f32>,
-}
-
-impl Objective {
-    fn new(targets: &Scale) -> Self {
-        let weight = |&spread: &f64| if spread > 0.0 { 1.0 } else { 0.0 };
-        Self {
-            weights: targets.spread.iter().map(weight).collect(),
-            targets: vec![0.0; targets.spread.len()],
-        }
-    }
-
-    /// The summed loss of samples `samples`, whose outputs these are; `error` sees every weighted difference.
-    fn loss(
-        &mut self,
-        targets: &Standardised,
-        samples: impl Iterator<Item = usize>,
-        outputs: &[f32],
-        mut error: impl FnMut(usize, f32),
-    ) -> f64 {
-        let mut loss = 0.0;
-        let width = self.weights.len();
-        for (row, (k, outputs)) in samples.zip(outputs.chunks_exact(width)).enumerate() {
-            targets.write_row(k, &mut self.targets);
-            let columns = outputs.iter().zip(&self.targets).zip(&self.weights);
-            for (at, ((output, target), weight)) in columns.enumerate() {
-                let difference = (output - target) * weight;
-                loss += f64::from(difference) * f64::from(difference);
-                error(row * width + at, difference);
-            }
-        }
-        loss
-    }
-}
-
-/// Everything that changes while a network learns.
-struct Training<'a> {
-    settings: &'a NetworkSettings,
-    progress: &'a Progress,
-    shape: Shape,
-    train: Standard<'a>,
-    held_out: Option<(Standard<'a>, Forward<f32>)>,
-    objective: Objective,
-    parameters: Vec<f32>,
-    gradient: Vec<f32>,
-    adam: Adam,
-    forward: Forward<f32>,
-    backward: Backward<f32>,
-    /// All training samples, in the order of the present epoch.
-    order: Vec<usize>,
-}
-
-impl<'a> Training<'a> {
-    fn new(
-        train: &'a Samples,
-        held_out: Option<&'a Samples>,
-        inputs: &Scale,
-        targets: &Scale,
-        settings: &'a NetworkSettings,
-        progress: &'a Progress,
-    ) -> Self {
-        let shape = Shape::new(train.n_inputs(), &settings.hidden, train.n_targets());
-        let n = train.n_samples();
-        let forward = Forward::new(&shape, settings.batch.min(n));
-        let batches = n.div_ceil(settings.batch) as u64;
-        progress.add_total(batches.saturating_mul(settings.epochs as u64));
-        Self {
-            settings,
-            progress,
-            train: Standard::new(train, inputs, targets),
-            held_out: held_out.map(|samples| {
-                let block = HELD_OUT_BLOCK.min(samples.n_samples());
-                (
-                    Standard::new(samples, inputs, targets),
-                    Forward::new(&shape, block),
-                )
-            }),
-            objective: Objective::new(targets),
-            parameters: first_parameters(&shape, settings.seed),
-            gradient: vec![0.0; shape.n_parameters()],
-            adam: Adam::new(shape.n_parameters()),
-            backward: Backward::new(&forward),
-            forward,
-            order: (0..n).collect(),
-            shape,
-        }
-    }
-
-    /// One epoch, counted from zero.
-    fn epoch(&mut self, epoch: usize) -> Result<Losses, Cancelled> {
-        self.progress.check()?;
-        Random::new(self.settings.seed, &[ORDER, epoch as u64]).shuffle(&mut self.order);
-        let n = self.order.len();
-        let batch = self.forward.capacity();
-        let n_batches = n.div_ceil(batch);
-        let mut loss = 0.0;
-        for (at, start) in (0..n).step_by(batch).enumerate() {
-            self.progress.check()?;
-            let done = epoch as f64 + at as f64 / n_batches as f64;
-            let fraction = done / self.settings.epochs as f64;
-            let rate = self.settings.learning_rate * 0.5 * (1.0 + (PI * fraction).cos());
-            loss += self.step(start, (start + batch).min(n), rate);
-            self.progress.advance(1);
-        }
-        Ok(Losses {
-            train: loss / n as f64,
-            held_out: self.held_out_loss()?,
-        })
-    }
-
-    /// One step on the samples `order[start..end]`; their summed loss before it.
-    fn step(&mut self, start: usize, end: usize, rate: f64) -> f64 {
-        let samples = &self.order[start..end];
-        let m = samples.len();
-        for (column, &k) in self.forward.inputs().zip(samples) {
-            self.train.inputs.write_row(k, column);
-        }
-        let outputs = self.forward.run(&self.parameters, m);
-        let slopes = self.backward.output_slopes();
-        let factor = 2.0 / m as f32;
-        let loss = self.objective.loss(
-            &self.train.targets,
-            samples.iter().copied(),
-            outputs,
-            |at, difference| slopes[at] = factor * difference,
-        );
-        self.backward
-            .run(&self.forward, &self.parameters, m, &mut self.gradient);
-        self.adam.step(&mut self.parameters, &self.gradient, rate);
-        loss
-    }
-
-    fn held_out_loss(&mut self) -> Result<Option<f64>, Cancelled> {
-        let Some((samples, forward)) = &mut self.held_out else {
-            return Ok(None);
-        };
-        let n = samples.n_samples();
-        let mut loss = 0.0;
-        for start in (0..n).step_by(forward.capacity()) {
-            self.progress.check()?;
-            let rows = start..(start + forward.capacity()).min(n);
-            for (column, k) in forward.inputs().zip(rows.clone()) {
-                samples.inputs.write_row(k, column);
-            }
-            let outputs = forward.run(&self.parameters, rows.len());
-            loss += self
-                .objective
-                .loss(&samples.targets, rows, outputs, |_, _| {});
-        }
-        Ok(Some(loss / n as f64))
-    }
-
-    /// Refuses losses and parameters that are not finite; `epoch` is counted from one.
-    fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
-        // A last step may spoil the parameters after the loss was taken.
-        let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
-        let which = match losses.held_out {
-            _ if !sound => "training",
-            Some(held_out) if !held_out.is_finite() => "held-out",
-            _ => return Ok(()),
-        };
-        Err(NetworkError::Diverged {
-            which,
-            epoch,
-            learning_rate: self.settings.learning_rate,
-        })
-    }
-}
-
-/// Weights uniform with the variance 2 / fan-in, biases zero.
-///
-/// **Source** He et al. 2015, equation 10.
-fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
-    let mut parameters = vec![0.0; shape.n_parameters()];
-    for layer in 0..shape.n_layers() {
-        let mut random = Random::new(seed, &[WEIGHTS, layer as u64]);
-        let fan_in = shape.fan_in(layer);
-        let bound = (6.0 / fan_in as f64).sqrt();
-        let n_weights = fan_in * shape.fan_out(layer);
-        for weight in &mut parameters[shape.parameters(layer)][..n_weights] {
-            *weight = random.between(-bound, bound) as f32;
-        }
-    }
-    parameters
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     /// `n` samples of two inputs in −1..1 and the targets that `target` makes of them.
     fn samples<const T: usize>(
@@ -600,31 +373,6 @@ mod tests {
         match Network::train(train, held_out, settings, &progress, &mut |_| {}) {
             Err(NetworkError::Diverged { which, .. }) => which,
             other => panic!("{:?}", other.map(|trained| trained.train_loss)),
-        }
-    }
-
-    /// A weight that has overflowed, or weights so large that the outputs do, reach the loss of the same epoch.
-    #[test]
-    fn a_training_that_blows_up_says_so() {
-        let samples = samples(30, 1, curved);
-        let scale =
-            |table: &super::super::samples::Table| table.measure(&Progress::default()).unwrap();
-        let (inputs, targets) = (scale(&samples.inputs), scale(&samples.targets));
-        let (settings, progress) = (settings(9), Progress::default());
-        for spoil in [|p: &mut f32| *p = f32::INFINITY, |p: &mut f32| *p *= 1e30] {
-            let mut training =
-                Training::new(&samples, None, &inputs, &targets, &settings, &progress);
-            training.parameters.iter_mut().take(100).for_each(spoil);
-            let losses = training.epoch(0).unwrap();
-            let error = training.check(losses, 1).unwrap_err();
-            assert!(matches!(
-                error,
-                NetworkError::Diverged {
-                    which: "training",
-                    epoch: 1,
-                    ..
-                }
-            ));
         }
     }
 

@@ -1,0 +1,341 @@
+//! Matrix products that never leave the calling thread: faer's, and a kernel of our own for the rows it is slow at.
+//!
+//! Guarantees: the same numbers on every call, on the same kind of processor; no value between columns is written.
+//!
+//! Faer works on 16 rows of single precision at a time. Of a layer of 100 units it so wastes the larger part of the
+//! last 16, and the waits between dependent sums show, since few are left to do side by side. The few rows beyond a
+//! multiple of 16 are therefore done here, ten columns at once.
+
+use faer::linalg::matmul::matmul;
+use faer::traits::RealField;
+use faer::{Accum, MatMut, MatRef, Par};
+
+/// A precision that a network can be computed in.
+pub(super) trait Real: RealField + Copy + PartialOrd + From<f32> {
+    /// `out = left · right`.
+    fn product(out: Out<Self>, left: View<Self>, right: View<Self>);
+}
+
+impl Real for f64 {
+    fn product(out: Out<Self>, left: View<Self>, right: View<Self>) {
+        by_faer(out, left, right);
+    }
+}
+
+impl Real for f32 {
+    fn product(mut out: Out<Self>, left: View<Self>, right: View<Self>) {
+        let edge = out.n_rows % ROWS_OF_FAER;
+        if edge == 0 || edge > LANES {
+            by_faer(out, left, right);
+            return;
+        }
+        let bulk = out.n_rows - edge;
+        if bulk > 0 {
+            by_faer(out.first_rows(bulk), left.first_rows(bulk), right);
+        }
+        pulp::Arch::new().dispatch(Edge {
+            out,
+            left,
+            right,
+            first_row: bulk,
+        });
+    }
+}
+
+fn by_faer<T: Real>(out: Out<T>, left: View<T>, right: View<T>) {
+    let out = MatMut::from_column_major_slice_with_stride_mut(
+        out.values,
+        out.n_rows,
+        out.n_columns,
+        out.stride,
+    );
+    let (left, right) = (left.to_faer(), right.to_faer());
+    matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
+}
+
+/// A matrix to read: its columns stand `stride` apart, or if it is transposed, its rows do.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a, T> {
+    values: &'a [T],
+    n_rows: usize,
+    n_columns: usize,
+    stride: usize,
+    transposed: bool,
+}
+
+impl<'a, T: Real> View<'a, T> {
+    pub(super) fn new(values: &'a [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
+        Self {
+            values,
+            n_rows,
+            n_columns,
+            stride,
+            transposed: false,
+        }
+    }
+
+    pub(super) fn transpose(self) -> Self {
+        Self {
+            n_rows: self.n_columns,
+            n_columns: self.n_rows,
+            transposed: !self.transposed,
+            ..self
+        }
+    }
+
+    fn first_rows(self, n_rows: usize) -> Self {
+        Self { n_rows, ..self }
+    }
+
+    fn to_faer(self) -> MatRef<'a, T> {
+        let of = |n_rows, n_columns| {
+            MatRef::from_column_major_slice_with_stride(self.values, n_rows, n_columns, self.stride)
+        };
+        if self.transposed {
+            of(self.n_columns, self.n_rows).transpose()
+        } else {
+            of(self.n_rows, self.n_columns)
+        }
+    }
+}
+
+/// A matrix to write: its columns stand `stride` apart, and what is between them stays as it is.
+pub(super) struct Out<'a, T> {
+    values: &'a mut [T],
+    n_rows: usize,
+    n_columns: usize,
+    stride: usize,
+}
+
+impl<'a, T> Out<'a, T> {
+    pub(super) fn new(values: &'a mut [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
+        Self {
+            values,
+            n_rows,
+            n_columns,
+            stride,
+        }
+    }
+
+    fn first_rows(&mut self, n_rows: usize) -> Out<'_, T> {
+        Out {
+            values: &mut *self.values,
+            n_rows,
+            ..*self
+        }
+    }
+}
+
+/// Rows that faer works on at a time, with the widest registers.
+const ROWS_OF_FAER: usize = 16;
+/// Rows that the kernel works on at a time: all it gets.
+const LANES: usize = 8;
+/// Columns side by side: their sums stay in registers, and are enough to hide that a sum waits for the one before.
+const COLUMNS: usize = 10;
+/// How many products are summed before the sums go to memory; so much of the left matrix is laid out anew at a time.
+const DEPTH: usize = 256;
+
+/// One number per row.
+type Lanes = [f32; LANES];
+
+/// The rows of a product from `first_row` on, at most [`LANES`].
+///
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct Edge<'a> {
+    out: Out<'a, f32>,
+    left: View<'a, f32>,
+    right: View<'a, f32>,
+    first_row: usize,
+}
+
+impl pulp::WithSimd for Edge<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+        let mut panel = [[0.0; LANES]; DEPTH];
+        let depth = self.left.n_columns;
+        for start in (0..depth).step_by(DEPTH) {
+            let panel = &mut panel[..(depth - start).min(DEPTH)];
+            self.lay_out(start, panel);
+            let n_columns = self.out.n_columns;
+            let whole = n_columns - n_columns % COLUMNS;
+            for column in (0..whole).step_by(COLUMNS) {
+                self.columns::<COLUMNS>(start, panel, column);
+            }
+            for column in whole..n_columns {
+                self.columns::<1>(start, panel, column);
+            }
+        }
+    }
+}
+
+impl Edge<'_> {
+    /// Writes the left matrix' columns from `start` on, one after another; lanes beyond the last row hold anything.
+    #[inline(always)]
+    fn lay_out(&self, start: usize, panel: &mut [Lanes]) {
+        let View { values, stride, .. } = self.left;
+        let n_rows = self.out.n_rows - self.first_row;
+        if self.left.transposed {
+            for lane in 0..n_rows {
+                let row = &values[(self.first_row + lane) * stride + start..][..panel.len()];
+                for (lanes, value) in panel.iter_mut().zip(row) {
+                    lanes[lane] = *value;
+                }
+            }
+        } else {
+            for (k, lanes) in panel.iter_mut().enumerate() {
+                let column = &values[(start + k) * stride + self.first_row..];
+                match column.first_chunk() {
+                    Some(all) => *lanes = *all,
+                    None => lanes[..n_rows].copy_from_slice(&column[..n_rows]),
+                }
+            }
+        }
+    }
+
+    /// Adds up `N` columns, or what the panel has of them.
+    #[inline(always)]
+    fn columns<const N: usize>(&mut self, start: usize, panel: &[Lanes], first: usize) {
+        let View { values, stride, .. } = self.right;
+        let sums: [Lanes; N] = if self.right.transposed {
+            sums_over_rows(panel, &values[start * stride + first..], stride)
+        } else {
+            sums_over_columns(panel, &values[first * stride + start..], stride)
+        };
+        let n_rows = self.out.n_rows - self.first_row;
+        for (column, sums) in sums.iter().enumerate() {
+            let at = (first + column) * self.out.stride + self.first_row;
+            let out = &mut self.out.values[at..][..n_rows];
+            for (lane, sum) in sums.iter().enumerate() {
+                if let Some(out) = out.get_mut(lane) {
+                    *out = if start == 0 { *sum } else { *out + sum };
+                }
+            }
+        }
+    }
+}
+
+/// `N` columns of the product with a matrix whose columns stand `stride` apart.
+#[inline(always)]
+fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
+    let columns: [&[f32]; N] = std::array::from_fn(|at| &right[at * stride..][..panel.len()]);
+    let mut sums = [[0.0; LANES]; N];
+    for (k, lanes) in panel.iter().enumerate() {
+        for column in 0..N {
+            add_product(&mut sums[column], lanes, columns[column][k]);
+        }
+    }
+    sums
+}
+
+/// `N` columns of the product with a matrix whose rows stand `stride` apart.
+#[inline(always)]
+fn sums_over_rows<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
+    let mut sums = [[0.0; LANES]; N];
+    for (lanes, row) in panel.iter().zip(right.chunks(stride)) {
+        let row: &[f32; N] = row.first_chunk().expect("the right matrix is whole");
+        for column in 0..N {
+            add_product(&mut sums[column], lanes, row[column]);
+        }
+    }
+    sums
+}
+
+#[inline(always)]
+fn add_product(sum: &mut Lanes, left: &Lanes, right: f32) {
+    for lane in 0..LANES {
+        sum[lane] = left[lane].mul_add(right, sum[lane]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A matrix of whole numbers with no simple relation and gaps that must not be read.
+    struct Stored {
+        values: Vec<f32>,
+        n_rows: usize,
+        n_columns: usize,
+        transposed: bool,
+    }
+
+    impl Stored {
+        fn new(n_rows: usize, n_columns: usize, transposed: bool) -> Self {
+            let (tall, wide) = if transposed {
+                (n_columns, n_rows)
+            } else {
+                (n_rows, n_columns)
+            };
+            let number = |at: usize| ((at * 37 + tall) % 23) as f32 - 11.0;
+            let in_column = |at: usize| at % (tall + 3) < tall;
+            let values = (0..wide * (tall + 3))
+                .map(|at| if in_column(at) { number(at) } else { f32::NAN })
+                .collect();
+            Self {
+                values,
+                n_rows: tall,
+                n_columns: wide,
+                transposed,
+            }
+        }
+
+        fn view(&self) -> View<'_, f32> {
+            let view = View::new(&self.values, self.n_rows, self.n_columns, self.n_rows + 3);
+            if self.transposed {
+                view.transpose()
+            } else {
+                view
+            }
+        }
+
+        fn at(&self, row: usize, column: usize) -> f32 {
+            let (i, j) = if self.transposed {
+                (column, row)
+            } else {
+                (row, column)
+            };
+            self.values[j * (self.n_rows + 3) + i]
+        }
+    }
+
+    fn check(n_rows: usize, depth: usize, n_columns: usize, transposed: [bool; 2]) {
+        let left = Stored::new(n_rows, depth, transposed[0]);
+        let right = Stored::new(depth, n_columns, transposed[1]);
+        let stride = n_rows + 2;
+        let mut out = vec![0.5; stride * n_columns];
+        f32::product(
+            Out::new(&mut out, n_rows, n_columns, stride),
+            left.view(),
+            right.view(),
+        );
+        for (at, actual) in out.into_iter().enumerate() {
+            let (row, column) = (at % stride, at / stride);
+            let plain = |k| left.at(row, k) * right.at(k, column);
+            let expected = if row < n_rows {
+                (0..depth).map(plain).sum()
+            } else {
+                0.5
+            };
+            assert_eq!(
+                actual, expected,
+                "{n_rows} × {depth} × {n_columns}, {transposed:?}"
+            );
+        }
+    }
+
+    /// Every sum is a whole number below 300 · 11², so none is rounded, and each must be exact.
+    #[test]
+    fn products_are_exact_and_write_nothing_else() {
+        for n_rows in [1, 6, 8, 9, 16, 20, 100] {
+            for depth in [1, 13, DEPTH, DEPTH + 44] {
+                for n_columns in [1, 10, 23] {
+                    for transposed in [[false, false], [true, false], [false, true], [true, true]] {
+                        check(n_rows, depth, n_columns, transposed);
+                    }
+                }
+            }
+        }
+    }
+}
