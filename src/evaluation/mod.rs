@@ -4,6 +4,8 @@ pub mod cross_validation;
 pub mod holds;
 pub mod loops;
 pub mod metrics;
+pub mod metrology;
+pub mod numbers;
 pub mod quantile;
 pub mod series;
 

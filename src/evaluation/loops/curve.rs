@@ -17,6 +17,7 @@ pub const CELLS: usize = 100;
 pub struct Curve {
     /// `(load, output)`, loads rising without repeats.
     knots: Vec<(f64, f64)>,
+    averages: Vec<(f64, f64)>,
 }
 
 impl Curve {
@@ -45,19 +46,22 @@ impl Curve {
             *sum_of_loads += load;
             *sum_of_outputs += output;
         }
-        let means = cells
+        let averages: Vec<(f64, f64)> = cells
             .iter()
             .filter(|(count, ..)| *count > 0.0)
-            .map(|(count, load, output)| (load / count, output / count));
+            .map(|(count, load, output)| (load / count, output / count))
+            .collect();
         let ends = [lowest, highest].map(|k| (loads[k], outputs[k]));
         let mut knots = vec![ends[0]];
         // An average that is an end sample by itself, up to rounding, adds nothing.
         let least_gap = 1e-9 * branch.span();
         knots.extend(
-            means.filter(|mean| mean.0 - ends[0].0 > least_gap && ends[1].0 - mean.0 > least_gap),
+            averages
+                .iter()
+                .filter(|(load, _)| load - ends[0].0 > least_gap && ends[1].0 - load > least_gap),
         );
         knots.push(ends[1]);
-        Self { knots }
+        Self { knots, averages }
     }
 
     /// The output at this load; beyond the ends, that at the end.
@@ -75,10 +79,28 @@ impl Curve {
         }
     }
 
-    /// The averages as `(load, output)`, loads rising, without the two end samples.
+    /// The averages as `(load, output)`, loads rising: one for each hundredth of the range that has samples.
     #[must_use]
     pub fn averages(&self) -> &[(f64, f64)] {
-        &self.knots[1..self.knots.len() - 1]
+        &self.averages
+    }
+
+    /// The two ends as `(load, output)`, the outputs carried on from the outer two averages: no single sample's noise.
+    ///
+    /// `None` with fewer than two averages.
+    #[must_use]
+    pub fn ends(&self) -> Option<[(f64, f64); 2]> {
+        let [first, second, ..] = self.averages[..] else {
+            return None;
+        };
+        let [.., before, last] = self.averages[..] else {
+            return None;
+        };
+        let carried = |load: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
+            (load, y0 + (y1 - y0) * (load - x0) / (x1 - x0))
+        };
+        let (low, high) = (self.knots[0].0, self.knots[self.knots.len() - 1].0);
+        Some([carried(low, first, second), carried(high, last, before)])
     }
 }
 
@@ -119,6 +141,16 @@ mod tests {
         ] {
             assert!((curve.at(load) - expected).abs() < 1e-12, "{load}");
         }
-        assert_eq!(curve.averages().len(), 1);
+        assert_eq!(curve.averages().len(), 3);
+        assert_eq!(curve.ends(), Some([(0.0, 0.0), (10.0, 100.0)]));
+    }
+
+    /// `x²` over 0..1 in cells of 0.01: the parabola through the outer averages is missed by half a cell squared.
+    #[test]
+    fn ends_are_carried_on_from_the_outer_averages() {
+        let loads: Vec<f64> = (0..=10_000).map(|k| f64::from(k) / 10_000.0).collect();
+        let [low, high] = curve(&loads, |load| load * load).ends().unwrap();
+        assert_eq!((low.0, high.0), (0.0, 1.0));
+        assert!(low.1.abs() < 1e-4 && (high.1 - 1.0).abs() < 1e-4);
     }
 }

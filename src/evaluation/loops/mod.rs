@@ -19,7 +19,8 @@ pub use curve::Curve;
 pub(crate) use cycle::even_loads;
 pub use cycle::{Cycle, LOADS, Loop};
 pub use outline::{Frame, Stroke, outline};
-pub use turns::{Branch, LEAST_SHARE, NOISE_FACTOR, branches, default_dead_band};
+pub(crate) use turns::range;
+pub use turns::{Branch, LEAST_SHARE, NOISE_FACTOR, branches, default_dead_band, noise};
 
 /// A cycle or branch is full if it spans at least this share of what the largest spans.
 pub const FULL_SHARE: f64 = 0.8;

@@ -114,13 +114,21 @@ fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
 /// **Units** that of the loads.
 #[must_use]
 pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
-    let (mut noise, mut low, mut high) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
+    let (mut largest, mut low, mut high) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
     for loads in recordings {
-        noise = noise.max(noise_of(loads));
+        largest = largest.max(noise_of(loads));
         let (own_low, own_high) = range(loads);
         (low, high) = (low.min(own_low), high.max(own_high));
     }
-    (NOISE_FACTOR * noise).max(LEAST_SHARE * (high - low).max(0.0))
+    (NOISE_FACTOR * largest).max(LEAST_SHARE * (high - low).max(0.0))
+}
+
+/// The standard deviation of the noise of the noisiest recording, as [`default_dead_band`] measures it.
+///
+/// **Units** that of the loads.
+#[must_use]
+pub fn noise<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+    recordings.into_iter().map(noise_of).fold(0.0, f64::max)
 }
 
 /// The standard deviation of the white noise on a load that otherwise moves smoothly.
@@ -135,7 +143,7 @@ fn noise_of(loads: &[f64]) -> f64 {
 }
 
 /// Least and greatest of the values; without values, +∞ and −∞.
-pub(super) fn range(values: &[f64]) -> (f64, f64) {
+pub(crate) fn range(values: &[f64]) -> (f64, f64) {
     values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
@@ -148,7 +156,7 @@ mod tests {
     use super::*;
 
     /// Numbers in ±1 that look random and are the same every time.
-    fn noise(k: usize) -> f64 {
+    fn uniform(k: usize) -> f64 {
         let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -187,12 +195,12 @@ mod tests {
     fn the_default_dead_band_keeps_noise_from_turning() {
         for amplitude in [0.0, 1e-3, 0.1] {
             let loads: Vec<f64> = (0..6000)
-                .map(|k| (k as f64 * std::f64::consts::TAU / 1000.0).sin() + amplitude * noise(k))
+                .map(|k| (k as f64 * std::f64::consts::TAU / 1000.0).sin() + amplitude * uniform(k))
                 .collect();
             let dead_band = default_dead_band([&loads[..]]);
             assert_eq!(branches(&loads, dead_band).len(), 13, "{amplitude}");
         }
-        let still: Vec<f64> = (0..6000).map(|k| 7.0 + 0.1 * noise(k)).collect();
+        let still: Vec<f64> = (0..6000).map(|k| 7.0 + 0.1 * uniform(k)).collect();
         assert_eq!(branches(&still, default_dead_band([&still[..]])), []);
     }
 
@@ -200,10 +208,10 @@ mod tests {
     #[test]
     fn noise_is_measured_on_a_moving_load() {
         let loads: Vec<f64> = (0..4000)
-            .map(|k| 100.0 * (k as f64 / 50.0).sin() + noise(k))
+            .map(|k| 100.0 * (k as f64 / 50.0).sin() + uniform(k))
             .collect();
-        assert!((noise_of(&loads) / (1.0_f64 / 3.0).sqrt() - 1.0).abs() < 0.1);
-        assert_eq!(noise_of(&[1.0, 5.0, 2.0]), 0.0);
+        assert!((noise([&loads[..]]) / (1.0_f64 / 3.0).sqrt() - 1.0).abs() < 0.1);
+        assert_eq!(noise([&[1.0, 5.0, 2.0][..]]), 0.0);
     }
 
     #[test]
