@@ -1,5 +1,7 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
+mod metrology;
+
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -12,6 +14,7 @@ use serde::Serialize;
 use crate::analysis::{Analysis, AnalysisError, Request, View, analyse};
 use crate::calibration::{Calibration, CalibrationError, FitSettings, Scores};
 use crate::evaluation::metrics::percent_change;
+use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     CalibrationFormat, ReadCalibrationError, WriteError, look_back_text, read_calibration,
     write_atomically, write_calibration, write_loads_csv,
@@ -42,6 +45,8 @@ pub enum Job {
     Fit(Box<FitArgs>),
     /// Apply a calibration: Conv. and Comp. of each sample as CSV.
     Apply(Apply),
+    /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
+    Metrology(metrology::MetrologyArgs),
 }
 
 /// How much of the built-in recordings is written.
@@ -159,6 +164,8 @@ pub enum JobError {
     Analysis(#[from] AnalysisError),
     #[error(transparent)]
     ReadCalibration(#[from] ReadCalibrationError),
+    #[error(transparent)]
+    Metrology(#[from] MetrologyError),
     #[error("{}: {source}", .path.display())]
     Apply {
         path: PathBuf,
@@ -193,6 +200,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(fit) => run_fit(&fit),
         Job::Apply(apply) => run_apply(&apply),
+        Job::Metrology(args) => metrology::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

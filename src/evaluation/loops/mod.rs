@@ -7,7 +7,8 @@
 //!   nobody has chosen one). Between reversals lie **branches**, rising and falling by turns; two neighbouring ones are a
 //!   **cycle**. History never crosses from one recording into another, and neither does a branch.
 //! * The **largest cycle** is the one whose two branches share the widest range of loads. Figures of "one cycle" are its.
-//! * **Full cycles** are those that span at least [`FULL_SHARE`] of what the largest spans; the **mean loop** is their mean.
+//! * **Full cycles** are those that cover at least [`FULL_SHARE`] of the largest one's range; the **mean loop** is their mean
+//!   over the loads that all of them have.
 //! * A loop is compared at 101 loads over its common range, on averages over hundredths of each branch ([`Curve`]).
 
 mod curve;
@@ -22,7 +23,7 @@ pub use outline::{Frame, Stroke, outline};
 pub(crate) use turns::range;
 pub use turns::{Branch, LEAST_SHARE, NOISE_FACTOR, branches, default_dead_band, noise};
 
-/// A cycle or branch is full if it spans at least this share of what the largest spans.
+/// A cycle or branch is full if it covers at least this share of the largest one's range.
 pub const FULL_SHARE: f64 = 0.8;
 
 /// The branches of one axis in several recordings.
@@ -74,12 +75,15 @@ impl Loops {
         })
     }
 
-    /// The cycles that span at least [`FULL_SHARE`] of what the largest spans.
+    /// The cycles that cover at least [`FULL_SHARE`] of the largest one's range, itself among them.
     #[must_use]
     pub fn full_cycles(&self) -> Vec<Cycle> {
-        let least = FULL_SHARE * self.largest().map_or(0.0, |cycle| cycle.span());
+        let Some(largest) = self.largest() else {
+            return Vec::new();
+        };
+        let whole = (largest.low(), largest.high());
         self.cycles()
-            .filter(|cycle| cycle.span() >= least)
+            .filter(|cycle| covers((cycle.low(), cycle.high()), whole))
             .collect()
     }
 
@@ -95,12 +99,13 @@ impl Loops {
         })
     }
 
-    /// The branches that go this way and span at least [`FULL_SHARE`] of the widest of them, with their recordings.
+    /// The branches that go this way and cover at least [`FULL_SHARE`] of the range of the widest of them, which is one of
+    /// them, with their recordings.
     pub fn full_branches(&self, rising: bool) -> impl Iterator<Item = (usize, &Branch)> {
         let widest = self.widest_branch(rising);
-        let least = FULL_SHARE * widest.map_or(0.0, |(_, branch)| branch.span());
+        let whole = widest.map_or((0.0, 0.0), |(_, branch)| (branch.low, branch.high));
         self.all_branches(rising)
-            .filter(move |(_, branch)| branch.span() >= least)
+            .filter(move |(_, branch)| covers((branch.low, branch.high), whole))
     }
 
     fn all_branches(&self, rising: bool) -> impl Iterator<Item = (usize, &Branch)> {
@@ -109,6 +114,11 @@ impl Loops {
             .flat_map(|(recording, own)| own.iter().map(move |branch| (recording, branch)))
             .filter(move |(_, branch)| branch.rising == rising)
     }
+}
+
+/// Whether one range of loads covers most of another.
+fn covers(own: (f64, f64), whole: (f64, f64)) -> bool {
+    own.1.min(whole.1) - own.0.max(whole.0) >= FULL_SHARE * (whole.1 - whole.0)
 }
 
 #[cfg(test)]
@@ -131,12 +141,14 @@ mod tests {
         assert_eq!(largest.falling().samples, 1..3);
     }
 
-    /// The cycles span 1, 1 (small), 9, 10 and 9; four fifths of the largest is 8.
+    /// The cycles span 0..2 and 1..2 (small), then 0..9, −1..9 and 1..10, which has 8 of the largest one's 10.
     #[test]
-    fn full_cycles_span_four_fifths_of_the_largest() {
+    fn full_cycles_cover_four_fifths_of_the_largest() {
         let loops = Loops::of([&SMALL[..], &LARGE], 0.5);
         let spans: Vec<f64> = loops.cycles().map(|cycle| cycle.span()).collect();
         assert_eq!(spans, [1.0, 1.0, 9.0, 10.0, 9.0]);
+        let elsewhere = Loops::of([&LARGE[..], &[20.0, 29.0, 20.0]], 0.5);
+        assert_eq!(elsewhere.full_cycles().len(), 3);
         assert_eq!(loops.full_cycles().len(), 3);
         assert_eq!(loops.full_branches(true).count(), 2);
         assert_eq!(loops.widest_branch(true).unwrap().1.span(), 11.0);

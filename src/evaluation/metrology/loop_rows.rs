@@ -1,6 +1,6 @@
 //! The rows that come from loops: hysteresis, nonlinearity, combined error, repeatability.
 
-use super::measured::{AxisRun, AxisView, OUTPUTS};
+use super::measured::{AxisRun, AxisView};
 use super::reason::Reason;
 use super::{Found, Result};
 use crate::evaluation::loops::{Branch, Curve, Cycle, Loop, Loops, even_loads};
@@ -30,12 +30,14 @@ impl<'a> LoopRows<'a> {
         }
     }
 
-    /// Hysteresis, mean hysteresis, terminal and best-fit nonlinearity, combined error, repeatability of one output.
-    pub(super) fn figures(&self, output: usize) -> [Result<Found>; 6] {
-        assert!(output < OUTPUTS);
+    /// Hysteresis, largest and mean width of the mean loop, terminal and best-fit nonlinearity, combined error,
+    /// repeatability of one output.
+    pub(super) fn figures(&self, output: usize) -> [Result<Found>; 7] {
+        let [largest_width, mean_width] = self.mean_loop(output);
         [
             self.hysteresis(output),
-            self.mean_hysteresis(output),
+            largest_width,
+            mean_width,
             self.nonlinearity(output, Line::through_ends),
             self.nonlinearity(output, Line::best_fit),
             self.combined_error(output),
@@ -76,14 +78,18 @@ impl<'a> LoopRows<'a> {
         })
     }
 
-    fn mean_hysteresis(&self, output: usize) -> Result<Found> {
-        self.largest()?;
-        let loops: Vec<Loop> = (self.full_cycles.iter())
-            .map(|cycle| self.cycle_loop(cycle, output))
-            .collect();
-        let axis = self.view.axis;
-        let mean = Loop::mean(&loops).ok_or(Reason::TooFewCycles { axis })?;
-        Ok(Found::everywhere(mean.largest_width()))
+    /// The largest and the mean width of the mean loop.
+    fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
+        let mean = self.largest().map(|_| {
+            let loops = self.full_cycles.iter();
+            let loops: Vec<Loop> = loops.map(|cycle| self.cycle_loop(cycle, output)).collect();
+            Loop::mean(&loops).expect("full cycles share loads")
+        });
+        [Loop::largest_width, Loop::mean_width].map(|width| {
+            mean.as_ref()
+                .map(|mean| Found::everywhere(width(mean)))
+                .map_err(Clone::clone)
+        })
     }
 
     /// The rising branch of the largest cycle; without a cycle, the widest rising branch.

@@ -158,8 +158,8 @@ pub enum Note {
     #[error("{} has no full scale, so nothing of it is in percent; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
-        "the largest cycle of {} spans {:.0} % of its range only, as it turns back on the way; a dead band above {} {} joins more",
-        .axis.symbol(), 100.0 * .share, significant(*.dead_band, 3), .axis.unit()
+        "the largest cycle of {} spans {:.0} % of all its loads only; where {} turns back on the way, a dead band above {} {} joins branches",
+        .axis.symbol(), 100.0 * .share, .axis.symbol(), significant(*.dead_band, 3), .axis.unit()
     )]
     SmallCycle {
         axis: Axis,

@@ -10,7 +10,9 @@ pub enum Quantity {
     /// Largest width of the largest cycle's loop.
     Hysteresis,
     /// Largest width of the mean loop of the full cycles.
-    MeanHysteresis,
+    MeanLoopHysteresis,
+    /// Mean width of that loop.
+    MeanWidth,
     /// Rising branch against the line between its ends.
     TerminalNonlinearity,
     /// Rising branch against its best-fit line.
@@ -59,7 +61,8 @@ impl Quantity {
         use Quantity::*;
         let loops = [
             Hysteresis,
-            MeanHysteresis,
+            MeanLoopHysteresis,
+            MeanWidth,
             TerminalNonlinearity,
             BestFitNonlinearity,
             CombinedError,
@@ -88,7 +91,8 @@ impl Quantity {
         let [id, name, definition, source, free_running] = match self {
             Self::Crosstalk(axis) => return crosstalk(axis),
             Self::Hysteresis => HYSTERESIS,
-            Self::MeanHysteresis => MEAN_HYSTERESIS,
+            Self::MeanLoopHysteresis => MEAN_LOOP_HYSTERESIS,
+            Self::MeanWidth => MEAN_WIDTH,
             Self::TerminalNonlinearity => TERMINAL_NONLINEARITY,
             Self::BestFitNonlinearity => BEST_FIT_NONLINEARITY,
             Self::CombinedError => COMBINED_ERROR,
@@ -139,13 +143,21 @@ const HYSTERESIS: Texts = [
     ONE_AXIS_AT_REST,
 ];
 
-const MEAN_HYSTERESIS: Texts = [
+const MEAN_LOOP_HYSTERESIS: Texts = [
     "hysteresis_mean_loop",
     "Hysteresis, mean loop",
-    "largest |falling − rising| of the mean loop of all cycles that span at least 80 % of what the largest spans, over the \
-        loads that they share",
+    "largest |falling − rising| of the mean loop of all cycles that cover at least 80 % of the largest one's range, over the \
+        loads that all of them have",
     "as hysteresis; averaging over cycles is this program's, as it leaves what repeats and drops what other axes happened to \
         do",
+    ONE_AXIS_AT_REST,
+];
+
+const MEAN_WIDTH: Texts = [
+    "hysteresis_mean_width",
+    "Hysteresis, mean width",
+    "mean |falling − rising| over the load range of the mean loop",
+    "as the mean loop; noise of single loads does not raise it as it raises the largest",
     ONE_AXIS_AT_REST,
 ];
 
@@ -179,8 +191,8 @@ const COMBINED_ERROR: Texts = [
 const REPEATABILITY: Texts = [
     "repeatability",
     "Repeatability",
-    "largest difference at equal load between branches of one recording that go the same way and span at least 80 % of the \
-        widest; the worst recording",
+    "largest difference at equal load between branches of one recording that go the same way and cover at least 80 % of \
+        the widest one's range; the worst recording",
     "load-cell makers' glossaries: same load, same direction, same conditions",
     "conditions are the same only as far as the recording repeats itself: other axes and the speed may differ from cycle to \
         cycle",
@@ -254,7 +266,7 @@ mod tests {
     #[test]
     fn every_row_has_an_id_of_its_own_and_says_what_it_is() {
         let all = Quantity::all(&Axis::ALL);
-        assert_eq!(all.len(), 19);
+        assert_eq!(all.len(), 20);
         let definitions = all.iter().map(|quantity| quantity.definition());
         let ids: HashSet<String> = definitions
             .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))

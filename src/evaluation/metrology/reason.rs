@@ -28,17 +28,17 @@ pub enum Reason {
     NoRisingBranch { axis: Axis },
     #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
     TooFewLoads { axis: Axis, found: usize },
-    #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle", .axis.symbol())]
+    #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle in one run", .axis.symbol())]
     TooFewCycles { axis: Axis },
     #[error("{} has no full scale, as it is never loaded; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
-        "no stretch of {} s or more in which the load stands still with {} at {} % of full scale or above",
+        "no {} s in which the load stands still with {} at {} % of full scale or above",
         short(*.secs), .axis.symbol(), short(100.0 * .share)
     )]
     NoHold { axis: Axis, share: f64, secs: f64 },
     #[error(
-        "no stretch of {} s or more in which the load rests at zero (every axis within {} % of full scale)",
+        "no {} s in which the load rests at zero (every axis within {} % of full scale)",
         short(*.secs), short(100.0 * .share)
     )]
     NoZero { share: f64, secs: f64 },
@@ -77,6 +77,15 @@ pub enum Reason {
     Overflow { axis: Axis },
 }
 
+/// Three digits, and no zeros behind the point that say nothing.
 fn short(value: f64) -> String {
-    significant(value, 3)
+    let digits = significant(value, 3);
+    if digits.contains('.') && !digits.contains('e') {
+        digits
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
+    } else {
+        digits
+    }
 }

@@ -85,7 +85,7 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
     let load = path(&[-10.0, 10.0, -10.0, 10.0, -10.0], 1000);
     let lagging = play(&load, 0.3);
     let table = One::new(load, lagging).table(10.0);
-    for quantity in [Quantity::Hysteresis, Quantity::MeanHysteresis] {
+    for quantity in [Quantity::Hysteresis, Quantity::MeanLoopHysteresis] {
         let cell = fz(&table, quantity);
         assert_near(value(&cell.conventional), 0.6, 0.01);
         assert_near(
@@ -95,6 +95,13 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
         );
         assert!(value(&cell.compensated) < 1e-12);
     }
+    // The parallelogram's area, 4 r (A − r), over the range 2 A.
+    let mean_width = 4.0 * 0.3 * 9.7 / 20.0;
+    assert_near(
+        value(&fz(&table, Quantity::MeanWidth).conventional),
+        mean_width,
+        0.01,
+    );
     assert!(value(&fz(&table, Quantity::Repeatability).conventional) < 1e-9);
     let place = fz(&table, Quantity::Hysteresis)
         .conventional
@@ -277,7 +284,8 @@ fn what_the_data_cannot_give_says_why() {
     let constant = of(vec![3.0; 300]);
     for quantity in [
         Hysteresis,
-        MeanHysteresis,
+        MeanLoopHysteresis,
+        MeanWidth,
         TerminalNonlinearity,
         CombinedError,
         Repeatability,
@@ -368,7 +376,7 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
     let load = held();
     let json = serde_json::to_value(One::new(load.clone(), load).table(10.0)).unwrap();
     let rows = json["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 14);
+    assert_eq!(rows.len(), 15);
     for row in rows {
         assert!(
             row["id"].is_string() && row["definition"].is_string() && row["source"].is_string()
