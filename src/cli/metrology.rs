@@ -332,7 +332,10 @@ fn crosstalk_block(text: &mut String, table: &Metrology) {
     }
 }
 
-const OUTPUTS: [(&str, fn(&Cell) -> &Figure); 2] = [
+/// Picks one of a cell's figures.
+type Pick = fn(&Cell) -> &Figure;
+
+const OUTPUTS: [(&str, Pick); 2] = [
     ("Conv.", |cell| &cell.conventional),
     ("Comp.", |cell| &cell.compensated),
 ];

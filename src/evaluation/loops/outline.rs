@@ -5,6 +5,8 @@
 
 use super::turns::Branch;
 
+/// The first tolerance: about half a pixel.
+const FINEST: f64 = 5e-4;
 /// So many times the tolerance is doubled at most; a picture is then a point.
 const MOST_DOUBLINGS: u32 = 32;
 
@@ -17,6 +19,13 @@ pub struct Frame {
     pub outputs: (f64, f64),
 }
 
+impl Frame {
+    /// A share of its width and height.
+    fn reach(self, share: f64) -> [f64; 2] {
+        [self.loads, self.outputs].map(|(low, high)| share * (high - low))
+    }
+}
+
 /// A piece of a branch as points `[load, output]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
@@ -26,11 +35,11 @@ pub struct Stroke {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Draws the branches of one recording in at most about `most` points.
+/// Draws the branches of one recording in about `most` points or fewer.
 ///
-/// A sample is left out while it lies within the tolerance of the last one that was kept: first a thousandth of the
-/// frame's width and height, doubled until the points are few enough. Where a branch leaves the frame its stroke ends, one
-/// sample beyond it.
+/// More samples than that are thinned: one is left out while it lies within a tolerance of the last one that was kept, at
+/// first 1/2000 of the frame's width and height, doubled until the points are few enough. Where a branch leaves the
+/// frame its stroke ends, one sample beyond it; between two samples that are both outside nothing is drawn.
 ///
 /// # Panics
 /// If a branch is not one of these loads, or there are not as many outputs as loads.
@@ -43,15 +52,14 @@ pub fn outline(
     most: usize,
 ) -> Vec<Stroke> {
     assert_eq!(loads.len(), outputs.len(), "one output for each load");
-    let mut strokes: Vec<Stroke> = branches
-        .iter()
-        .flat_map(|branch| {
-            let samples = branch.samples.clone();
-            let points = samples.map(|k| [loads[k], outputs[k]]);
-            strokes_within(points, branch.rising, frame)
-        })
-        .collect();
-    let mut tolerance = 1e-3;
+    let mut tolerance = if loads.len() > most { FINEST } else { 0.0 };
+    let mut strokes = Vec::new();
+    for branch in branches {
+        let samples = branch.samples.clone();
+        let path = loads[samples.clone()].iter().zip(&outputs[samples]);
+        let path = path.map(|(load, output)| [*load, *output]);
+        add_strokes(&mut strokes, path, branch.rising, frame, tolerance);
+    }
     for _ in 0..MOST_DOUBLINGS {
         if strokes
             .iter()
@@ -61,47 +69,64 @@ pub fn outline(
         {
             break;
         }
+        tolerance = (2.0 * tolerance).max(FINEST);
         for stroke in &mut strokes {
             thin(&mut stroke.points, frame, tolerance);
         }
-        tolerance *= 2.0;
     }
     strokes
 }
 
-/// The pieces of a path that lie in the frame, each with its neighbours just outside.
-fn strokes_within(path: impl Iterator<Item = [f64; 2]>, rising: bool, frame: Frame) -> Vec<Stroke> {
+/// Adds the pieces of a path that lie in the frame, thinned, each with its neighbours just outside.
+fn add_strokes(
+    strokes: &mut Vec<Stroke>,
+    path: impl Iterator<Item = [f64; 2]>,
+    rising: bool,
+    frame: Frame,
+    tolerance: f64,
+) {
     let within = |[load, output]: [f64; 2]| {
         (frame.loads.0..=frame.loads.1).contains(&load)
             && (frame.outputs.0..=frame.outputs.1).contains(&output)
     };
-    let mut strokes: Vec<Stroke> = Vec::new();
-    let (mut last, mut drawing) = (None, false);
+    let reach = frame.reach(tolerance);
+    let (mut last, mut drawn): (Option<[f64; 2]>, Option<Vec<[f64; 2]>>) = (None, None);
     for point in path {
         let inside = within(point);
-        if inside && !drawing {
-            strokes.push(Stroke {
-                rising,
-                points: last.into_iter().collect(),
-            });
+        match &mut drawn {
+            None if inside => drawn = Some(last.into_iter().chain([point]).collect()),
+            None => {}
+            Some(points) => {
+                let kept = points.last();
+                if !inside || kept.is_none_or(|kept| is_beyond(*kept, point, reach)) {
+                    points.push(point);
+                }
+                if !inside {
+                    strokes.extend(drawn.take().map(|points| Stroke { rising, points }));
+                }
+            }
         }
-        if let Some(stroke) = strokes.last_mut()
-            && (inside || drawing)
-        {
-            stroke.points.push(point);
-        }
-        (last, drawing) = (Some(point), inside);
+        last = Some(point);
     }
-    strokes
+    if let (Some(mut points), Some(end)) = (drawn, last) {
+        if points.last() != Some(&end) {
+            points.push(end);
+        }
+        strokes.push(Stroke { rising, points });
+    }
+}
+
+fn is_beyond(a: [f64; 2], b: [f64; 2], reach: [f64; 2]) -> bool {
+    (b[0] - a[0]).abs() > reach[0] || (b[1] - a[1]).abs() > reach[1]
 }
 
 /// Leaves out what lies within the tolerance (a share of the frame) of the last kept point; keeps both ends.
 fn thin(points: &mut Vec<[f64; 2]>, frame: Frame, tolerance: f64) {
-    let reach = [frame.loads, frame.outputs].map(|(low, high)| tolerance * (high - low));
+    let reach = frame.reach(tolerance);
     let Some(&end) = points.last() else { return };
     let mut last: Option<[f64; 2]> = None;
     points.retain(|point| {
-        let keep = last.is_none_or(|last| (0..2).any(|i| (point[i] - last[i]).abs() > reach[i]));
+        let keep = last.is_none_or(|last| is_beyond(last, *point, reach));
         if keep {
             last = Some(*point);
         }

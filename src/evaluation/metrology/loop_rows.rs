@@ -80,10 +80,11 @@ impl<'a> LoopRows<'a> {
 
     /// The largest and the mean width of the mean loop.
     fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
-        let mean = self.largest().map(|_| {
+        let axis = self.view.axis;
+        let mean = self.largest().and_then(|_| {
             let loops = self.full_cycles.iter();
             let loops: Vec<Loop> = loops.map(|cycle| self.cycle_loop(cycle, output)).collect();
-            Loop::mean(&loops).expect("full cycles share loads")
+            Loop::mean(&loops).ok_or(Reason::Overflow { axis })
         });
         [Loop::largest_width, Loop::mean_width].map(|width| {
             mean.as_ref()

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::reason::Reason;
-use super::settings::{MetrologyError, MetrologySettings};
+use super::settings::{MetrologyError, MetrologySettings, check_per_axis};
 use super::{Place, Run};
 use crate::evaluation::holds::{Hold, holds};
 use crate::evaluation::loops::{NOISE_FACTOR, default_dead_band, noise, range};
@@ -13,6 +13,9 @@ use crate::recording::Axis;
 
 /// Conventional and compensated, in this order.
 pub(super) const OUTPUTS: usize = 2;
+
+/// Loads beyond this are a mistake, and their squares would overflow.
+const LARGEST: f64 = 1e100;
 
 /// One run, by columns.
 #[derive(Debug)]
@@ -110,6 +113,8 @@ impl<'a> Measured<'a> {
         full_scale: &'a [f64],
         settings: &'a MetrologySettings,
     ) -> Result<Self, MetrologyError> {
+        settings.validate(axes.len())?;
+        check_per_axis("full scale", "full scales", full_scale, axes.len())?;
         let runs = (runs.par_iter())
             .map(|run| Columns::of(run, axes))
             .collect::<Result<Vec<_>, _>>()?;
@@ -146,10 +151,19 @@ impl<'a> Measured<'a> {
         })
     }
 
+    /// Whether every axis of the run that has a reference is near zero in this hold.
+    pub(super) fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
+        let known = self.runs[run].loads.iter().zip(self.full_scale);
+        let full_scales =
+            known.filter_map(|(loads, full_scale)| loads.as_ref().map(|_| full_scale));
+        let mut levels = hold.level.iter().zip(full_scales);
+        levels.all(|(level, full_scale)| level.abs() <= self.settings.zero_share * full_scale)
+    }
+
     /// One axis in the runs that have a reference for it.
     ///
     /// # Errors
-    /// [`Reason`] where there is none, or where a number is not finite.
+    /// [`Reason`] where there is none, or where a number cannot be computed with.
     pub(super) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
         let axis = self.axes[at];
         let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
@@ -168,13 +182,7 @@ impl<'a> Measured<'a> {
         }
         for run in &runs {
             for values in [run.loads, run.outputs[0], run.outputs[1]] {
-                if let Some(sample) = values.iter().position(|value| !value.is_finite()) {
-                    return Err(Reason::NotFinite {
-                        axis,
-                        recording: run.run.name.to_owned(),
-                        sample,
-                    });
-                }
+                check_numbers(axis, run.run.name, values)?;
             }
         }
         Ok(AxisView {
@@ -184,6 +192,20 @@ impl<'a> Measured<'a> {
             dead_band: self.dead_bands[at],
             runs,
         })
+    }
+}
+
+/// Finite numbers, none so large that its square would not be.
+fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
+    let usable = |value: &f64| value.abs() <= LARGEST;
+    match values.iter().position(|value| !usable(value)) {
+        None => Ok(()),
+        Some(sample) if values[sample].is_finite() => Err(Reason::Overflow { axis }),
+        Some(sample) => Err(Reason::NotFinite {
+            axis,
+            recording: recording.to_owned(),
+            sample,
+        }),
     }
 }
 

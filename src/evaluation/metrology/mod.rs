@@ -22,6 +22,7 @@ mod measured;
 mod quantity;
 mod reason;
 mod rest_rows;
+mod rests;
 mod settings;
 
 use std::ops::Range;
@@ -40,6 +41,7 @@ use crate::recording::{Axis, Recording};
 
 pub use quantity::{Definition, Quantity};
 pub use reason::Reason;
+pub use rests::{Rest, rests};
 pub use settings::{MetrologyError, MetrologySettings};
 
 /// A load this much beyond full scale is worth a note …
@@ -235,8 +237,6 @@ pub fn table(
     full_scale: &[f64],
     settings: &MetrologySettings,
 ) -> std::result::Result<Metrology, MetrologyError> {
-    settings.validate(axes.len())?;
-    settings::check_per_axis("full scale", "full scales", full_scale, axes.len())?;
     let measured = Measured::of(runs, axes, full_scale, settings)?;
     let alone = stretches_alone(&measured);
     let by_axis: Vec<AxisFigures> = (0..axes.len())

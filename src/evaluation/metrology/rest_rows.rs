@@ -140,15 +140,10 @@ fn recovery<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
 /// The holds in which every axis of the run is near zero.
 fn rests_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     let measured = view.measured;
-    let full_scales: Vec<f64> = (run.run.loads.iter().zip(measured.full_scale))
-        .filter(|(loads, _)| loads.is_some())
-        .map(|(_, full_scale)| *full_scale)
-        .collect();
-    let at_zero = |hold: &&Hold| {
-        let mut levels = hold.level.iter().zip(&full_scales);
-        levels.all(|(level, full_scale)| level.abs() <= measured.settings.zero_share * full_scale)
-    };
-    measured.holds[run.index].iter().filter(at_zero).collect()
+    let holds = measured.holds[run.index].iter();
+    holds
+        .filter(|hold| measured.is_at_zero(run.index, hold))
+        .collect()
 }
 
 fn check_zero(view: &AxisView<'_>) -> Result<()> {
