@@ -3,6 +3,7 @@
 mod choices;
 mod compare;
 mod fit;
+mod metrology;
 mod progress_line;
 
 use std::fmt::Display;
@@ -14,6 +15,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError};
+use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     ReadCalibrationError, WriteError, read_calibration, write_atomically, write_loads_csv,
 };
@@ -47,6 +49,8 @@ pub enum Job {
     Compare(Box<CompareArgs>),
     /// Apply a calibration: Conv. and Comp. of each sample as CSV.
     Apply(Apply),
+    /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
+    Metrology(metrology::MetrologyArgs),
 }
 
 /// How much of the built-in recordings is written.
@@ -96,6 +100,8 @@ pub enum JobError {
     Analysis(#[from] AnalysisError),
     #[error(transparent)]
     ReadCalibration(#[from] ReadCalibrationError),
+    #[error(transparent)]
+    Metrology(#[from] MetrologyError),
     #[error("{}: {source}", .path.display())]
     Apply {
         path: PathBuf,
@@ -131,6 +137,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Fit(args) => fit::run(&args),
         Job::Compare(args) => compare::run(&args),
         Job::Apply(apply) => run_apply(&apply),
+        Job::Metrology(args) => metrology::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

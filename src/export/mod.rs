@@ -4,6 +4,7 @@ mod atomic;
 mod calibration_file;
 mod comparison_csv;
 mod loads_csv;
+mod metrology_csv;
 
 pub use atomic::{WriteError, write_atomically};
 pub use calibration_file::{
@@ -11,3 +12,4 @@ pub use calibration_file::{
 };
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
 pub use loads_csv::write_loads_csv;
+pub use metrology_csv::write_metrology_csv;

@@ -1,0 +1,74 @@
+//! The metrology table, and what the loop pane needs of one axis: the built-in sensor, 243,000 samples.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use loopscope::analysis::{Request, analyse};
+use loopscope::calibration::{AppliedLoads, FitSettings};
+use loopscope::evaluation::loops::{Frame, Loop, Loops, default_dead_band, outline};
+use loopscope::evaluation::metrology::{MetrologySettings, Run, table};
+use loopscope::progress::Progress;
+use loopscope::recording::{RecordingSet, simulated};
+
+/// So many points one picture has.
+const POINTS: usize = 20_000;
+
+fn metrology(c: &mut Criterion) {
+    let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+    let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
+    let calibration = analyse(&request, &Progress::default())
+        .expect("the built-in sensor can be fitted")
+        .calibration;
+    let applied: Vec<AppliedLoads> = (recordings.entries().iter())
+        .map(|entry| calibration.apply(&entry.recording).expect("same gauges"))
+        .collect();
+    let runs: Vec<Run<'_>> = (recordings.entries().iter().zip(&applied))
+        .map(|(entry, applied)| Run::new(&entry.recording, applied))
+        .collect();
+    let settings = MetrologySettings::default();
+    c.bench_function("table, six axes, 243,000 samples", |b| {
+        b.iter(|| table(&runs, &calibration.axes, &calibration.full_scale, &settings));
+    });
+    loop_pane(c, &recordings, &applied);
+}
+
+fn loop_pane(c: &mut Criterion, recordings: &RecordingSet, applied: &[AppliedLoads]) {
+    let column = |values: &[f64]| -> Vec<f64> { values.iter().step_by(6).copied().collect() };
+    let columns: Vec<[Vec<f64>; 3]> = (recordings.entries().iter().zip(applied))
+        .map(|(entry, applied)| {
+            let loads = entry.recording.loads();
+            [loads, &applied.conventional, &applied.compensated].map(column)
+        })
+        .collect();
+    let loads = || columns.iter().map(|column| &column[0][..]);
+    c.bench_function("loops of one axis with both widths, 243,000 samples", |b| {
+        b.iter(|| {
+            let loops = Loops::of(loads(), default_dead_band(loads()));
+            let cycles = loops.full_cycles();
+            [1, 2].map(|output| {
+                let all = cycles.iter().map(|cycle| {
+                    let column = &columns[cycle.recording];
+                    Loop::of(cycle, &column[0], &column[output])
+                });
+                Loop::mean(&all.collect::<Vec<_>>()).map(|mean| mean.area())
+            })
+        });
+    });
+    let loops = Loops::of(loads(), default_dead_band(loads()));
+    let whole = Frame {
+        loads: (-12.0, 12.0),
+        outputs: (-14.0, 14.0),
+    };
+    c.bench_function("outline of one axis and output, 243,000 samples", |b| {
+        b.iter(|| {
+            for (column, branches) in columns.iter().zip(loops.branches()) {
+                let most = POINTS / columns.len();
+                black_box(outline(branches, &column[0], &column[1], whole, most));
+            }
+        });
+    });
+}
+
+criterion_group!(benches, metrology);
+criterion_main!(benches);

@@ -1,0 +1,296 @@
+//! A first-order exponential through a drifting output.
+//!
+//! Guarantees: the best fit there is to within the search's resolution (the size is linear in the fit, the time
+//! constant is searched over everything the data can show); finite for finite samples.
+
+/// At so many averages over time the fit is made, so that a long hold costs no more than a short one.
+const CELLS: usize = 400;
+/// Time constants are tried from the hold's length over this …
+const FASTEST: f64 = 200.0;
+/// … to the hold's length times this; slower ones look like a straight line.
+const SLOWEST: f64 = 20.0;
+/// Steps of the first, coarse search, even in the logarithm.
+const COARSE_STEPS: usize = 60;
+/// Golden-section steps that follow; each leaves 0.618 of the interval.
+const FINE_STEPS: usize = 30;
+/// A drift counts if it is this many standard errors large.
+const SIGNIFICANT: f64 = 3.0;
+
+/// How an output drifts over a stretch: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the stretch's first sample.
+///
+/// **Units** those of the output, and seconds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drift {
+    /// The fitted output at the first sample.
+    pub start: f64,
+    /// What the fitted output would change by if the stretch never ended.
+    pub amplitude: f64,
+    /// The fitted time constant, whether or not the data resolve it.
+    pub fitted_tau_secs: f64,
+    /// The stretch's length.
+    pub duration_secs: f64,
+    /// What the fitted output changes by from the first sample to the last.
+    pub size: f64,
+    /// Root mean square of what the fit leaves over.
+    pub noise: f64,
+    /// How many samples there were.
+    pub n_samples: usize,
+}
+
+/// Why a drift has no time constant.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum NoTimeConstant {
+    #[error("the output does not drift by more than its noise in {duration_secs:.3} s")]
+    BelowNoise { duration_secs: f64 },
+    #[error(
+        "the drift lasts longer than the {duration_secs:.3} s for which the load stands still; hold it longer"
+    )]
+    LongerThanHold { duration_secs: f64 },
+    #[error(
+        "the drift is over within {shortest_secs:.3} s, too fast for {duration_secs:.3} s of samples; it may be the load still settling"
+    )]
+    TooFast {
+        shortest_secs: f64,
+        duration_secs: f64,
+    },
+}
+
+impl Drift {
+    /// Fits the drift of `outputs`; `None` with fewer than four samples or where no time passes.
+    ///
+    /// For each time constant the least-squares start and amplitude follow at once; the time constant itself is searched,
+    /// first in 60 steps from 1/200 of the stretch to 20 times it, then by golden section around the best.
+    ///
+    /// # Panics
+    /// If there are not as many outputs as times.
+    #[must_use]
+    pub fn of(times: &[f64], outputs: &[f64]) -> Option<Self> {
+        assert_eq!(times.len(), outputs.len(), "one output for each time");
+        let (first, last) = (*times.first()?, *times.last()?);
+        let duration = last - first;
+        if times.len() < 4 || duration <= 0.0 {
+            return None;
+        }
+        let averages = averages(times, outputs, duration);
+        let tau = search(duration, |tau| averages.fit(tau).left_over);
+        let Line {
+            start, amplitude, ..
+        } = averages.fit(tau);
+        let squares: f64 = times
+            .iter()
+            .zip(outputs)
+            .map(|(time, output)| (output - start - amplitude * risen(time - first, tau)).powi(2))
+            .sum();
+        Some(Self {
+            start,
+            amplitude,
+            fitted_tau_secs: tau,
+            duration_secs: duration,
+            size: amplitude * risen(duration, tau),
+            noise: (squares / times.len() as f64).sqrt(),
+            n_samples: times.len(),
+        })
+    }
+
+    /// The fitted output this long after the first sample.
+    #[must_use]
+    pub fn at(&self, secs: f64) -> f64 {
+        self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
+    }
+
+    /// Whether the drift stands out of the noise: three standard errors of the difference between the means of the
+    /// first and the last tenth.
+    #[must_use]
+    pub fn is_significant(&self) -> bool {
+        let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
+        self.size.abs() > SIGNIFICANT * error
+    }
+
+    /// The time constant.
+    ///
+    /// # Errors
+    /// [`NoTimeConstant`] where the data do not show one: a drift below the noise, one that is slower than the stretch is
+    /// long, or one that is faster than the samples.
+    pub fn tau_secs(&self) -> Result<f64, NoTimeConstant> {
+        let duration_secs = self.duration_secs;
+        let sample_secs = duration_secs / (self.n_samples - 1) as f64;
+        let shortest_secs = (duration_secs / FASTEST * 1.1).max(sample_secs);
+        if !self.is_significant() {
+            Err(NoTimeConstant::BelowNoise { duration_secs })
+        } else if self.fitted_tau_secs > duration_secs {
+            Err(NoTimeConstant::LongerThanHold { duration_secs })
+        } else if self.fitted_tau_secs < shortest_secs {
+            Err(NoTimeConstant::TooFast {
+                shortest_secs,
+                duration_secs,
+            })
+        } else {
+            Ok(self.fitted_tau_secs)
+        }
+    }
+}
+
+/// `1 − exp(−t / τ)`.
+fn risen(secs: f64, tau: f64) -> f64 {
+    -(-secs / tau).exp_m1()
+}
+
+/// Averages over even stretches of time.
+struct Averages {
+    /// Count, time since the first sample, output.
+    cells: Vec<(f64, f64, f64)>,
+    /// The mean output, taken off below so that a large offset costs no digits.
+    mean: f64,
+}
+
+/// A fit for one time constant.
+struct Line {
+    start: f64,
+    amplitude: f64,
+    left_over: f64,
+}
+
+fn averages(times: &[f64], outputs: &[f64], duration: f64) -> Averages {
+    let mut sums = vec![(0.0, 0.0, 0.0); CELLS];
+    let mean = outputs.iter().sum::<f64>() / outputs.len() as f64;
+    for (time, output) in times.iter().zip(outputs) {
+        let secs = time - times[0];
+        let at = ((secs / duration * CELLS as f64) as usize).min(CELLS - 1);
+        let (count, sum_of_secs, sum_of_outputs) = &mut sums[at];
+        *count += 1.0;
+        *sum_of_secs += secs;
+        *sum_of_outputs += output - mean;
+    }
+    let filled = sums.into_iter().filter(|(count, ..)| *count > 0.0);
+    Averages {
+        cells: filled
+            .map(|(count, secs, output)| (count, secs / count, output / count))
+            .collect(),
+        mean,
+    }
+}
+
+impl Averages {
+    /// Least squares in start and amplitude.
+    fn fit(&self, tau: f64) -> Line {
+        let (mut n, mut sum_g, mut sum_y) = (0.0, 0.0, 0.0);
+        for (count, secs, y) in &self.cells {
+            n += count;
+            sum_g += count * risen(*secs, tau);
+            sum_y += count * y;
+        }
+        let (mean_g, mean_y) = (sum_g / n, sum_y / n);
+        let (mut gg, mut gy, mut yy) = (0.0, 0.0, 0.0);
+        for (count, secs, y) in &self.cells {
+            let (g, y) = (risen(*secs, tau) - mean_g, y - mean_y);
+            gg += count * g * g;
+            gy += count * g * y;
+            yy += count * y * y;
+        }
+        let amplitude = if gg > 0.0 { gy / gg } else { 0.0 };
+        Line {
+            start: self.mean + mean_y - amplitude * mean_g,
+            amplitude,
+            left_over: yy - amplitude * gy,
+        }
+    }
+}
+
+/// The time constant that leaves least over.
+fn search(duration: f64, left_over: impl Fn(f64) -> f64) -> f64 {
+    let (fastest, slowest) = ((duration / FASTEST).ln(), (duration * SLOWEST).ln());
+    let at = |step: usize| fastest + (slowest - fastest) * step as f64 / COARSE_STEPS as f64;
+    let best = (0..=COARSE_STEPS)
+        .map(|step| (left_over(at(step).exp()), step))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(0, |(_, step)| step);
+    let mut low = at(best.saturating_sub(1));
+    let mut high = at((best + 1).min(COARSE_STEPS));
+    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+    for _ in 0..FINE_STEPS {
+        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+        if left_over(a.exp()) <= left_over(b.exp()) {
+            high = b;
+        } else {
+            low = a;
+        }
+    }
+    ((low + high) / 2.0).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(n: usize, secs: f64) -> Vec<f64> {
+        (0..n)
+            .map(|k| 100.0 + secs * k as f64 / (n - 1) as f64)
+            .collect()
+    }
+
+    fn creep(times: &[f64], amplitude: f64, tau: f64) -> Vec<f64> {
+        let risen = |time: &f64| 1e4 + amplitude * (1.0 - (-(time - times[0]) / tau).exp());
+        times.iter().map(risen).collect()
+    }
+
+    /// The element itself, without noise: what it was made with comes back.
+    #[test]
+    fn a_first_order_creep_element_has_its_known_time_constant_and_size() {
+        for (n, secs, tau) in [(2000, 60.0, 6.0), (61, 30.0, 25.0), (5000, 100.0, 1.0)] {
+            let times = times(n, secs);
+            let drift = Drift::of(&times, &creep(&times, -0.3, tau)).unwrap();
+            let found = drift.tau_secs().unwrap();
+            assert!((found / tau - 1.0).abs() < 0.01, "{found} is not {tau}");
+            assert!((drift.amplitude / -0.3 - 1.0).abs() < 0.01);
+            let size = -0.3 * (1.0 - (-secs / tau).exp());
+            assert!((drift.size / size - 1.0).abs() < 0.01);
+            assert!((drift.at(secs) - drift.start - drift.size).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_drift_slower_than_the_hold_has_a_size_but_no_time_constant() {
+        let times = times(500, 10.0);
+        let drift = Drift::of(&times, &creep(&times, 5.0, 80.0)).unwrap();
+        let duration_secs = 10.0;
+        assert_eq!(
+            drift.tau_secs(),
+            Err(NoTimeConstant::LongerThanHold { duration_secs })
+        );
+        assert!((drift.size / (5.0 * (1.0 - (-0.125_f64).exp())) - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn noise_alone_has_no_time_constant() {
+        let times = times(1000, 20.0);
+        let hum: Vec<f64> = (0..1000).map(|k| (k as f64 * 2.1).sin()).collect();
+        for outputs in [hum, vec![7.0; 1000]] {
+            let drift = Drift::of(&times, &outputs).unwrap();
+            assert!(matches!(
+                drift.tau_secs(),
+                Err(NoTimeConstant::BelowNoise { .. })
+            ));
+            assert!(drift.size.abs() < 0.2);
+        }
+    }
+
+    #[test]
+    fn a_step_at_the_beginning_is_too_fast() {
+        let times = times(1000, 20.0);
+        let mut outputs = vec![1.0; 1000];
+        outputs[0] = -50.0;
+        let drift = Drift::of(&times, &outputs).unwrap();
+        assert!(matches!(
+            drift.tau_secs(),
+            Err(NoTimeConstant::TooFast { .. })
+        ));
+    }
+
+    #[test]
+    fn too_little_is_no_drift() {
+        assert_eq!(Drift::of(&[], &[]), None);
+        assert_eq!(Drift::of(&[0.0, 1.0, 2.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(Drift::of(&[1.0; 9], &[2.0; 9]), None);
+    }
+}

@@ -1,0 +1,195 @@
+//! The stretches in which a load stands still.
+//!
+//! Guarantees: holds do not overlap and stand in the order of time; within one, no axis changes by more than its band;
+//! one pass, whatever the load does.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+/// A hold has at least so many samples.
+pub const FEWEST_SAMPLES: usize = 8;
+
+/// A stretch in which the load stands still.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hold {
+    /// Its samples.
+    pub samples: Range<usize>,
+    /// The mean load of each axis.
+    pub level: Vec<f64>,
+}
+
+/// Finds the stretches of at least `shortest_secs` in which every axis stays within its band.
+///
+/// From the first sample on, a stretch grows until the greatest and least load of an axis differ by more than its band.
+/// If it is long enough it is a hold, and the next may begin where it ends; if not, it loses its first samples.
+///
+/// **Shapes** `axes` one slice per axis, as long as `times`; `bands` one per axis.
+///
+/// **Units** times (s), bands in the unit of their axis.
+///
+/// # Panics
+/// If the slices differ in length.
+#[must_use]
+pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
+    assert_eq!(axes.len(), bands.len(), "one band for each axis");
+    assert!(
+        axes.iter().all(|axis| axis.len() == times.len()),
+        "one load for each time"
+    );
+    let mut extents: Vec<Extent> = axes.iter().map(|_| Extent::default()).collect();
+    let mut found = Vec::new();
+    let mut start = 0;
+    let mut finish = |samples: Range<usize>| -> bool {
+        let long = samples.len() >= FEWEST_SAMPLES
+            && times[samples.end - 1] - times[samples.start] >= shortest_secs;
+        if long {
+            let level = axes
+                .iter()
+                .map(|axis| mean(&axis[samples.clone()]))
+                .collect();
+            found.push(Hold { samples, level });
+        }
+        long
+    };
+    for k in 0..times.len() {
+        for (extent, axis) in extents.iter_mut().zip(axes) {
+            extent.push(k, axis);
+        }
+        let still = |extents: &[Extent]| {
+            let mut all = extents.iter().zip(axes).zip(bands);
+            all.all(|((extent, axis), band)| extent.width(axis) <= *band)
+        };
+        if still(&extents) {
+            continue;
+        }
+        if finish(start..k) {
+            start = k;
+        }
+        while start < k && !still(&extents) {
+            start += 1;
+            extents.iter_mut().for_each(|extent| extent.start_at(start));
+        }
+        extents.iter_mut().for_each(|extent| extent.start_at(start));
+    }
+    finish(start..times.len());
+    found
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The samples that are, or may become, the greatest and the least of a stretch that grows and loses its first samples.
+#[derive(Debug, Default)]
+struct Extent {
+    /// Their values fall.
+    highest: VecDeque<usize>,
+    /// Their values rise.
+    lowest: VecDeque<usize>,
+}
+
+impl Extent {
+    fn push(&mut self, k: usize, values: &[f64]) {
+        while self
+            .highest
+            .back()
+            .is_some_and(|&last| values[last] <= values[k])
+        {
+            self.highest.pop_back();
+        }
+        while self
+            .lowest
+            .back()
+            .is_some_and(|&last| values[last] >= values[k])
+        {
+            self.lowest.pop_back();
+        }
+        self.highest.push_back(k);
+        self.lowest.push_back(k);
+    }
+
+    fn start_at(&mut self, start: usize) {
+        for queue in [&mut self.highest, &mut self.lowest] {
+            while queue.front().is_some_and(|&first| first < start) {
+                queue.pop_front();
+            }
+        }
+    }
+
+    fn width(&self, values: &[f64]) -> f64 {
+        match (self.highest.front(), self.lowest.front()) {
+            (Some(&highest), Some(&lowest)) => values[highest] - values[lowest],
+            _ => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(n: usize) -> Vec<f64> {
+        (0..n).map(|k| k as f64).collect()
+    }
+
+    fn spans(holds: &[Hold]) -> Vec<Range<usize>> {
+        holds.iter().map(|hold| hold.samples.clone()).collect()
+    }
+
+    #[test]
+    fn a_plateau_between_ramps_is_a_hold() {
+        let mut load: Vec<f64> = (0..20).map(f64::from).collect();
+        load.extend([19.0; 15]);
+        load.extend((0..19).rev().map(f64::from));
+        let found = holds(&seconds(load.len()), &[&load], &[0.5], 10.0);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].samples, 19..35);
+        assert_eq!(found[0].level, [19.0]);
+        assert!(holds(&seconds(load.len()), &[&load], &[0.5], 20.0).is_empty());
+    }
+
+    #[test]
+    fn every_axis_must_stand_still() {
+        let still = [3.0; 40];
+        let stepping: Vec<f64> = (0..40).map(|k| f64::from(k / 20)).collect();
+        let found = holds(&seconds(40), &[&still, &stepping], &[0.1; 2], 9.0);
+        assert_eq!(spans(&found), [0..20, 20..40]);
+        assert_eq!(found[1].level, [3.0, 1.0]);
+    }
+
+    /// By comparing all pairs: the same start and end, wherever steps and wiggles fall.
+    #[test]
+    fn holds_are_those_of_a_plain_search() {
+        let load: Vec<f64> = (0..400)
+            .map(|k| (k as f64 / 37.0).sin().powi(3) + 0.05 * (k as f64 * 1.7).sin())
+            .collect();
+        let (band, shortest) = (0.12, 11);
+        let mut expected = Vec::new();
+        let mut start = 0;
+        while start < load.len() {
+            let stays = |end: usize| {
+                let own = &load[start..end];
+                own.iter().all(|a| own.iter().all(|b| a - b <= band))
+            };
+            let end = (start + 1..=load.len())
+                .rev()
+                .find(|end| stays(*end))
+                .unwrap();
+            if end - start > shortest {
+                expected.push(start..end);
+                start = end;
+            } else {
+                start += 1;
+            }
+        }
+        assert!(expected.len() > 2);
+        let found = holds(&seconds(400), &[&load], &[band], shortest as f64);
+        assert_eq!(spans(&found), expected);
+    }
+
+    #[test]
+    fn without_samples_or_axes_nothing_breaks() {
+        assert!(holds(&[], &[&[]], &[1.0], 0.0).is_empty());
+        assert_eq!(holds(&seconds(9), &[], &[], 5.0).len(), 1);
+    }
+}

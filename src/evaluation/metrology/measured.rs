@@ -1,0 +1,272 @@
+//! The numbers behind the figures, one column per axis and recording.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::reason::Reason;
+use super::settings::{MetrologyError, MetrologySettings, check_per_axis};
+use super::{Place, Run};
+use crate::evaluation::holds::{Hold, holds};
+use crate::evaluation::loops::{NOISE_FACTOR, default_dead_band, noise, range};
+use crate::recording::Axis;
+
+/// Conventional and compensated, in this order.
+pub(super) const OUTPUTS: usize = 2;
+
+/// Loads beyond this are a mistake, and their squares would overflow.
+const LARGEST: f64 = 1e100;
+
+/// One run, by columns.
+#[derive(Debug)]
+pub(super) struct Columns<'a> {
+    pub(super) name: &'a str,
+    pub(super) times: &'a [f64],
+    /// Per axis of the table; `None` where the run has no reference for it.
+    pub(super) loads: Vec<Option<Vec<f64>>>,
+    /// Per output and axis.
+    pub(super) outputs: [Vec<Vec<f64>>; OUTPUTS],
+}
+
+impl<'a> Columns<'a> {
+    fn of(run: &Run<'a>, axes: &[Axis]) -> Result<Self, MetrologyError> {
+        let n = run.times.len();
+        for (what, width, values) in [
+            ("reference", run.reference_axes.len(), run.reference),
+            ("conventional load", axes.len(), run.conventional),
+            ("compensated load", axes.len(), run.compensated),
+        ] {
+            if values.len() != n * width {
+                return Err(MetrologyError::Shape {
+                    recording: run.name.to_owned(),
+                    what,
+                    expected: n * width,
+                    actual: values.len(),
+                });
+            }
+        }
+        let position = |axis: &Axis| run.reference_axes.iter().position(|own| own == axis);
+        let by_axis = |values: &[f64]| -> Vec<Vec<f64>> {
+            (0..axes.len())
+                .map(|at| column(values, axes.len(), at))
+                .collect()
+        };
+        Ok(Self {
+            name: run.name,
+            times: run.times,
+            loads: axes
+                .iter()
+                .map(|axis| {
+                    Some(column(
+                        run.reference,
+                        run.reference_axes.len(),
+                        position(axis)?,
+                    ))
+                })
+                .collect(),
+            outputs: [by_axis(run.conventional), by_axis(run.compensated)],
+        })
+    }
+
+    /// The reference of every axis of the table; `None` if one is missing.
+    pub(super) fn all_loads(&self) -> Option<Vec<&[f64]>> {
+        self.loads.iter().map(Option::as_deref).collect()
+    }
+
+    pub(super) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
+        Place {
+            recording,
+            name: self.name.to_owned(),
+            from_secs: self.times[samples.start],
+            to_secs: self.times[samples.end - 1],
+            samples,
+        }
+    }
+}
+
+fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
+    values
+        .iter()
+        .skip(at)
+        .step_by(width.max(1))
+        .copied()
+        .collect()
+}
+
+/// All runs, with what is derived once for all rows.
+#[derive(Debug)]
+pub(super) struct Measured<'a> {
+    pub(super) axes: &'a [Axis],
+    pub(super) full_scale: &'a [f64],
+    pub(super) settings: &'a MetrologySettings,
+    pub(super) runs: Vec<Columns<'a>>,
+    /// Per axis.
+    pub(super) dead_bands: Vec<f64>,
+    /// Per run: where every axis that has a reference stands still.
+    pub(super) holds: Vec<Vec<Hold>>,
+}
+
+impl<'a> Measured<'a> {
+    pub(super) fn of(
+        runs: &[Run<'a>],
+        axes: &'a [Axis],
+        full_scale: &'a [f64],
+        settings: &'a MetrologySettings,
+    ) -> Result<Self, MetrologyError> {
+        settings.validate(axes.len())?;
+        check_per_axis("full scale", "full scales", full_scale, axes.len())?;
+        let runs = (runs.par_iter())
+            .map(|run| Columns::of(run, axes))
+            .collect::<Result<Vec<_>, _>>()?;
+        let bands = (0..axes.len()).into_par_iter().map(|axis| {
+            let loads = || {
+                runs.iter()
+                    .filter_map(move |run| run.loads[axis].as_deref())
+            };
+            let chosen = settings.dead_bands.get(axis).copied().flatten();
+            let still =
+                (settings.still_share * full_scale[axis]).max(NOISE_FACTOR * noise(loads()));
+            (chosen.unwrap_or_else(|| default_dead_band(loads())), still)
+        });
+        let (dead_bands, still): (Vec<f64>, Vec<f64>) = bands.unzip();
+        let holds = (runs.par_iter())
+            .map(|run| {
+                let known = run.loads.iter().zip(&still);
+                let (loads, bands): (Vec<&[f64]>, Vec<f64>) = known
+                    .filter_map(|(loads, band)| Some((loads.as_deref()?, *band)))
+                    .unzip();
+                if loads.is_empty() {
+                    return Vec::new();
+                }
+                holds(run.times, &loads, &bands, settings.hold_secs)
+            })
+            .collect();
+        Ok(Self {
+            axes,
+            full_scale,
+            settings,
+            runs,
+            dead_bands,
+            holds,
+        })
+    }
+
+    /// Whether every axis of the run that has a reference is near zero in this hold.
+    pub(super) fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
+        let known = self.runs[run].loads.iter().zip(self.full_scale);
+        let full_scales =
+            known.filter_map(|(loads, full_scale)| loads.as_ref().map(|_| full_scale));
+        let mut levels = hold.level.iter().zip(full_scales);
+        levels.all(|(level, full_scale)| level.abs() <= self.settings.zero_share * full_scale)
+    }
+
+    /// One axis in the runs that have a reference for it.
+    ///
+    /// # Errors
+    /// [`Reason`] where there is none, or where a number cannot be computed with.
+    pub(super) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
+        let axis = self.axes[at];
+        let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
+            .filter_map(|(index, run)| {
+                Some(AxisRun {
+                    index,
+                    run,
+                    loads: run.loads[at].as_deref()?,
+                    outputs: [&run.outputs[0][at], &run.outputs[1][at]],
+                })
+            })
+            .filter(|run| !run.loads.is_empty())
+            .collect();
+        if runs.is_empty() {
+            return Err(Reason::NoReference { axis });
+        }
+        for run in &runs {
+            for values in [run.loads, run.outputs[0], run.outputs[1]] {
+                check_numbers(axis, run.run.name, values)?;
+            }
+        }
+        Ok(AxisView {
+            measured: self,
+            axis,
+            full_scale: self.full_scale[at],
+            dead_band: self.dead_bands[at],
+            runs,
+        })
+    }
+}
+
+/// Finite numbers, none so large that its square would not be.
+fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
+    let usable = |value: &f64| value.abs() <= LARGEST;
+    match values.iter().position(|value| !usable(value)) {
+        None => Ok(()),
+        Some(sample) if values[sample].is_finite() => Err(Reason::Overflow { axis }),
+        Some(sample) => Err(Reason::NotFinite {
+            axis,
+            recording: recording.to_owned(),
+            sample,
+        }),
+    }
+}
+
+/// One axis, with finite numbers in at least one run.
+#[derive(Debug)]
+pub(super) struct AxisView<'a> {
+    pub(super) measured: &'a Measured<'a>,
+    pub(super) axis: Axis,
+    pub(super) full_scale: f64,
+    pub(super) dead_band: f64,
+    pub(super) runs: Vec<AxisRun<'a>>,
+}
+
+/// One axis in one run.
+#[derive(Debug)]
+pub(super) struct AxisRun<'a> {
+    /// Which of the runs it is.
+    pub(super) index: usize,
+    pub(super) run: &'a Columns<'a>,
+    pub(super) loads: &'a [f64],
+    pub(super) outputs: [&'a [f64]; OUTPUTS],
+}
+
+impl AxisRun<'_> {
+    /// Output less load, sample by sample.
+    pub(super) fn errors(&self, output: usize, samples: Range<usize>) -> impl Iterator<Item = f64> {
+        let outputs = &self.outputs[output][samples.clone()];
+        outputs
+            .iter()
+            .zip(&self.loads[samples])
+            .map(|(output, load)| output - load)
+    }
+
+    pub(super) fn place(&self, samples: Range<usize>) -> Place {
+        self.run.place(self.index, samples)
+    }
+
+    /// Whether the load reaches this size somewhere in these samples.
+    pub(super) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
+        self.loads[samples].iter().any(|load| load.abs() >= size)
+    }
+}
+
+impl AxisView<'_> {
+    /// Least and greatest load in all runs.
+    pub(super) fn range(&self) -> (f64, f64) {
+        let ranges = self.runs.iter().map(|run| range(run.loads));
+        ranges
+            .reduce(|all, own| (all.0.min(own.0), all.1.max(own.1)))
+            .expect("there is at least one run")
+    }
+
+    /// From where this axis counts as loaded.
+    ///
+    /// # Errors
+    /// [`Reason`] if it has no full scale.
+    pub(super) fn loaded_from(&self) -> Result<f64, Reason> {
+        if self.full_scale > 0.0 {
+            Ok(self.measured.settings.loaded_share * self.full_scale)
+        } else {
+            Err(Reason::NoFullScale { axis: self.axis })
+        }
+    }
+}

@@ -1,0 +1,389 @@
+//! The figures that a calibration certificate asks for, per axis, conventional beside compensated.
+//!
+//! [`table`] takes recordings with what a calibration makes of them and gives one row per [`Quantity`], each with its
+//! definition and source. Where the data cannot give a figure, a [`Reason`] stands in its place: a sentence, never a
+//! number that means nothing, and never NaN.
+//!
+//! **Source** OIML R 60 and VDI/VDE 2638 (errors over full scale rather than over the reading), and the glossaries of
+//! load-cell makers; each row names its own. Full scale is what the user entered, else half the peak-to-peak reference: for
+//! a sensor that is loaded in one direction only, enter it.
+//!
+//! **What a free-running recording does not meet** Standards load one axis alone, from nothing to the rated load and back, in
+//! steps, after preloading, and read at set times; temperature is kept. A recording of a moving robot loads several axes at
+//! once, at no set speed, turns where it likes, and seldom rests. So hysteresis holds what other axes add at equal load,
+//! creep and viscosity add to width, nonlinearity is that of a branch between two turns, and repeatability is of cycles that
+//! only resemble each other. The figures compare two calibrations on the same data fairly; they do not replace a
+//! certificate's measurement. [`Definition::free_running`] says it row by row.
+
+mod crosstalk;
+mod errors;
+mod loop_rows;
+mod measured;
+mod quantity;
+mod reason;
+mod rest_rows;
+mod rests;
+mod settings;
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use serde::{Serialize, Serializer};
+
+use self::crosstalk::{Alone, crosstalk_figure, stretches_alone};
+use self::errors::error_figures;
+use self::loop_rows::LoopRows;
+use self::measured::{Measured, OUTPUTS};
+use self::rest_rows::RestRows;
+use crate::calibration::AppliedLoads;
+use crate::evaluation::numbers::significant;
+use crate::recording::{Axis, Recording};
+
+pub use quantity::{Definition, Quantity};
+pub use reason::Reason;
+pub use rests::{Rest, rests};
+pub use settings::{MetrologyError, MetrologySettings};
+
+/// A load this much beyond full scale is worth a note …
+const BEYOND: f64 = 1.2;
+/// … and so is a largest cycle of less than this share of the range.
+const SMALL: f64 = 0.6;
+
+/// One recording with what a calibration makes of it.
+///
+/// **Shapes** reference `n × reference_axes` row-major, conventional and compensated `n × n_axes` row-major, with the axes
+/// of the table.
+///
+/// **Units** times (s), loads (N) and (N·m).
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// The recording's name.
+    pub name: &'a str,
+    /// Sample times.
+    pub times: &'a [f64],
+    /// The axes whose reference load is known; empty without a reference.
+    pub reference_axes: &'a [Axis],
+    /// The load that was really applied.
+    pub reference: &'a [f64],
+    /// Conv.
+    pub conventional: &'a [f64],
+    /// Comp.
+    pub compensated: &'a [f64],
+}
+
+impl<'a> Run<'a> {
+    /// A recording with the loads that a calibration gave for it.
+    #[must_use]
+    pub fn new(recording: &'a Recording, applied: &'a AppliedLoads) -> Self {
+        Self {
+            name: recording.name(),
+            times: recording.times(),
+            reference_axes: recording.axes(),
+            reference: recording.loads(),
+            conventional: &applied.conventional,
+            compensated: &applied.compensated,
+        }
+    }
+}
+
+/// A stretch of a recording that a figure comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Place {
+    /// Which of the runs it is in.
+    pub recording: usize,
+    /// Its name.
+    pub name: String,
+    /// Time of the first sample.
+    pub from_secs: f64,
+    /// Time of the last sample.
+    pub to_secs: f64,
+    /// The samples.
+    #[serde(skip)]
+    pub samples: Range<usize>,
+}
+
+/// A figure; always finite.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Value {
+    /// In the unit of its cell.
+    pub value: f64,
+    /// In % of full scale; `None` for times, and for an axis without a full scale.
+    pub percent_fs: Option<f64>,
+    /// Where it comes from; `None` for what all samples give.
+    pub place: Option<Place>,
+}
+
+/// A figure, or why there is none.
+pub type Figure = std::result::Result<Value, Reason>;
+
+/// The figures of one row and axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// The axis.
+    pub axis: Axis,
+    /// The unit of `value`.
+    pub unit: &'static str,
+    /// Conv.
+    #[serde(serialize_with = "figure")]
+    pub conventional: Figure,
+    /// Comp.
+    #[serde(serialize_with = "figure")]
+    pub compensated: Figure,
+}
+
+/// One row of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Which.
+    #[serde(skip)]
+    pub quantity: Quantity,
+    /// What it means.
+    #[serde(flatten)]
+    pub definition: Definition,
+    /// One per axis, in axis order.
+    pub cells: Vec<Cell>,
+}
+
+/// Something to know about the whole table.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum Note {
+    #[error(
+        "{} reaches {} {}, beyond its full scale of {} {}; if it is loaded in one direction only, enter its full scale",
+        .axis.symbol(), significant(*.reaches, 4), .axis.unit(), significant(*.full_scale, 4), .axis.unit()
+    )]
+    BeyondFullScale {
+        axis: Axis,
+        reaches: f64,
+        full_scale: f64,
+    },
+    #[error("{} has no full scale, so nothing of it is in percent; enter one", .axis.symbol())]
+    NoFullScale { axis: Axis },
+    #[error(
+        "the largest cycle of {} spans {:.0} % of all its loads only; where {} turns back on the way, a dead band above {} {} joins branches",
+        .axis.symbol(), 100.0 * .share, .axis.symbol(), significant(*.dead_band, 3), .axis.unit()
+    )]
+    SmallCycle {
+        axis: Axis,
+        share: f64,
+        dead_band: f64,
+    },
+    #[error("{count} of {all} recordings have no reference load and take no part")]
+    WithoutReference { count: usize, all: usize },
+}
+
+impl Serialize for Note {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// The table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Metrology {
+    /// Axes in the order of the cells.
+    pub axes: Vec<Axis>,
+    /// Full scale per axis, in its unit; 0 where there is none.
+    pub full_scale: Vec<f64>,
+    /// The dead band that was used per axis, in its unit.
+    pub dead_bands: Vec<f64>,
+    /// How many recordings there are.
+    pub n_recordings: usize,
+    /// How many samples they have.
+    pub n_samples: usize,
+    /// What to know before reading on.
+    pub notes: Vec<Note>,
+    /// In a fixed order.
+    pub rows: Vec<Row>,
+}
+
+impl Metrology {
+    /// The figures of one row and axis.
+    #[must_use]
+    pub fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
+        let row = self.rows.iter().find(|row| row.quantity == quantity)?;
+        row.cells.iter().find(|cell| cell.axis == axis)
+    }
+}
+
+type Result<T> = std::result::Result<T, Reason>;
+
+/// A figure before it knows its full scale.
+#[derive(Clone, Debug)]
+struct Found {
+    size: f64,
+    place: Option<Place>,
+}
+
+impl Found {
+    /// Of all samples.
+    fn everywhere(size: f64) -> Self {
+        Self { size, place: None }
+    }
+}
+
+/// Makes the table of these runs.
+///
+/// **Shapes** `full_scale` one number per axis, 0 where there is none.
+///
+/// **Units** `full_scale` in N and N·m.
+///
+/// # Errors
+/// [`MetrologyError`] where a choice is out of range or numbers do not fit together. What the data cannot give is no error
+/// but a [`Reason`] in its cell.
+pub fn table(
+    runs: &[Run<'_>],
+    axes: &[Axis],
+    full_scale: &[f64],
+    settings: &MetrologySettings,
+) -> std::result::Result<Metrology, MetrologyError> {
+    let measured = Measured::of(runs, axes, full_scale, settings)?;
+    let alone = stretches_alone(&measured);
+    let by_axis: Vec<AxisFigures> = (0..axes.len())
+        .into_par_iter()
+        .map(|axis| AxisFigures::of(&measured, &alone, axis))
+        .collect();
+    let rows = (Quantity::all(axes).into_iter().enumerate())
+        .map(|(row, quantity)| {
+            let cells = (0..axes.len()).map(|axis| {
+                let figures = by_axis[axis].outputs.each_ref();
+                let scale = full_scale[axis];
+                let [conventional, compensated] =
+                    figures.map(|all| finished(all[row].clone(), quantity, axes[axis], scale));
+                Cell {
+                    axis: axes[axis],
+                    unit: if quantity.is_time() {
+                        "s"
+                    } else {
+                        axes[axis].unit()
+                    },
+                    conventional,
+                    compensated,
+                }
+            });
+            Row {
+                quantity,
+                definition: quantity.definition(),
+                cells: cells.collect(),
+            }
+        })
+        .collect();
+    Ok(Metrology {
+        axes: axes.to_vec(),
+        full_scale: full_scale.to_vec(),
+        notes: notes(&measured, &by_axis),
+        dead_bands: measured.dead_bands,
+        n_recordings: runs.len(),
+        n_samples: runs.iter().map(|run| run.times.len()).sum(),
+        rows,
+    })
+}
+
+/// All figures of one axis.
+struct AxisFigures {
+    /// In the order of [`Quantity::all`].
+    outputs: [Vec<Result<Found>>; OUTPUTS],
+    /// What the largest cycle spans, as a share of the range.
+    cycle_share: Option<f64>,
+}
+
+impl AxisFigures {
+    fn of(measured: &Measured<'_>, alone: &[Alone], axis: usize) -> Self {
+        let n_axes = measured.axes.len();
+        let view = match measured.axis(axis) {
+            Ok(view) => view,
+            Err(reason) => {
+                let n_rows = Quantity::all(measured.axes).len();
+                return Self {
+                    outputs: std::array::from_fn(|_| vec![Err(reason.clone()); n_rows]),
+                    cycle_share: None,
+                };
+            }
+        };
+        let (loops, rests) = (LoopRows::of(&view), RestRows::of(&view));
+        let figures = |output| {
+            let crosstalk =
+                (0..n_axes).map(|loaded| crosstalk_figure(measured, alone, loaded, axis, output));
+            (loops.figures(output).into_iter())
+                .chain(rests.figures(output))
+                .chain(crosstalk)
+                .chain(error_figures(&view, output))
+                .collect()
+        };
+        Self {
+            outputs: std::array::from_fn(figures),
+            cycle_share: loops.share_of_range(),
+        }
+    }
+}
+
+fn finished(found: Result<Found>, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
+    let Found { size, place } = found?;
+    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * size / full_scale);
+    if !size.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
+        return Err(Reason::Overflow { axis });
+    }
+    Ok(Value {
+        value: size,
+        percent_fs,
+        place,
+    })
+}
+
+fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Note> {
+    let bare = |run: &&measured::Columns<'_>| run.loads.iter().all(Option::is_none);
+    let count = measured.runs.iter().filter(bare).count();
+    let all = measured.runs.len();
+    let missing = (count > 0).then_some(Note::WithoutReference { count, all });
+    let of_axes = (by_axis.iter().enumerate()).flat_map(|(at, figures)| {
+        let small = figures.cycle_share.filter(|share| *share < SMALL);
+        let small = small.map(|share| Note::SmallCycle {
+            axis: measured.axes[at],
+            share,
+            dead_band: measured.dead_bands[at],
+        });
+        full_scale_note(measured, at).into_iter().chain(small)
+    });
+    missing.into_iter().chain(of_axes).collect()
+}
+
+fn full_scale_note(measured: &Measured<'_>, at: usize) -> Option<Note> {
+    let (axis, full_scale) = (measured.axes[at], measured.full_scale[at]);
+    if full_scale == 0.0 {
+        return Some(Note::NoFullScale { axis });
+    }
+    let loads = measured
+        .runs
+        .iter()
+        .filter_map(|run| run.loads[at].as_ref());
+    let reaches = loads
+        .flatten()
+        .fold(0.0_f64, |reaches, load| reaches.max(load.abs()));
+    (reaches > BEYOND * full_scale).then_some(Note::BeyondFullScale {
+        axis,
+        reaches,
+        full_scale,
+    })
+}
+
+/// `value`, `percent_fs`, `place` and `reason`; what is not there is null.
+fn figure<S: Serializer>(figure: &Figure, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Written<'a> {
+        value: Option<f64>,
+        percent_fs: Option<f64>,
+        place: Option<&'a Place>,
+        reason: Option<String>,
+    }
+    let value = figure.as_ref().ok();
+    Written {
+        value: value.map(|value| value.value),
+        percent_fs: value.and_then(|value| value.percent_fs),
+        place: value.and_then(|value| value.place.as_ref()),
+        reason: figure.as_ref().err().map(Reason::to_string),
+    }
+    .serialize(serializer)
+}
+
+#[cfg(test)]
+mod tests;

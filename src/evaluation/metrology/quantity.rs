@@ -1,0 +1,278 @@
+//! What the table has rows of: each quantity with its definition, its source, and what a free-running recording lacks.
+
+use serde::Serialize;
+
+use crate::recording::Axis;
+
+/// One row of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// Largest width of the largest cycle's loop.
+    Hysteresis,
+    /// Largest width of the mean loop of the full cycles.
+    MeanLoopHysteresis,
+    /// Mean width of that loop.
+    MeanWidth,
+    /// Rising branch against the line between its ends.
+    TerminalNonlinearity,
+    /// Rising branch against its best-fit line.
+    BestFitNonlinearity,
+    /// Both branches against the line between the ends of the rising one.
+    CombinedError,
+    /// Spread of repeated branches of one recording.
+    Repeatability,
+    /// Output at zero after a load less that before.
+    ZeroReturn,
+    /// Change of the output under a load that stands still.
+    Creep,
+    /// Time constant of that change.
+    CreepTime,
+    /// Change of the output at zero after a load.
+    CreepRecovery,
+    /// Largest error while this axis alone is loaded.
+    Crosstalk(Axis),
+    /// Root mean squared error.
+    Rmse,
+    /// Largest error.
+    LargestError,
+    /// What 95 % of the errors stay within.
+    Error95,
+}
+
+/// What a row means, for whoever reads it in the window, in a file or in print.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Definition {
+    /// Short and stable, for programs.
+    pub id: String,
+    /// Short, for people.
+    pub name: String,
+    /// How it is computed.
+    pub definition: &'static str,
+    /// Whose definition it follows.
+    pub source: &'static str,
+    /// Which conditions of that source a free-running recording does not meet; empty where there are none.
+    pub free_running: &'static str,
+}
+
+impl Quantity {
+    /// All rows for these axes, in the order of the table.
+    #[must_use]
+    pub fn all(axes: &[Axis]) -> Vec<Self> {
+        use Quantity::*;
+        let loops = [
+            Hysteresis,
+            MeanLoopHysteresis,
+            MeanWidth,
+            TerminalNonlinearity,
+            BestFitNonlinearity,
+            CombinedError,
+            Repeatability,
+        ];
+        let rests = [ZeroReturn, Creep, CreepTime, CreepRecovery];
+        let crosstalk = axes.iter().map(|axis| Crosstalk(*axis));
+        let errors = [Rmse, LargestError, Error95];
+        loops
+            .into_iter()
+            .chain(rests)
+            .chain(crosstalk)
+            .chain(errors)
+            .collect()
+    }
+
+    /// Whether the figures are times in seconds rather than loads.
+    #[must_use]
+    pub fn is_time(self) -> bool {
+        self == Self::CreepTime
+    }
+
+    /// What the row means.
+    #[must_use]
+    pub fn definition(self) -> Definition {
+        let [id, name, definition, source, free_running] = match self {
+            Self::Crosstalk(axis) => return crosstalk(axis),
+            Self::Hysteresis => HYSTERESIS,
+            Self::MeanLoopHysteresis => MEAN_LOOP_HYSTERESIS,
+            Self::MeanWidth => MEAN_WIDTH,
+            Self::TerminalNonlinearity => TERMINAL_NONLINEARITY,
+            Self::BestFitNonlinearity => BEST_FIT_NONLINEARITY,
+            Self::CombinedError => COMBINED_ERROR,
+            Self::Repeatability => REPEATABILITY,
+            Self::ZeroReturn => ZERO_RETURN,
+            Self::Creep => CREEP,
+            Self::CreepTime => CREEP_TIME,
+            Self::CreepRecovery => CREEP_RECOVERY,
+            Self::Rmse => RMSE,
+            Self::LargestError => LARGEST_ERROR,
+            Self::Error95 => ERROR_95,
+        };
+        Definition {
+            id: id.to_owned(),
+            name: name.to_owned(),
+            definition,
+            source,
+            free_running,
+        }
+    }
+}
+
+fn crosstalk(axis: Axis) -> Definition {
+    Definition {
+        id: format!("crosstalk_from_{}", axis.symbol().to_lowercase()),
+        name: format!("Crosstalk from {}", axis.symbol()),
+        definition: "largest |output − load| of the axis while the other named axis alone is loaded: the named one reaches \
+            50 % of its full scale or more, all others stay within 2 % of theirs (shares can be chosen)",
+        source: "common practice for multi-axis sensors",
+        free_running: "a bench loads one axis at a time and everything else with nothing; here the others may carry up to \
+            2 %, and the figure holds offset, drift and hysteresis of the axis too",
+    }
+}
+
+/// Id, name, definition, source, what a free-running recording lacks.
+type Texts = [&'static str; 5];
+
+const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here \
+    other axes may be loaded too, and what they add at equal load counts as width";
+
+const HYSTERESIS: Texts = [
+    "hysteresis",
+    "Hysteresis",
+    "largest |falling − rising| output at equal load, in the one cycle whose branches share the widest range of loads; \
+        branches averaged over hundredths of their range and compared at 101 loads",
+    "OIML R 60-1, 3.7 (difference at the same load, up from the least and down from the greatest); over full scale, as \
+        VDI/VDE 2638 refers errors to the nominal load",
+    ONE_AXIS_AT_REST,
+];
+
+const MEAN_LOOP_HYSTERESIS: Texts = [
+    "hysteresis_mean_loop",
+    "Hysteresis, mean loop",
+    "largest |falling − rising| of the mean loop of all cycles that cover at least 80 % of the largest one's range, over the \
+        loads that all of them have",
+    "as hysteresis; averaging over cycles is this program's, as it leaves what repeats and drops what other axes happened to \
+        do",
+    ONE_AXIS_AT_REST,
+];
+
+const MEAN_WIDTH: Texts = [
+    "hysteresis_mean_width",
+    "Hysteresis, mean width",
+    "mean |falling − rising| over the load range of the mean loop",
+    "as the mean loop; noise of single loads does not raise it as it raises the largest",
+    ONE_AXIS_AT_REST,
+];
+
+const TERMINAL_NONLINEARITY: Texts = [
+    "nonlinearity_terminal",
+    "Nonlinearity, terminal line",
+    "largest deviation of the rising branch of the largest cycle from the straight line through its ends (the outer \
+        averages over hundredths of its range, carried on to the ends)",
+    "load-cell makers' glossaries: from no load to rated load, rising only",
+    "the branch goes from the least to the greatest load that was recorded, not from no load to rated load, and its start \
+        still carries hysteresis of what was before",
+];
+
+const BEST_FIT_NONLINEARITY: Texts = [
+    "nonlinearity_best_fit",
+    "Nonlinearity, best-fit line",
+    "largest deviation of the rising branch of the largest cycle from its least-squares line, every hundredth of its range \
+        counting alike",
+    "sensor makers' data sheets (best-fit straight line), rising only",
+    "as for the terminal line",
+];
+
+const COMBINED_ERROR: Texts = [
+    "combined_error",
+    "Combined error",
+    "largest deviation of both branches of the largest cycle from the line through the ends of the rising one",
+    "load-cell makers' glossaries: nonlinearity and hysteresis in one figure",
+    "as for hysteresis and nonlinearity",
+];
+
+const REPEATABILITY: Texts = [
+    "repeatability",
+    "Repeatability",
+    "largest difference at equal load between branches of one recording that go the same way and cover at least 80 % of \
+        the widest one's range; the worst recording",
+    "load-cell makers' glossaries: same load, same direction, same conditions",
+    "conditions are the same only as far as the recording repeats itself: other axes and the speed may differ from cycle to \
+        cycle",
+];
+
+const ZERO_RETURN: Texts = [
+    "zero_return",
+    "Zero return",
+    "mean output − load over the first seconds at zero after the axis was loaded, less that over the last seconds at zero \
+        before (seconds: the shortest hold); the largest of the recordings, with its sign",
+    "OIML R 60-1, 2.1.5 (output at the least load after a load less that before)",
+    "the standard keeps the load on for 30 min; here it is as long as the recording has it",
+];
+
+const CREEP: Texts = [
+    "creep",
+    "Creep",
+    "change of output − load from the beginning to the end of the longest hold with the axis loaded, on a fitted first-order \
+        exponential, with its sign",
+    "OIML R 60-1, 2.1.5 (change of the output under a constant load)",
+    "the standard holds 90 to 100 % of the greatest load for 30 min; here half of full scale is enough, and the hold is as \
+        long as the recording has it",
+];
+
+const CREEP_TIME: Texts = [
+    "creep_time_constant",
+    "Creep, time constant",
+    "τ of output − load = a + b (1 − exp(−t / τ)), fitted over the hold that gives the creep",
+    "a first-order creep element; no standard asks for it",
+    "",
+];
+
+const CREEP_RECOVERY: Texts = [
+    "creep_recovery",
+    "Creep recovery",
+    "change of output − load from the beginning to the end of the longest rest at zero after the axis was loaded, on a \
+        fitted first-order exponential, with its sign",
+    "load-cell makers' glossaries: change of zero after a load that was held is removed",
+    "the load need not have been held before it was removed",
+];
+
+const RMSE: Texts = [
+    "rmse",
+    "RMSE",
+    "root of the mean squared output − load over all samples",
+    "statistics; no standard asks for it",
+    "",
+];
+
+const LARGEST_ERROR: Texts = [
+    "largest_error",
+    "Largest error",
+    "largest |output − load| over all samples",
+    "statistics; no standard asks for it",
+    "",
+];
+
+const ERROR_95: Texts = [
+    "error_95",
+    "95 % error",
+    "95 % of all samples have an |output − load| of at most this",
+    "statistics; makers of multi-axis sensors state accuracy per axis in percent of full scale",
+    "neighbouring samples know of each other, so this is a share of time, not a confidence",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn every_row_has_an_id_of_its_own_and_says_what_it_is() {
+        let all = Quantity::all(&Axis::ALL);
+        assert_eq!(all.len(), 20);
+        let definitions = all.iter().map(|quantity| quantity.definition());
+        let ids: HashSet<String> = definitions
+            .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))
+            .map(|row| row.id)
+            .collect();
+        assert_eq!(ids.len(), all.len());
+        assert!(ids.contains("crosstalk_from_fx"));
+    }
+}

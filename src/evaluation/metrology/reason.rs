@@ -1,0 +1,91 @@
+//! Why a figure is not there, as a sentence that stands in its place.
+
+use crate::evaluation::holds::NoTimeConstant;
+use crate::evaluation::numbers::significant;
+use crate::recording::Axis;
+
+/// Why the data do not give a figure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum Reason {
+    #[error("no recording has a reference load for {}; record one, in a column of that name", .axis.symbol())]
+    NoReference { axis: Axis },
+    #[error(
+        "{} stays between {} and {} {}, within the dead band of {} {}; load it further, or choose a smaller dead band",
+        .axis.symbol(), short(*.low), short(*.high), .axis.unit(), short(*.dead_band), .axis.unit()
+    )]
+    ConstantLoad {
+        axis: Axis,
+        low: f64,
+        high: f64,
+        dead_band: f64,
+    },
+    #[error("{} only {} in every recording, so there is no second branch to compare with; record it up and down", .axis.symbol(), if *.rises { "rises" } else { "falls" })]
+    OneBranch { axis: Axis, rises: bool },
+    #[error("{} has no reversal within a recording, so there is no cycle; record it up and down in one run", .axis.symbol())]
+    NoCycle { axis: Axis },
+    #[error("{} only falls, and this figure is that of a rising branch; record it rising", .axis.symbol())]
+    NoRisingBranch { axis: Axis },
+    #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
+    TooFewLoads { axis: Axis, found: usize },
+    #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle in one run", .axis.symbol())]
+    TooFewCycles { axis: Axis },
+    #[error("{} has no full scale, as it is never loaded; enter one", .axis.symbol())]
+    NoFullScale { axis: Axis },
+    #[error(
+        "no {} s in which the load stands still with {} at {} % of full scale or above",
+        short(*.secs), .axis.symbol(), short(100.0 * .share)
+    )]
+    NoHold { axis: Axis, share: f64, secs: f64 },
+    #[error(
+        "no {} s in which the load rests at zero (every axis within {} % of full scale)",
+        short(*.secs), short(100.0 * .share)
+    )]
+    NoZero { share: f64, secs: f64 },
+    #[error(
+        "no recording rests at zero both before and after {} was at {} % of full scale or above",
+        .axis.symbol(), short(100.0 * .share)
+    )]
+    NoReturn { axis: Axis, share: f64 },
+    #[error(
+        "no recording rests at zero after {} was at {} % of full scale or above",
+        .axis.symbol(), short(100.0 * .share)
+    )]
+    NoRecovery { axis: Axis, share: f64 },
+    #[error(transparent)]
+    NoTimeConstant(#[from] NoTimeConstant),
+    #[error("{} is the loaded axis", .axis.symbol())]
+    LoadedAxis { axis: Axis },
+    #[error("{} is the only axis, so there is none to load it from", .axis.symbol())]
+    OnlyAxis { axis: Axis },
+    #[error(
+        "no stretch in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
+        .axis.symbol(), short(100.0 * .loaded_share), short(100.0 * .alone_share)
+    )]
+    NeverAlone {
+        axis: Axis,
+        loaded_share: f64,
+        alone_share: f64,
+    },
+    #[error("{recording}: the load or the output of {} is not a finite number in sample {sample}", .axis.symbol())]
+    NotFinite {
+        axis: Axis,
+        recording: String,
+        sample: usize,
+    },
+    #[error("the numbers of {} are too large to compute with", .axis.symbol())]
+    Overflow { axis: Axis },
+}
+
+/// Three digits, and no zeros behind the point that say nothing.
+fn short(value: f64) -> String {
+    let digits = significant(value, 3);
+    if digits.contains('.') && !digits.contains('e') {
+        digits
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
+    } else {
+        digits
+    }
+}

@@ -1,0 +1,49 @@
+//! Where the recordings hold a load still or rest at zero: what a drift curve is drawn of.
+
+use super::measured::Measured;
+use super::{MetrologyError, MetrologySettings, Place, Run};
+use crate::recording::Axis;
+
+/// A stretch in which the load stands still.
+///
+/// How an output drifts in it is [`Drift::of`](crate::evaluation::holds::Drift::of) the times and errors of its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rest {
+    /// Where it is.
+    pub place: Place,
+    /// The mean load of each axis of the table; `None` where the recording has no reference for it.
+    pub level: Vec<Option<f64>>,
+    /// Whether every known axis is near zero.
+    pub at_zero: bool,
+}
+
+/// All rests of these runs, in the order of runs and time: the ones that the rows on zero and creep choose from.
+///
+/// # Errors
+/// As [`table`](super::table).
+pub fn rests(
+    runs: &[Run<'_>],
+    axes: &[Axis],
+    full_scale: &[f64],
+    settings: &MetrologySettings,
+) -> Result<Vec<Rest>, MetrologyError> {
+    let measured = Measured::of(runs, axes, full_scale, settings)?;
+    let of_runs = measured
+        .holds
+        .iter()
+        .enumerate()
+        .flat_map(|(index, holds)| {
+            let (measured, run) = (&measured, &measured.runs[index]);
+            holds.iter().map(move |hold| {
+                let mut levels = hold.level.iter().copied();
+                Rest {
+                    place: run.place(index, hold.samples.clone()),
+                    level: (run.loads.iter())
+                        .map(|loads| loads.as_ref().and_then(|_| levels.next()))
+                        .collect(),
+                    at_zero: measured.is_at_zero(index, hold),
+                }
+            })
+        });
+    Ok(of_runs.collect())
+}

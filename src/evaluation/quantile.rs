@@ -1,0 +1,33 @@
+//! The value that a share of the values does not exceed.
+
+/// The least value that at least `share` of the values do not exceed; `None` without values. Reorders them.
+///
+/// A share of 0.5 is the lower median, 1 the greatest value; shares outside 0 to 1 count as 0 or 1.
+#[must_use]
+pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
+    let last = values.len().checked_sub(1)?;
+    let rank = (share * values.len() as f64).ceil() as usize; // NaN and what is negative become 0
+    let at = rank.saturating_sub(1).min(last);
+    let (_, value, _) = values.select_nth_unstable_by(at, f64::total_cmp);
+    Some(*value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_values_as_the_share_asks_do_not_exceed_it() {
+        let twenty = || (1..=20).rev().map(f64::from).collect::<Vec<_>>();
+        for (share, expected) in [
+            (0.95, 19.0),
+            (0.951, 20.0),
+            (0.5, 10.0),
+            (0.0, 1.0),
+            (1.0, 20.0),
+        ] {
+            assert_eq!(quantile(&mut twenty(), share), Some(expected), "{share}");
+        }
+        assert_eq!(quantile(&mut [], 0.5), None);
+    }
+}
