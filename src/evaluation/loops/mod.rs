@@ -20,8 +20,8 @@ pub use curve::Curve;
 pub(crate) use cycle::even_loads;
 pub use cycle::{Cycle, LOADS, Loop};
 pub use outline::{Frame, Stroke, outline};
-pub(crate) use turns::range;
 pub use turns::{Branch, LEAST_SHARE, NOISE_FACTOR, branches, default_dead_band, noise};
+pub(crate) use turns::{dead_band_of, range};
 
 /// A cycle or branch is full if it covers at least this share of the largest one's range.
 pub const FULL_SHARE: f64 = 0.8;

@@ -1,14 +1,12 @@
 //! A branch as few enough points to draw.
 //!
-//! Guarantees: what is drawn is never farther from what was left out than the tolerance; ends of branches are kept; the
-//! number of points depends on the picture, not on the number of samples.
+//! Guarantees: what is left out lies within the tolerance of what is drawn; ends of branches are kept; the number of points
+//! depends on the picture, not on the number of samples.
 
 use super::turns::Branch;
 
 /// The first tolerance: about half a pixel.
 const FINEST: f64 = 5e-4;
-/// So many times the tolerance is doubled at most; a picture is then a point.
-const MOST_DOUBLINGS: u32 = 32;
 
 /// A part of the plane that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +18,11 @@ pub struct Frame {
 }
 
 impl Frame {
+    fn contains(self, [load, output]: [f64; 2]) -> bool {
+        (self.loads.0..=self.loads.1).contains(&load)
+            && (self.outputs.0..=self.outputs.1).contains(&output)
+    }
+
     /// A share of its width and height.
     fn reach(self, share: f64) -> [f64; 2] {
         [self.loads, self.outputs].map(|(low, high)| share * (high - low))
@@ -35,11 +38,27 @@ pub struct Stroke {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Draws the branches of one recording in about `most` points or fewer.
+impl Stroke {
+    /// How far it goes, each step by its larger share of the frame's width or height.
+    fn length(&self, frame: Frame) -> f64 {
+        let [width, height] = frame.reach(1.0);
+        let steps = self.points.windows(2);
+        steps
+            .map(|step| {
+                let along = (step[1][0] - step[0][0]).abs() / width;
+                along.max((step[1][1] - step[0][1]).abs() / height)
+            })
+            .filter(|step| step.is_finite())
+            .sum()
+    }
+}
+
+/// Draws the branches of one recording in at most `most` points besides the ends of strokes.
 ///
-/// More samples than that are thinned: one is left out while it lies within a tolerance of the last one that was kept, at
-/// first 1/2000 of the frame's width and height, doubled until the points are few enough. Where a branch leaves the
-/// frame its stroke ends, one sample beyond it; between two samples that are both outside nothing is drawn.
+/// More samples than that are thinned: one is left out while it lies within a tolerance of the last one that was kept. The
+/// tolerance is the length of the way over `most`, so that steps no shorter than it are few enough, and at least 1/2000
+/// of the frame's width and height. Where a branch leaves the frame its stroke ends, one sample beyond it; between two
+/// samples that are both outside nothing is drawn.
 ///
 /// # Panics
 /// If a branch is not one of these loads, or there are not as many outputs as loads.
@@ -52,26 +71,20 @@ pub fn outline(
     most: usize,
 ) -> Vec<Stroke> {
     assert_eq!(loads.len(), outputs.len(), "one output for each load");
-    let mut tolerance = if loads.len() > most { FINEST } else { 0.0 };
+    let is_long = loads.len() > most;
+    let finest = if is_long { FINEST } else { 0.0 };
     let mut strokes = Vec::new();
     for branch in branches {
         let samples = branch.samples.clone();
         let path = loads[samples.clone()].iter().zip(&outputs[samples]);
         let path = path.map(|(load, output)| [*load, *output]);
-        add_strokes(&mut strokes, path, branch.rising, frame, tolerance);
+        add_strokes(&mut strokes, path, branch.rising, frame, finest);
     }
-    for _ in 0..MOST_DOUBLINGS {
-        if strokes
-            .iter()
-            .map(|stroke| stroke.points.len())
-            .sum::<usize>()
-            <= most
-        {
-            break;
-        }
-        tolerance = (2.0 * tolerance).max(FINEST);
+    if is_long {
+        let length: f64 = strokes.iter().map(|stroke| stroke.length(frame)).sum();
+        let reach = frame.reach((length / most.max(1) as f64).max(finest));
         for stroke in &mut strokes {
-            thin(&mut stroke.points, frame, tolerance);
+            thin(&mut stroke.points, reach);
         }
     }
     strokes
@@ -85,33 +98,28 @@ fn add_strokes(
     frame: Frame,
     tolerance: f64,
 ) {
-    let within = |[load, output]: [f64; 2]| {
-        (frame.loads.0..=frame.loads.1).contains(&load)
-            && (frame.outputs.0..=frame.outputs.1).contains(&output)
-    };
     let reach = frame.reach(tolerance);
-    let (mut last, mut drawn): (Option<[f64; 2]>, Option<Vec<[f64; 2]>>) = (None, None);
+    // Those of the stroke that is being drawn; none while the path is outside.
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    let (mut before, mut kept) = (None, [0.0; 2]);
     for point in path {
-        let inside = within(point);
-        match &mut drawn {
-            None if inside => drawn = Some(last.into_iter().chain([point]).collect()),
-            None => {}
-            Some(points) => {
-                let kept = points.last();
-                if !inside || kept.is_none_or(|kept| is_beyond(*kept, point, reach)) {
-                    points.push(point);
-                }
-                if !inside {
-                    strokes.extend(drawn.take().map(|points| Stroke { rising, points }));
-                }
+        if frame.contains(point) {
+            if points.is_empty() {
+                points.extend(before);
             }
+            if points.len() < 2 || is_beyond(kept, point, reach) {
+                points.push(point);
+                kept = point;
+            }
+        } else if !points.is_empty() {
+            points.push(point);
+            let points = std::mem::take(&mut points);
+            strokes.push(Stroke { rising, points });
         }
-        last = Some(point);
+        before = Some(point);
     }
-    if let (Some(mut points), Some(end)) = (drawn, last) {
-        if points.last() != Some(&end) {
-            points.push(end);
-        }
+    if !points.is_empty() {
+        points.extend(before.filter(|end| *end != kept));
         strokes.push(Stroke { rising, points });
     }
 }
@@ -120,9 +128,8 @@ fn is_beyond(a: [f64; 2], b: [f64; 2], reach: [f64; 2]) -> bool {
     (b[0] - a[0]).abs() > reach[0] || (b[1] - a[1]).abs() > reach[1]
 }
 
-/// Leaves out what lies within the tolerance (a share of the frame) of the last kept point; keeps both ends.
-fn thin(points: &mut Vec<[f64; 2]>, frame: Frame, tolerance: f64) {
-    let reach = frame.reach(tolerance);
+/// Leaves out what lies within reach of the last kept point; keeps both ends.
+fn thin(points: &mut Vec<[f64; 2]>, reach: [f64; 2]) {
     let Some(&end) = points.last() else { return };
     let mut last: Option<[f64; 2]> = None;
     points.retain(|point| {
@@ -158,7 +165,8 @@ mod tests {
         let found = branches(&loads, 0.1);
         let strokes = outline(&found, &loads, &outputs, FRAME, 2000);
         let points: Vec<_> = strokes.iter().flat_map(|stroke| &stroke.points).collect();
-        assert!((500..=2000).contains(&points.len()), "{}", points.len());
+        let most = 2000 + 2 * strokes.len();
+        assert!((1000..=most).contains(&points.len()), "{}", points.len());
         for [load, output] in points {
             assert!((load.hypot(*output) - 1.0).abs() < 1e-12);
         }

@@ -12,8 +12,8 @@ use crate::evaluation::quantile::quantile;
 pub const NOISE_FACTOR: f64 = 10.0;
 /// The least default dead band, as a share of the range of the load.
 pub const LEAST_SHARE: f64 = 0.02;
-/// At most so many differences of a recording are looked at for its noise.
-const MOST_DIFFERENCES: usize = 4096;
+/// At most so many differences of a recording are looked at for its noise, which gives it to about 5 %.
+const MOST_DIFFERENCES: usize = 1024;
 /// The median of the size of a normal deviate, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
@@ -120,7 +120,12 @@ pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) ->
         let (own_low, own_high) = range(loads);
         (low, high) = (low.min(own_low), high.max(own_high));
     }
-    (NOISE_FACTOR * largest).max(LEAST_SHARE * (high - low).max(0.0))
+    dead_band_of(largest, (low, high))
+}
+
+/// The default dead band of a load with this noise and range.
+pub(crate) fn dead_band_of(noise: f64, (low, high): (f64, f64)) -> f64 {
+    (NOISE_FACTOR * noise).max(LEAST_SHARE * (high - low).max(0.0))
 }
 
 /// The standard deviation of the noise of the noisiest recording, as [`default_dead_band`] measures it.

@@ -8,7 +8,7 @@ use super::reason::Reason;
 use super::settings::{MetrologyError, MetrologySettings, check_per_axis};
 use super::{Place, Run};
 use crate::evaluation::holds::{Hold, holds};
-use crate::evaluation::loops::{NOISE_FACTOR, default_dead_band, noise, range};
+use crate::evaluation::loops::{NOISE_FACTOR, dead_band_of, noise, range};
 use crate::recording::Axis;
 
 /// Conventional and compensated, in this order.
@@ -123,10 +123,12 @@ impl<'a> Measured<'a> {
                 runs.iter()
                     .filter_map(move |run| run.loads[axis].as_deref())
             };
+            let noise = noise(loads());
+            let range = loads().map(range).reduce(joined);
+            let default = dead_band_of(noise, range.unwrap_or((0.0, 0.0)));
             let chosen = settings.dead_bands.get(axis).copied().flatten();
-            let still =
-                (settings.still_share * full_scale[axis]).max(NOISE_FACTOR * noise(loads()));
-            (chosen.unwrap_or_else(|| default_dead_band(loads())), still)
+            let still = (settings.still_share * full_scale[axis]).max(NOISE_FACTOR * noise);
+            (chosen.unwrap_or(default), still)
         });
         let (dead_bands, still): (Vec<f64>, Vec<f64>) = bands.unzip();
         let holds = (runs.par_iter())
@@ -195,6 +197,11 @@ impl<'a> Measured<'a> {
     }
 }
 
+/// The range that holds both.
+fn joined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
 /// Finite numbers, none so large that its square would not be.
 fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
     let usable = |value: &f64| value.abs() <= LARGEST;
@@ -253,9 +260,7 @@ impl AxisView<'_> {
     /// Least and greatest load in all runs.
     pub(super) fn range(&self) -> (f64, f64) {
         let ranges = self.runs.iter().map(|run| range(run.loads));
-        ranges
-            .reduce(|all, own| (all.0.min(own.0), all.1.max(own.1)))
-            .expect("there is at least one run")
+        ranges.reduce(joined).expect("there is at least one run")
     }
 
     /// From where this axis counts as loaded.
