@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::{Analyst, Request, View};
-use loopscope::calibration::FitSettings;
-use loopscope::features::{LoadPath, Thresholds};
+use loopscope::calibration::{FitSettings, RidgeChoice};
+use loopscope::features::{FeatureSettings, LoadPath, Thresholds};
 use loopscope::progress::Progress;
 use loopscope::recording::simulated;
 
@@ -40,6 +40,38 @@ fn slider_step(c: &mut Criterion) {
                 });
             });
         }
+    }
+    group.finish();
+}
+
+/// The same step with every block: 106 columns of six gauges.
+fn every_block(c: &mut Criterion) {
+    let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+    let mut settings = FitSettings::default();
+    let features = &mut settings.features;
+    features.look_backs.push(Thresholds {
+        f_th: 8.0,
+        t_th_secs: 15.0,
+    });
+    features.fixed_lags_secs = vec![FeatureSettings::DEFAULT_LAG_SECS];
+    features.creep_secs = FeatureSettings::DEFAULT_CREEP_SECS.to_vec();
+    features.play_radii = FeatureSettings::DEFAULT_PLAY_RADII.to_vec();
+    features.polynomial = 3;
+    let mut group = c.benchmark_group("every block, 243,000 samples");
+    for (name, ridge) in [
+        ("no ridge", RidgeChoice::Strength(0.0)),
+        ("ridge auto", RidgeChoice::Auto),
+    ] {
+        settings.ridge = ridge;
+        let request = Request::fit(Arc::clone(&recordings), settings.clone());
+        let mut analyst = Analyst::default();
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                analyst
+                    .analyse(&request, &Progress::default())
+                    .expect("the built-in sensor can be fitted")
+            });
+        });
     }
     group.finish();
 }
@@ -79,5 +111,5 @@ fn search(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, slider_step, search);
+criterion_group!(benches, slider_step, every_block, search);
 criterion_main!(benches);

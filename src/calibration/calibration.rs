@@ -145,6 +145,20 @@ impl Calibration {
         }
     }
 
+    /// Why there are no scores of left-out recordings, where there are none though it was fitted.
+    #[must_use]
+    pub fn why_not_left_out(&self) -> Option<&'static str> {
+        if self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0 {
+            return None;
+        }
+        Some(match self.learned {
+            Some(Learned::Network(_)) => {
+                "a network would have to be trained anew for every recording that is left out"
+            }
+            _ => "there are too few training samples to leave any out",
+        })
+    }
+
     /// Checks that a recording has the gauges that the calibration was made for.
     ///
     /// # Errors

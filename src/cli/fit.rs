@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_not_over};
+use super::{JobError, check_not_over, tell};
 use crate::analysis::{Request, train};
 use crate::calibration::{Calibration, EpochReport, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
@@ -65,6 +65,9 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     line.end();
     for path in &args.export {
         write_calibration(&calibration, path)?;
+    }
+    if let Some(reason) = calibration.why_not_left_out() {
+        tell(&format_args!("note: no leave-one-out figures: {reason}"));
     }
     let mut out = io::stdout().lock();
     if args.json {

@@ -20,6 +20,12 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         {
             ui.weak("of the applied calibration on these recordings");
         }
+        if let Some(analysis) = &state.analysis
+            && analysis.fitted
+            && let Some(reason) = analysis.calibration.why_not_left_out()
+        {
+            ui.weak(format!("no LOO-CV: {reason}"));
+        }
     });
     let Some(analysis) = &state.analysis else {
         ui.weak("Nothing is fitted yet.");

@@ -7,6 +7,7 @@ mod table;
 mod workshop;
 
 mod apply;
+mod blocks;
 mod built_in;
 mod fit;
 mod metrology;

@@ -1,0 +1,250 @@
+//! Blocks, ridges and regressors from the command line, alone and side by side.
+
+use serde_json::Value;
+
+use crate::program::{fit, numbers, run, stderr, succeed};
+use crate::table::Table;
+use crate::workshop::{ALL_FILES, Workshop, recording};
+
+fn features(report: &Value) -> Vec<&str> {
+    let features = report["features"].as_array().unwrap().iter();
+    features.map(|name| name.as_str().unwrap()).collect()
+}
+
+fn rmse(report: &Value, calibration: &str, set: &str) -> f64 {
+    numbers(&report[calibration][set])[0]
+}
+
+fn fitted(workshop: &Workshop, choices: &[&str]) -> Value {
+    fit(workshop.path(), &[&ALL_FILES[..], choices].concat())
+}
+
+#[test]
+fn blocks_that_are_named_add_up() {
+    let workshop = Workshop::with_recordings();
+    let report = fitted(
+        &workshop,
+        &[
+            "--look-back",
+            "3,8",
+            "--fixed-lag",
+            "0.5",
+            "--creep",
+            "2",
+            "--play",
+            "0.2,0.4",
+            "--polynomial",
+            "2",
+        ],
+    );
+    assert_eq!(
+        features(&report).join(" "),
+        "S1 S2 S1_past S2_past S1_past2 S2_past2 S1_lag_0.5s S2_lag_0.5s S1_creep_2s S2_creep_2s S1_play_0.2 \
+         S2_play_0.2 S1_play_0.4 S2_play_0.4 S1^2 S1*S2 S2^2 offset"
+    );
+    assert_eq!(
+        report["blocks"]["play_radii"],
+        serde_json::json!([0.2, 0.4])
+    );
+    assert_eq!(features(&fitted(&workshop, &["--play", "0.2"])).len(), 5);
+    assert_eq!(features(&fitted(&workshop, &["--f-th", "2"])).len(), 5);
+}
+
+#[test]
+fn without_history_comp_equals_conv() {
+    let workshop = Workshop::with_recordings();
+    let report = fitted(&workshop, &["--look-back", "none"]);
+    assert_eq!(report["conventional"], report["compensated"]);
+    assert!(report["f_th"].is_null());
+}
+
+#[test]
+fn a_strong_ridge_leaves_the_conventional_calibration_and_auto_does_not() {
+    let workshop = Workshop::with_recordings();
+    let strong = fitted(&workshop, &["--play", "0.2,0.6", "--ridge", "1e12"]);
+    let [conventional, shrunk] =
+        ["conventional", "compensated"].map(|c| rmse(&strong, c, "test_rmse"));
+    assert!((shrunk / conventional - 1.0).abs() < 1e-6);
+    let auto = fitted(&workshop, &["--play", "0.2,0.6", "--ridge", "auto"]);
+    assert!(rmse(&auto, "compensated", "test_rmse") < 0.7 * conventional);
+    assert_eq!(numbers(&auto["ridge"]).len(), 1);
+}
+
+#[test]
+fn every_regressor_is_exported_and_applied_with_the_errors_it_reported() {
+    for regressor in [
+        "linear",
+        "network",
+        "kernel",
+        "hybrid-network",
+        "hybrid-kernel",
+    ] {
+        let workshop = Workshop::with_recordings();
+        let choices = [
+            "--regressor",
+            regressor,
+            "--epochs",
+            "20",
+            "--landmarks",
+            "15",
+            "--export",
+            "c.json",
+        ];
+        let report = fitted(&workshop, &choices);
+        assert_eq!(report["regressor"], regressor);
+        succeed(
+            workshop.path(),
+            &["apply", "c.json", "test.csv", "--out", "."],
+        );
+        let loads = Table::read(&workshop.file("test_loads.csv"));
+        let (truth, found) = (loads.column("Fz calc"), loads.column("Fz comp"));
+        let squares: f64 = truth
+            .iter()
+            .zip(&found)
+            .map(|(a, b)| (a - b) * (a - b))
+            .sum();
+        let actual = (squares / truth.len() as f64).sqrt();
+        let reported = rmse(&report, "compensated", "test_rmse");
+        assert!(
+            (actual / reported - 1.0).abs() < 1e-9,
+            "{regressor}: {actual} {reported}"
+        );
+        assert_eq!(
+            report["compensated"]["cv_rmse"].is_null(),
+            regressor.contains("network")
+        );
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_network() {
+    let workshop = Workshop::with_recordings();
+    let error = |seed: &str| {
+        let choices = ["--regressor", "network", "--epochs", "3", "--seed", seed];
+        rmse(&fitted(&workshop, &choices), "compensated", "train_rmse")
+    };
+    assert_eq!(error("5"), error("5"));
+    assert_ne!(error("5"), error("6"));
+}
+
+/// As the first version of the file stood: one look-back, no scale of the gauges.
+#[test]
+fn a_calibration_of_the_first_version_still_applies() {
+    let workshop = Workshop::with_recordings();
+    fitted(&workshop, &["--export", "c.json"]);
+    succeed(
+        workshop.path(),
+        &["apply", "c.json", "test.csv", "--out", "new"],
+    );
+    let mut calibration: Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    let fields = calibration.as_object_mut().unwrap();
+    for newer in ["features", "gauge_scale", "regressor"] {
+        fields.remove(newer).unwrap();
+    }
+    fields["quality"].as_object_mut().unwrap().remove("ridge");
+    fields["version"] = 1.into();
+    fields.insert(
+        "thresholds".into(),
+        serde_json::json!({"f_th": 3.0, "t_th_secs": 15.0}),
+    );
+    fields.insert("distance".into(), "force".into());
+    workshop.write("old.json", calibration.to_string());
+    succeed(
+        workshop.path(),
+        &["apply", "old.json", "test.csv", "--out", "old"],
+    );
+    assert_eq!(
+        workshop.read("old/test_loads.csv"),
+        workshop.read("new/test_loads.csv")
+    );
+}
+
+#[test]
+fn choices_out_of_range_are_refused_with_a_way_out() {
+    let workshop = Workshop::with_recordings();
+    for (choices, words) in [
+        (
+            &["--play", "0"][..],
+            &["play radius is 0", "above zero"][..],
+        ),
+        (&["--play", "0.1,x"], &["\"x\" is not a number"]),
+        (&["--creep", "-3"], &["creep time constant is -3"]),
+        (&["--fixed-lag", "NaN"], &["fixed lag is NaN"]),
+        (&["--look-back", "3,-1"], &["F_th is -1"]),
+        (&["--polynomial", "4"], &["polynomial is 4"]),
+        (&["--ridge", "-1"], &["ridge is -1"]),
+        (&["--ridge", "much"], &["auto"]),
+        (
+            &["--regressor", "kernel", "--landmarks", "1999"],
+            &["1999 landmarks", "450", "fewer"],
+        ),
+        (
+            &["--regressor", "kernel", "--landmarks", "0"],
+            &["0 landmarks"],
+        ),
+        (&["--regressor", "network", "--epochs", "0"], &["epochs"]),
+        (
+            &["--f-th", "1", "--look-back", "2"],
+            &["cannot be used with"],
+        ),
+    ] {
+        let output = run(
+            workshop.path(),
+            &[&["fit"], &ALL_FILES[..], choices].concat(),
+        );
+        let told = stderr(&output);
+        assert!(!output.status.success(), "{choices:?} was done");
+        for word in words {
+            assert!(told.contains(word), "{choices:?}: no {word:?} in {told}");
+        }
+    }
+}
+
+#[test]
+fn a_training_set_too_short_to_leave_anything_out_is_fitted_and_said() {
+    let workshop = Workshop::new();
+    workshop.write("short.csv", recording(0.0, 1));
+    let arguments = ["fit", "--train", "short.csv", "--ridge", "auto", "--json"];
+    let output = succeed(workshop.path(), &arguments);
+    assert!(stderr(&output).contains("too few training samples"));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(report["compensated"]["cv_rmse"].is_null());
+}
+
+#[test]
+fn the_comparison_has_every_regressor_without_and_with_the_past() {
+    let workshop = Workshop::with_recordings();
+    let quick = ["--epochs", "2", "--landmarks", "10"];
+    let arguments = [
+        &["compare", "--json", "--csv", "table.csv"],
+        &ALL_FILES[..],
+        &quick,
+    ]
+    .concat();
+    let output = succeed(workshop.path(), &arguments);
+    let rows: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(rows.len(), 22);
+    let linear: Vec<&Value> = rows
+        .iter()
+        .filter(|row| row["regressor"] == "linear")
+        .collect();
+    assert_eq!(linear.len(), 6);
+    let fitted = fitted(&workshop, &[]);
+    let with_past = linear.iter().find(|row| {
+        row["decimation"] == 1 && !row["features"]["look_backs"].as_array().unwrap().is_empty()
+    });
+    assert_eq!(with_past.unwrap()["scores"], fitted["compensated"]);
+    assert_eq!(workshop.read("table.csv").lines().count(), 23);
+
+    let arguments = [
+        &["compare", "--regressors", "linear", "--decimate", "2"],
+        &ALL_FILES[..],
+    ]
+    .concat();
+    let text = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
+    assert!(
+        text.contains("RMSE, test") && text.contains("squares and products"),
+        "{text}"
+    );
+    assert_eq!(text.matches("Linear").count(), 9);
+}
