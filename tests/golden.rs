@@ -1,4 +1,5 @@
-//! The program against `golden/generate.py`, an independent plain implementation of the same rules in NumPy.
+//! The program against `golden/generate.py` and `golden/blocks.py`, an independent plain implementation of the same rules
+//! in NumPy.
 
 #[path = "support/program.rs"]
 mod program;
@@ -133,4 +134,22 @@ fn applied_forces_and_moments_agree() {
 #[test]
 fn applied_moments_alone_agree() {
     assert_applied_loads_agree("moment_only");
+}
+
+#[test]
+fn fits_with_every_block_and_a_ridge_agree() {
+    let text = std::fs::read_to_string(golden().join("blocks_expected.json")).unwrap();
+    let all: Value = serde_json::from_str(&text).unwrap();
+    let fits = all["fits"].as_array().unwrap();
+    assert_eq!(fits.len(), 9);
+    for case in fits {
+        let arguments = words(&case["arguments"]);
+        let actual = fit(&golden(), &arguments);
+        for set in ["train_rmse", "cv_rmse", "test_rmse"] {
+            let expected = numbers(&case["expected"]["compensated"][set]);
+            let found = numbers(&actual["compensated"][set]);
+            let what = format!("{set} of {arguments:?}");
+            assert_near(&found, &expected, |at| expected[at].abs(), &what);
+        }
+    }
 }

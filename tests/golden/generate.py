@@ -149,19 +149,19 @@ def rmse(errors):
     return np.sqrt(np.mean(errors**2, axis=0))
 
 
-def left_out(designs, targets):
-    """Errors of every training sample, predicted by a fit without its recording.
+def left_out_folds(lengths):
+    """The samples that are left out together: whole recordings; with fewer than three, five contiguous blocks of all."""
+    samples = np.arange(sum(lengths))
+    if len(lengths) >= 3:
+        return np.split(samples, np.cumsum(lengths)[:-1])
+    return np.array_split(samples, BLOCKS)
 
-    Fewer than three recordings: five contiguous blocks of all training samples take their place.
-    """
+
+def left_out(designs, targets):
+    """Errors of every training sample, predicted by a fit without its part."""
     design, target = np.vstack(designs), np.vstack(targets)
-    if len(designs) >= 3:
-        ends = np.cumsum([len(one) for one in designs])[:-1]
-        folds = np.split(np.arange(len(design)), ends)
-    else:
-        folds = np.array_split(np.arange(len(design)), BLOCKS)
     errors = np.empty_like(target)
-    for fold in folds:
+    for fold in left_out_folds([len(one) for one in designs]):
         rest = np.setdiff1d(np.arange(len(design)), fold)
         errors[fold] = design[fold] @ least_squares(design[rest], target[rest]) - target[fold]
     return errors

@@ -1,0 +1,147 @@
+"""Makes blocks_expected.json: fits with every block and with a ridge, by an independent, plain implementation. Needs NumPy,
+and the recordings that generate.py makes. Run it here: python3 blocks.py
+"""
+
+import json
+
+import numpy as np
+
+from generate import FORCES, HERE, arguments, left_out_folds, least_squares, past_samples, play, read, rmse, with_offset
+
+
+def lagged(times, gauges, lag):
+    """The gauges `lag` ago, interpolated; the present ones before that."""
+    wanted = times - lag
+    columns = [np.interp(wanted, times, column) for column in gauges.T]
+    return np.where((wanted >= times[0])[:, None], np.stack(columns, axis=1), gauges)
+
+
+def low_passed(times, gauges, tau):
+    """A first-order low-pass of gauges that are held between samples."""
+    out = gauges.copy()
+    for k in range(1, len(times)):
+        share = 1.0 - np.exp(-(times[k] - times[k - 1]) / tau)
+        out[k] = out[k - 1] + share * (gauges[k] - out[k - 1])
+    return out
+
+
+def monomials(z, degree):
+    n = z.shape[1]
+    columns = [z[:, i] * z[:, j] for i in range(n) for j in range(i, n)] if degree > 1 else []
+    columns += [z[:, i] ** 3 for i in range(n)] if degree > 2 else []
+    return np.stack(columns, axis=1) if columns else np.empty((len(z), 0))
+
+
+def solve(design, target, shrunk, strength):
+    """Least squares with the rows of the ridge written below the samples."""
+    penalties = np.sqrt(strength * np.sum(design**2, axis=0)) * shrunk
+    rows = np.diag(penalties)[shrunk & (penalties > 0)]
+    padded = np.vstack([design, rows])
+    return least_squares(padded, np.vstack([target, np.zeros((len(rows), target.shape[1]))]))
+
+
+def calibrate(train, test, f_th, t_th, distance, look_back, lags, creep, radii, degree, ridge, offset=True):
+    """What the program reports of a fit with these blocks."""
+    train, test = [read(name) for name in train], [read(name) for name in test]
+    axes = train[0][3]
+    train, test = [part[:3] for part in train], [part[:3] for part in test]
+    gauges, truth = (np.vstack([part[at] for part in train]) for at in (1, 2))
+    full_scale = np.ptp(truth, axis=0) / 2.0
+    is_force = np.array([1.0 if axis in FORCES else 0.0 for axis in axes])
+    weights = is_force if distance == "force" else 1.0 / full_scale
+    deviation = np.where(np.ptp(gauges, axis=0) > 0.0, gauges.std(axis=0), 0.0)
+    shift = gauges.mean(axis=0) if offset else np.zeros(gauges.shape[1])
+    size = deviation if offset else np.sqrt(np.mean(gauges**2, axis=0))
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    conventional = least_squares(with_offset(gauges, offset), truth)
+
+    def design(part):
+        times, gauges, _ = part
+        loads = with_offset(gauges, offset) @ conventional
+        histories = [gauges[past_samples(times, loads, weights, f, t_th)] for f in look_back]
+        histories += [lagged(times, gauges, lag) for lag in lags]
+        histories += [low_passed(times, gauges, tau) for tau in creep]
+        for radius in radii:
+            columns = [play(column, radius * spread) for column, spread in zip(gauges.T, deviation)]
+            histories.append(np.stack(columns, axis=1))
+        z = (gauges - shift) * inverse
+        columns = np.hstack([z] + [(history - gauges) * inverse for history in histories] + [monomials(z, degree)])
+        return with_offset(columns, offset)
+
+    designs, test_designs = [design(part) for part in train], [design(part) for part in test]
+    columns = np.vstack(designs)
+    shrunk = np.zeros(columns.shape[1], bool)
+    shrunk[gauges.shape[1] : columns.shape[1] - int(offset)] = True
+    residual = truth - with_offset(gauges, offset) @ conventional
+    found = solve(columns, residual, shrunk, ridge)
+    cv = np.empty_like(residual)
+    for fold in left_out_folds([len(part[0]) for part in train]):
+        rest = np.setdiff1d(np.arange(len(columns)), fold)
+        cv[fold] = columns[fold] @ solve(columns[rest], residual[rest], shrunk, ridge) - residual[fold]
+    tested = np.vstack([part[2] - with_offset(part[1], offset) @ conventional for part in test])
+    return {
+        "axes": axes,
+        "compensated": {
+            "train_rmse": rmse(columns @ found - residual).tolist(),
+            "cv_rmse": rmse(cv).tolist(),
+            "test_rmse": rmse(np.vstack(test_designs) @ found - tested).tolist(),
+        },
+    }
+
+
+def words(look_back, lags, creep, radii, degree, ridge):
+    """The blocks, as the program's command line takes them."""
+    listed = lambda values: ",".join(repr(value) for value in values)
+    out = ["--look-back", listed(look_back) if look_back else "none"]
+    for flag, values in (("--fixed-lag", lags), ("--creep", creep), ("--play", radii)):
+        out += [flag, listed(values)] if values else []
+    return out + ["--polynomial", str(degree), "--ridge", repr(ridge)]
+
+
+def main():
+    none = dict(look_back=[], lags=[], creep=[], radii=[], degree=1, ridge=0.0)
+    six = dict(
+        train=[f"eight_gauges_train_{k}.csv" for k in (1, 2, 3)],
+        test=["eight_gauges_test_1.csv"],
+        f_th=0.0,
+        t_th=1.5,
+        distance="force",
+    )
+    moment = dict(
+        train=[f"moment_only_train_{k}.csv" for k in (1, 2, 3, 4)],
+        test=["moment_only_test_1.csv"],
+        f_th=0.0,
+        t_th=4.0,
+        distance="full-scale",
+    )
+    fits = []
+    for sensor, base, changes in (
+        (
+            "eight_gauges",
+            six,
+            (
+                dict(look_back=[25.0, 60.0]),
+                dict(lags=[0.043, 0.5]),
+                dict(creep=[0.05, 0.6]),
+                dict(radii=[0.1, 0.5]),
+                dict(degree=2),
+                dict(degree=3, ridge=0.03),
+                dict(radii=[0.1, 0.5], offset=False),
+                dict(look_back=[25.0], lags=[0.2], creep=[0.3], radii=[0.2, 0.4, 1.1], degree=2, ridge=0.01),
+            ),
+        ),
+        ("moment_only", moment, (dict(look_back=[0.25], radii=[0.3], creep=[1.0], ridge=0.2),)),
+    ):
+        for change in changes:
+            offset = change.pop("offset", True)
+            blocks = none | change
+            report = calibrate(**base, **blocks, offset=offset)
+            choices = arguments(**base, offset=offset)
+            at = choices.index("--f-th")
+            choices = choices[:at] + choices[at + 2 :] + words(**blocks)
+            fits.append({"sensor": sensor, "arguments": choices, "expected": report})
+    (HERE / "blocks_expected.json").write_text(json.dumps({"fits": fits}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
