@@ -92,6 +92,14 @@ pub enum AnalysisError {
         "no recording is in the train role; give one the role Train, or open a calibration to apply"
     )]
     NoTraining,
+    #[error(
+        "{recording}: sample {sample} holds {value:e}, too large to be squared; leave that row out, or take a larger unit"
+    )]
+    TooLarge {
+        recording: String,
+        sample: usize,
+        value: f64,
+    },
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
     #[error(transparent)]

@@ -72,6 +72,9 @@ impl Ground {
                 },
             })
             .collect();
+        entries
+            .par_iter()
+            .try_for_each(|entry| check_size(&entry.recording))?;
         let training = in_role(&entries, Role::Train);
         let (conventional, map) = match &request.calibration {
             Some(calibration) => {
@@ -314,6 +317,25 @@ impl Ground {
         self.fixed_traces = Some(fixed);
         traces
     }
+}
+
+/// The largest number whose squares can be summed over any recording.
+const LARGEST: f64 = 1e140;
+
+fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
+    for (values, width) in [
+        (recording.gauges(), recording.n_gauges()),
+        (recording.loads(), recording.axes().len()),
+    ] {
+        if let Some(at) = values.iter().position(|value| value.abs() > LARGEST) {
+            return Err(AnalysisError::TooLarge {
+                recording: recording.name().to_owned(),
+                sample: at / width + 1,
+                value: values[at],
+            });
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {

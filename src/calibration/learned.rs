@@ -34,6 +34,33 @@ pub struct LearnedScratch {
 }
 
 impl Learned {
+    /// What it is made of, in words.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Kernel(kernel) => format!(
+                "kernel on {} landmarks, length scale {:.3}, ridge {:e}",
+                kernel.landmarks.len(),
+                kernel.length_scale,
+                kernel.band.strength
+            ),
+            Self::Network(network) => {
+                let mut widths = vec![network.n_inputs().to_string()];
+                widths.extend(
+                    network
+                        .layers
+                        .iter()
+                        .map(|layer| layer.biases.len().to_string()),
+                );
+                format!(
+                    "network of {} units, {} numbers",
+                    widths.join(" → "),
+                    network.n_parameters()
+                )
+            }
+        }
+    }
+
     /// Checks what a file could have wrong.
     ///
     /// # Errors

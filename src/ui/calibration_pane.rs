@@ -34,6 +34,16 @@ pub fn calibration_pane(
     egui::ScrollArea::both()
         .auto_shrink([false, false])
         .show(ui, |ui| {
+            if let Some(learned) = &calibration.learned {
+                let linear = match calibration.compensated {
+                    Some(_) => "matrix × features + ",
+                    None => "",
+                };
+                let text = format!("Comp. = {linear}{}", learned.describe());
+                ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
+                    .on_hover_text("Too much to show as a matrix; the .json file has all of it");
+                ui.add_space(6.0);
+            }
             let compensated = calibration.compensated.as_ref();
             let maps = compensated.map(|map| (Trace::Compensated, map));
             let conventional = (Trace::Conventional, &calibration.conventional);

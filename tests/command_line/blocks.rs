@@ -201,6 +201,19 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
 }
 
 #[test]
+fn numbers_that_cannot_be_squared_are_refused_rather_than_fitted() {
+    let workshop = Workshop::with_recordings();
+    workshop.write(
+        "huge.csv",
+        "t,S1,S2,Fz\n0,1,2,3\n0.1,1e200,2,4\n0.2,2,1,5\n",
+    );
+    let output = run(workshop.path(), &["fit", "--train", "huge.csv"]);
+    let told = stderr(&output);
+    assert!(!output.status.success());
+    assert!(told.contains("sample 2 holds 1e200"), "{told}");
+}
+
+#[test]
 fn a_training_set_too_short_to_leave_anything_out_is_fitted_and_said() {
     let workshop = Workshop::new();
     workshop.write("short.csv", recording(0.0, 1));
