@@ -3,11 +3,12 @@
 //! [`Analyst::analyse`] is the one function; an [`Analyst`] only remembers, between calls, what does not depend on the
 //! blocks (the conventional calibration and its loads, the boxes of the search, the traces that stay). It always
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
-//! regressors.
+//! regressors, a [`Study`] for thresholds.
 
 mod comparison;
 mod fit;
 mod ground;
+mod study;
 mod traces;
 mod training;
 
@@ -15,6 +16,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, CalibrationError, FitSettings, LearnedError, SettingsError};
+use crate::evaluation::threshold_study::{GridError, NoSuggestion};
 use crate::panicked::Panicked;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::RecordingSet;
@@ -22,6 +24,7 @@ use crate::recording::RecordingSet;
 use ground::Ground;
 
 pub use comparison::{Candidate, ComparedRow, RowEvent, compare, paper_candidates};
+pub use study::{BlockSuggestion, HistoryBlock, Study, StudyEvent};
 pub use traces::{AxisTraces, Segment, TraceSet, View};
 pub use training::train;
 
@@ -102,6 +105,24 @@ pub enum AnalysisError {
     },
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
+    #[error(
+        "with a part left out, {samples} training samples remain for {columns} features, too few to cross-validate; \
+         record longer, add recordings in the train role, decimate less, or take fewer blocks"
+    )]
+    TooShort { samples: u64, columns: usize },
+    #[error(
+        "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; take fewer values of t_th, \
+         or fewer blocks"
+    )]
+    MapTooLarge {
+        t_ths: usize,
+        columns: usize,
+        parts: usize,
+    },
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    #[error(transparent)]
+    NoSuggestion(#[from] NoSuggestion),
     #[error(transparent)]
     Settings(#[from] SettingsError),
     #[error(transparent)]

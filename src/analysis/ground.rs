@@ -239,7 +239,8 @@ impl Ground {
             .collect()
     }
 
-    fn lay_paths(&mut self, weights: &[f64]) {
+    /// Lays the searches out for these weights of the axes.
+    pub fn lay_paths(&mut self, weights: &[f64]) {
         if self.paths.is_empty() || self.path_weights != weights {
             self.paths = self
                 .loads
@@ -250,7 +251,7 @@ impl Ground {
         }
     }
 
-    /// The searches that [`Ground::past`] has laid.
+    /// The searches as they were laid last.
     pub fn paths(&self) -> &[LoadPath] {
         &self.paths
     }

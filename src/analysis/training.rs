@@ -204,7 +204,7 @@ impl Rows for TrainingRows<'_> {
                 inputs.clear();
                 targets.clear();
                 for k in start..(start + BLOCK).min(piece.samples.end) {
-                    sample_row(&mut stream, recording, past, k, &mut raw);
+                    sample_row(&mut stream, recording, |at| past[at][k], k, &mut raw);
                     learned_inputs(self.design, &raw, &mut inputs);
                     if let Some(map) = self.base {
                         map.apply(&raw, &mut base);

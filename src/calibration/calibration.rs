@@ -240,7 +240,7 @@ impl Calibration {
             let raw = &mut raw[..samples.len() * width];
             inputs.clear();
             for (k, row) in samples.zip(raw.chunks_exact_mut(width)) {
-                sample_row(&mut stream, recording, past, k, row);
+                sample_row(&mut stream, recording, |at| past[at][k], k, row);
                 if self.learned.is_some() {
                     learned_inputs(&design, row, &mut inputs);
                 }

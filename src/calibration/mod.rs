@@ -1,6 +1,7 @@
 //! From gauges to load: sums over recordings, the least-squares solution, what learns beside it, and the calibration
 //! that comes of it.
 
+mod aged_sums;
 #[expect(
     clippy::module_inception,
     reason = "the room's main thing has the room's name"
@@ -19,6 +20,7 @@ mod settings;
 mod sums;
 mod validate;
 
+pub use aged_sums::{AgedSums, ThresholdAges, aged_sums};
 pub use calibration::{AppliedLoads, Calibration, FORMAT, Quality, Scores, VERSION};
 pub(crate) use calibration::{learned_inputs, past_samples};
 pub use conventional::Conventional;

@@ -4,12 +4,14 @@
 //! one pass over the rows; products are collected over short blocks before they join the total, so that rounding
 //! errors grow with the number of blocks and not of samples.
 
+use std::ops::Range;
+
 /// Rows that are multiplied before their sum joins the total; a block of 24 columns stays in the first-level cache.
 pub const BLOCK_ROWS: usize = 128;
 /// Columns multiplied at once; the width of a row in memory is a multiple of it.
 const LANES: usize = 8;
 /// Rows of the product that are worked on at once; `TILE × LANES` sums stay in registers.
-const TILE: usize = 4;
+pub(super) const TILE: usize = 4;
 
 /// `n` and the Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets.
 ///
@@ -42,7 +44,7 @@ impl NormalEquations {
         Self::stride_of(self.width())
     }
 
-    fn stride_of(width: usize) -> usize {
+    pub(super) fn stride_of(width: usize) -> usize {
         width.next_multiple_of(LANES)
     }
 
@@ -107,6 +109,26 @@ impl NormalEquations {
             .checked_sub(part.n_samples)
             .expect("a part has no more samples than the whole");
         rest
+    }
+
+    /// Adds products of the columns from `first` on with all columns, which so far were zero in the samples that the
+    /// products are of; see [`AgedSums`](crate::calibration::AgedSums).
+    ///
+    /// **Shapes** `products` has one row of [`NormalEquations::stride`] per column.
+    ///
+    /// # Panics
+    /// If `products` has more rows than there are columns from `first` on.
+    pub(crate) fn add_products(&mut self, first: usize, products: &[f64]) {
+        let stride = self.stride();
+        for (column, row) in (first..).zip(products.chunks_exact(stride)) {
+            let own = &mut self.gram[column * stride + column..(column + 1) * stride];
+            for (sum, product) in own.iter_mut().zip(&row[column..]) {
+                *sum += product;
+            }
+            for (before, product) in row[..first].iter().enumerate() {
+                self.gram[before * stride + column] += product;
+            }
+        }
     }
 
     fn combine(&mut self, other: &Self, sign: f64) {
@@ -182,32 +204,50 @@ impl pulp::WithSimd for AddRows<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         for block in self.rows.chunks(BLOCK_ROWS * self.stride) {
-            add_block(self.gram, block, self.stride);
+            for (first_row, sums) in tile_rows(self.gram, self.stride) {
+                // Tiles that lie wholly below the diagonal are never read.
+                let columns = first_row / LANES * LANES..self.stride;
+                add_tiles(sums, block, first_row, columns);
+            }
         }
     }
 }
 
-/// Adds the products of one block's columns, a tile of `TILE × LANES` at a time.
+/// `TILE` rows of sums at a time, with the number of the first.
 #[inline(always)]
-fn add_block(gram: &mut [f64], block: &[f64], stride: usize) {
-    for first_row in (0..gram.len() / stride).step_by(TILE) {
-        // Tiles that lie wholly below the diagonal are never read.
-        for first_column in (first_row / LANES * LANES..stride).step_by(LANES) {
-            let mut tile = [[0.0_f64; LANES]; TILE];
-            for row in block.chunks_exact(stride) {
-                let left: &[f64; TILE] = row[first_row..][..TILE].try_into().expect("a tile");
-                let right: &[f64; LANES] = row[first_column..][..LANES].try_into().expect("lanes");
-                for i in 0..TILE {
-                    for lane in 0..LANES {
-                        tile[i][lane] = left[i].mul_add(right[lane], tile[i][lane]);
-                    }
+pub(super) fn tile_rows(
+    sums: &mut [f64],
+    stride: usize,
+) -> impl Iterator<Item = (usize, &mut [f64])> {
+    let tiles = sums.chunks_exact_mut(TILE * stride).enumerate();
+    tiles.map(|(at, sums)| (at * TILE, sums))
+}
+
+/// Adds to `TILE` rows of sums the products of the columns from `left_column` on with those in `columns`, a tile of
+/// `TILE × LANES` at a time.
+#[inline(always)]
+pub(super) fn add_tiles(
+    sums: &mut [f64],
+    block: &[f64],
+    left_column: usize,
+    columns: Range<usize>,
+) {
+    let stride = sums.len() / TILE;
+    for first_column in columns.step_by(LANES) {
+        let mut tile = [[0.0_f64; LANES]; TILE];
+        for row in block.chunks_exact(stride) {
+            let left: &[f64; TILE] = row[left_column..][..TILE].try_into().expect("a tile");
+            let right: &[f64; LANES] = row[first_column..][..LANES].try_into().expect("lanes");
+            for i in 0..TILE {
+                for lane in 0..LANES {
+                    tile[i][lane] = left[i].mul_add(right[lane], tile[i][lane]);
                 }
             }
-            for (i, sums) in tile.iter().enumerate() {
-                let total = &mut gram[(first_row + i) * stride + first_column..][..LANES];
-                for (total, sum) in total.iter_mut().zip(sums) {
-                    *total += sum;
-                }
+        }
+        for (i, products) in tile.iter().enumerate() {
+            let total = &mut sums[i * stride + first_column..][..LANES];
+            for (total, product) in total.iter_mut().zip(products) {
+                *total += product;
             }
         }
     }

@@ -20,7 +20,7 @@ pub struct Piece {
 }
 
 /// Rows that are filled before they are multiplied.
-const BLOCK: usize = 128;
+pub(super) const BLOCK: usize = 128;
 
 /// The sums of each piece of a recording, in the order of `pieces`, which must follow each other without a gap from
 /// the first sample on: the blocks' memory runs through them.
@@ -53,7 +53,7 @@ pub fn recording_sums(
                 let rows = &mut rows[..samples.len() * stride];
                 for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
                     let (features, targets) = row.split_at_mut(n_columns);
-                    sample_row(&mut stream, recording, past, k, features);
+                    sample_row(&mut stream, recording, |at| past[at][k], k, features);
                     design.standardise(features);
                     residual(recording, conventional, k, &mut targets[..n_axes]);
                 }
@@ -64,22 +64,22 @@ pub fn recording_sums(
         .collect()
 }
 
-/// Writes the raw row of sample `k`; samples must come in order.
+/// Writes the raw row of sample `k`, whose past sample by look-back i is `past(i)`; samples must come in order.
 #[inline]
 pub(crate) fn sample_row(
     stream: &mut FeatureStream<'_>,
     recording: &Recording,
-    past: &[Vec<u32>],
+    past: impl Fn(usize) -> u32,
     k: usize,
     row: &mut [f64],
 ) {
-    let past = |look_back: usize| recording.gauges_at(past[look_back][k] as usize);
+    let past = |look_back| recording.gauges_at(past(look_back) as usize);
     stream.raw_row(recording.times()[k], recording.gauges_at(k), past, row);
 }
 
 /// Writes what `known` loads leave over of the reference at sample `k`.
 #[inline]
-fn residual(recording: &Recording, known: &[f64], k: usize, out: &mut [f64]) {
+pub(super) fn residual(recording: &Recording, known: &[f64], k: usize, out: &mut [f64]) {
     let at = k * out.len();
     let loads = &recording.loads()[at..];
     for ((out, load), known) in out.iter_mut().zip(loads).zip(&known[at..]) {

@@ -3,6 +3,8 @@
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
 //! starts anew with each [`FeatureStream`].
 
+use std::ops::Range;
+
 use crate::features::creep::Creep;
 use crate::features::fixed_lag::FixedLag;
 use crate::features::play::Play;
@@ -41,6 +43,13 @@ impl Design {
     /// Where the last history ends.
     fn n_histories_end(&self) -> usize {
         self.n_gauges() * (1 + self.features.n_histories())
+    }
+
+    /// The columns of these histories, counted over look-backs, fixed lags, creep and play in this order.
+    #[must_use]
+    pub fn histories(&self, at: Range<usize>) -> Range<usize> {
+        let g = self.n_gauges();
+        g * (1 + at.start)..g * (1 + at.end)
     }
 
     /// The columns of the conventional calibration: gauges and offset.

@@ -1,0 +1,149 @@
+//! Choosing what a fit remembers: thresholds, play radii, creep time constants.
+//!
+//! A [`Study`] is laid once for recordings and settings; then it answers each question from one pass over the samples.
+//! Guarantees: what it suggests rests on the training recordings alone; recordings in the test role are only scored.
+
+mod blocks;
+mod thresholds;
+
+use std::sync::Arc;
+
+use crate::analysis::ground::{Ground, in_role};
+use crate::analysis::{AnalysisError, Request};
+use crate::calibration::{Calibration, FitSettings};
+use crate::evaluation::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
+use crate::evaluation::threshold_study::{MeasureScale, Touch, fewest_samples_without_a_part};
+use crate::features::{Distance, Thresholds};
+use crate::progress::Progress;
+use crate::recording::{Entry, RecordingSet, Role};
+
+pub use blocks::{BlockSuggestion, HistoryBlock};
+pub use thresholds::StudyEvent;
+
+/// Bins of age up to t_th, and as many beyond it.
+const AGE_BINS: usize = 30;
+
+/// Recordings and settings with all that no threshold changes.
+#[derive(Debug)]
+pub struct Study {
+    ground: Ground,
+    /// The settings in a calibration without a map: axes, full scales, gauges' scale.
+    blank: Calibration,
+    settings: FitSettings,
+}
+
+impl Study {
+    /// Fits the conventional calibration and lays the search out.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] where nothing can be fitted, or somebody asked to stop.
+    pub fn lay(
+        recordings: Arc<RecordingSet>,
+        settings: FitSettings,
+        progress: &Progress,
+    ) -> Result<Self, AnalysisError> {
+        settings.validate()?;
+        if recordings.entries().is_empty() {
+            return Err(AnalysisError::NoRecordings);
+        }
+        let request = Request::fit(recordings, settings);
+        // Its steps are not those that whoever watches counts.
+        let mut ground = Ground::lay(&request, &progress.part())?;
+        let blank = ground.blank_calibration(&request.settings)?;
+        ground.lay_paths(&blank.distance_weights());
+        progress.check()?;
+        Ok(Self {
+            ground,
+            blank,
+            settings: request.settings,
+        })
+    }
+
+    /// The axes that errors are measured on.
+    #[must_use]
+    pub fn scale(&self) -> MeasureScale {
+        MeasureScale {
+            axes: self.blank.axes.clone(),
+            full_scale: self.blank.full_scale.clone(),
+        }
+    }
+
+    /// What F_th is measured in.
+    #[must_use]
+    pub fn distance(&self) -> Distance {
+        self.blank.features.distance
+    }
+
+    /// The largest full scale among the axes that F_th is measured over, in the unit of F_th.
+    #[must_use]
+    pub fn largest_distance(&self) -> f64 {
+        let weights = self.blank.distance_weights();
+        let scaled = weights.iter().zip(&self.blank.full_scale);
+        scaled
+            .map(|(weight, full)| weight * full)
+            .fold(0.0, f64::max)
+    }
+
+    /// The thresholds of the settings' first look-back, or what they would be by default.
+    #[must_use]
+    pub fn present_thresholds(&self) -> Thresholds {
+        let first = self.settings.features.look_backs.first();
+        first
+            .copied()
+            .unwrap_or_else(|| Thresholds::default_for(self.distance()))
+    }
+
+    /// What these thresholds do to the training samples.
+    #[must_use]
+    pub fn touch(&self, thresholds: Thresholds) -> Touch {
+        let unlimited = Thresholds {
+            t_th_secs: f64::INFINITY,
+            ..thresholds
+        };
+        let mut touch = Touch::new(thresholds.t_th_secs, AGE_BINS);
+        for (entry, path) in self.ground.entries.iter().zip(self.ground.paths()) {
+            if entry.role == Role::Train {
+                let times = entry.recording.times();
+                let past = path.past_samples(times, unlimited);
+                touch.count(times, &past, thresholds.t_th_secs);
+            }
+        }
+        touch
+    }
+
+    /// The mean hysteresis of the training recordings.
+    #[must_use]
+    pub fn mean_hysteresis(&self) -> MeanHysteresis {
+        let runs: Vec<HysteresisRun<'_>> = (self.ground.entries.iter().zip(&self.ground.loads))
+            .filter(|(entry, _)| entry.role == Role::Train)
+            .map(|(entry, conventional)| HysteresisRun {
+                reference: entry.recording.loads(),
+                conventional,
+            })
+            .collect();
+        mean_hysteresis(&runs, &self.blank.axes, &self.blank.distance_weights())
+    }
+
+    /// Whether blocks are left out in turn, since there are too few training recordings.
+    fn parts_are_blocks(&self) -> bool {
+        in_role(&self.ground.entries, Role::Train).len()
+            < crate::evaluation::cross_validation::FEWEST_RECORDINGS
+    }
+}
+
+/// Whether a recording takes part in fits or scores.
+fn takes_part(entry: &Entry) -> bool {
+    entry.role != Role::Off && entry.recording.has_reference()
+}
+
+/// Checks that enough samples remain where a part is left out.
+fn check_parts(part_samples: &[u64], columns: usize) -> Result<(), AnalysisError> {
+    let samples = fewest_samples_without_a_part(part_samples).unwrap_or(0);
+    if samples < columns as u64 {
+        return Err(AnalysisError::TooShort { samples, columns });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

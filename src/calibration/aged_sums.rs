@@ -1,0 +1,223 @@
+//! What a look-back adds to the sums, by the age of the past sample: all t_th from one pass.
+//!
+//! For one F_th the search with the longest t_th finds every past sample that a shorter one finds; where the found one
+//! is too old for the shorter, that finds none, and the look-back's columns, relative to the present, are zero. So t_th
+//! only decides which samples take part in the products *of these columns*. Guarantees: added class by class to sums in
+//! which the columns are zero, the products give the sums of each t_th in turn.
+
+use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
+use crate::calibration::sums::{BLOCK, residual, sample_row};
+use crate::calibration::{NormalEquations, Piece};
+use crate::features::{Design, FeatureStream};
+use crate::recording::Recording;
+
+/// The products of a look-back's columns with all columns, kept apart by the age of the past sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AgedSums {
+    /// The look-back's first column.
+    first: usize,
+    n_columns: usize,
+    stride: usize,
+    /// One `rows × stride` matrix per class; rows beyond `n_columns` mean nothing.
+    products: Vec<f64>,
+}
+
+impl AgedSums {
+    /// No samples yet: `n_classes` ages, the first look-back of `design`.
+    #[must_use]
+    pub fn new(design: &Design, n_axes: usize, n_classes: usize) -> Self {
+        let (first, n_columns) = (design.n_gauges(), design.n_gauges());
+        let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
+        let rows = n_columns.next_multiple_of(TILE);
+        Self {
+            first,
+            n_columns,
+            stride,
+            products: vec![0.0; n_classes * rows * stride],
+        }
+    }
+
+    /// The memory that one of these takes (bytes).
+    #[must_use]
+    pub fn size_bytes(design: &Design, n_axes: usize, n_classes: usize) -> usize {
+        let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
+        n_classes * design.n_gauges().next_multiple_of(TILE) * stride * size_of::<f64>()
+    }
+
+    fn class_len(&self) -> usize {
+        self.n_columns.next_multiple_of(TILE) * self.stride
+    }
+
+    /// Adds the products of the samples in one class of age to sums in which their look-back was zero.
+    ///
+    /// # Panics
+    /// If there is no such class, or the sums are over other columns.
+    pub fn add_class_to(&self, class: usize, sums: &mut NormalEquations) {
+        assert_eq!(sums.stride(), self.stride, "sums over the same columns");
+        let products = &self.products[class * self.class_len()..];
+        sums.add_products(self.first, &products[..self.n_columns * self.stride]);
+    }
+
+    /// Adds rows, of which neighbours in the same class are multiplied together.
+    fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
+        pulp::Arch::new().dispatch(AddRows {
+            class_len: self.class_len(),
+            sums: self,
+            rows,
+            classes,
+        });
+    }
+}
+
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct AddRows<'a> {
+    class_len: usize,
+    sums: &'a mut AgedSums,
+    rows: &'a [f64],
+    classes: &'a [usize],
+}
+
+impl pulp::WithSimd for AddRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let stride = self.sums.stride;
+        let mut rows = self.rows;
+        for run in self.classes.chunk_by(|a, b| a == b) {
+            let (own, rest) = rows.split_at(run.len() * stride);
+            rows = rest;
+            let products = &mut self.sums.products[run[0] * self.class_len..][..self.class_len];
+            for (row, products) in tile_rows(products, stride) {
+                add_tiles(products, own, self.sums.first + row, 0..stride);
+            }
+        }
+    }
+}
+
+/// One F_th with every t_th of a grid, for one recording.
+#[derive(Clone, Copy, Debug)]
+pub struct ThresholdAges<'a> {
+    /// The past samples of the first look-back with the longest t_th; a sample's own index where there is none.
+    pub past: &'a [u32],
+    /// The past samples of the further look-backs, which stay as they are.
+    pub further: &'a [Vec<u32>],
+    /// The t_th, rising (s): class i holds the ages above the one before and up to this one.
+    pub t_ths_secs: &'a [f64],
+}
+
+/// The products of each piece of a recording by age; like [`recording_sums`](crate::calibration::recording_sums) in
+/// all else.
+///
+/// # Panics
+/// If the recording has no reference, a piece reaches beyond it, or the design has no look-back.
+#[must_use]
+pub fn aged_sums(
+    recording: &Recording,
+    design: &Design,
+    conventional: &[f64],
+    ages: ThresholdAges<'_>,
+    pieces: &[Piece],
+) -> Vec<AgedSums> {
+    assert!(!design.features.look_backs.is_empty(), "a look-back");
+    let n_axes = recording.axes().len();
+    let n_columns = design.n_columns();
+    let times = recording.times();
+    let mut stream = FeatureStream::new(design);
+    let (mut rows, mut classes) = (Vec::new(), Vec::with_capacity(BLOCK));
+    pieces
+        .iter()
+        .map(|piece| {
+            let mut sums = AgedSums::new(design, n_axes, ages.t_ths_secs.len());
+            let stride = sums.stride;
+            rows.resize(BLOCK * stride, 0.0);
+            for k in piece.samples.clone() {
+                let own = ages.past[k];
+                let row = &mut rows[classes.len() * stride..][..stride];
+                let (features, targets) = row.split_at_mut(n_columns);
+                let past = |at| match at {
+                    0 => own,
+                    more => ages.further[more - 1][k],
+                };
+                // Also where there is no past: the other blocks remember every sample.
+                sample_row(&mut stream, recording, past, k, features);
+                if own as usize != k {
+                    let age = times[k] - times[own as usize];
+                    let class = ages.t_ths_secs.partition_point(|t_th| *t_th < age);
+                    design.standardise(features);
+                    residual(recording, conventional, k, &mut targets[..n_axes]);
+                    classes.push(class);
+                }
+                if classes.len() == BLOCK {
+                    sums.add_rows(&rows[..classes.len() * stride], &classes);
+                    classes.clear();
+                }
+            }
+            sums.add_rows(&rows[..classes.len() * stride], &classes);
+            classes.clear();
+            sums
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{Conventional, loads_from_gauges, recording_sums};
+    use crate::features::{FeatureSettings, LoadPath, Thresholds};
+    use crate::recording::simulated;
+
+    /// Sums in which the look-back is zero, plus classes in turn, against one pass for each t_th.
+    #[test]
+    fn classes_of_age_add_up_to_the_sums_of_each_t_th() {
+        let set = simulated::recordings(3);
+        let recording = set.entries()[1].recording.decimated(2);
+        let conventional = Conventional::fit(&[&recording], true);
+        let loads = loads_from_gauges(&conventional.map, &recording);
+        let path = LoadPath::new(&loads, &[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        let past =
+            |f_th, t_th_secs| path.past_samples(recording.times(), Thresholds { f_th, t_th_secs });
+        let further = vec![past(1.0, 4.0)];
+        let design = Design {
+            features: FeatureSettings {
+                look_backs: vec![Thresholds::default(); 2],
+                creep_secs: vec![3.0],
+                ..FeatureSettings::present()
+            },
+            scale: conventional.scale,
+            offset: true,
+        };
+        let n = recording.n_samples();
+        let pieces = [(0..n / 3, 0), (n / 3..n, 1)].map(|(samples, fold)| Piece { samples, fold });
+        let t_ths_secs = [0.5, 2.0, 2.5, 9.0];
+        let ages = ThresholdAges {
+            past: &past(2.0, 9.0),
+            further: &further,
+            t_ths_secs: &t_ths_secs,
+        };
+        let aged = aged_sums(&recording, &design, &loads, ages, &pieces);
+        let direct = |own: Vec<u32>| {
+            let past = [own, further[0].clone()];
+            recording_sums(&recording, &design, &loads, &past, &pieces)
+        };
+        let mut running = direct((0..n as u32).collect());
+        for (class, t_th_secs) in t_ths_secs.into_iter().enumerate() {
+            let expected = direct(past(2.0, t_th_secs));
+            for ((running, aged), expected) in running.iter_mut().zip(&aged).zip(&expected) {
+                aged.add_class_to(class, running);
+                let p = design.n_columns();
+                for i in 0..p {
+                    for j in 0..p {
+                        let error = running.feature_product(i, j) - expected.feature_product(i, j);
+                        assert!(error.abs() < 1e-8, "{t_th_secs} s, {i} {j}: {error}");
+                    }
+                    for target in 0..6 {
+                        let error =
+                            running.target_product(i, target) - expected.target_product(i, target);
+                        assert!(error.abs() < 1e-8, "{t_th_secs} s, {i}, target {target}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The errors over both thresholds.
+//!
+//! Guarantees: rows may come in any order; what has not come yet is `None`, and everything else works meanwhile.
+
+use crate::calibration::Scores;
+use crate::evaluation::threshold_study::{
+    Measure, MeasureScale, NoSuggestion, PointScores, Suggestion, ThresholdGrid,
+};
+use crate::features::{Distance, Thresholds};
+
+/// On which samples errors are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScoreSet {
+    /// Those that were fitted.
+    Train,
+    /// The recordings in the test role.
+    Test,
+    /// Each training recording, predicted by a fit to the others.
+    LeftOut,
+}
+
+impl ScoreSet {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Train, Self::Test, Self::LeftOut];
+
+    /// What people call it.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Test => "test",
+            Self::LeftOut => "leave-one-out",
+        }
+    }
+
+    /// The errors on these samples.
+    #[must_use]
+    pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {
+        match self {
+            Self::Train => scores.train_rmse.as_deref(),
+            Self::Test => scores.test_rmse.as_deref(),
+            Self::LeftOut => scores.cv_rmse.as_deref(),
+        }
+    }
+}
+
+/// Scores at every pair of thresholds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThresholdMap {
+    /// The pairs.
+    pub grid: ThresholdGrid,
+    /// What F_th is measured in.
+    pub distance: Distance,
+    /// The axes of the scores.
+    pub scale: MeasureScale,
+    /// Training samples.
+    pub n_train: u64,
+    /// Test samples.
+    pub n_test: u64,
+    /// Samples of each part that is left out in turn.
+    pub part_samples: Vec<u64>,
+    /// Whether these parts are blocks, as with fewer than three training recordings, rather than recordings.
+    pub parts_are_blocks: bool,
+    /// Without any block: the present gauges alone.
+    pub conventional: PointScores,
+    pub(super) rows: Vec<Option<Vec<PointScores>>>,
+}
+
+impl ThresholdMap {
+    /// No row has come yet.
+    #[must_use]
+    pub fn new(
+        grid: ThresholdGrid,
+        distance: Distance,
+        scale: MeasureScale,
+        conventional: PointScores,
+        part_samples: Vec<u64>,
+    ) -> Self {
+        Self {
+            rows: vec![None; grid.f_ths().len()],
+            n_train: part_samples.iter().sum(),
+            n_test: 0,
+            parts_are_blocks: false,
+            grid,
+            distance,
+            scale,
+            part_samples,
+            conventional,
+        }
+    }
+
+    /// Fills in the scores of one F_th at every t_th.
+    ///
+    /// # Panics
+    /// If there is no such F_th, or not one point per t_th.
+    pub fn set_row(&mut self, f_at: usize, points: Vec<PointScores>) {
+        assert_eq!(points.len(), self.grid.t_ths_secs().len(), "one per t_th");
+        self.rows[f_at] = Some(points);
+    }
+
+    /// Whether every row has come.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.rows.iter().all(Option::is_some)
+    }
+
+    /// How many rows have come.
+    #[must_use]
+    pub fn n_rows_done(&self) -> usize {
+        self.rows.iter().flatten().count()
+    }
+
+    /// The scores of one pair; `None` as long as its row has not come.
+    #[must_use]
+    pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
+        self.rows.get(f_at)?.as_ref()?.get(t_at)
+    }
+
+    /// The thresholds of one pair.
+    ///
+    /// # Panics
+    /// If there is no such pair.
+    #[must_use]
+    pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
+        Thresholds {
+            f_th: self.grid.f_ths()[f_at],
+            t_th_secs: self.grid.t_ths_secs()[t_at],
+        }
+    }
+
+    /// The pair of the grid that is nearest to these thresholds.
+    #[must_use]
+    pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
+        let nearest = |values: &[f64], wanted: f64| {
+            let distance = |at: &usize| (values[*at] - wanted).abs();
+            let all = 0..values.len();
+            all.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                .unwrap_or(0)
+        };
+        (
+            nearest(self.grid.f_ths(), thresholds.f_th),
+            nearest(self.grid.t_ths_secs(), thresholds.t_th_secs),
+        )
+    }
+
+    /// One number at one pair.
+    #[must_use]
+    pub fn value(&self, set: ScoreSet, measure: Measure, f_at: usize, t_at: usize) -> Option<f64> {
+        let scores = &self.point(f_at, t_at)?.scores;
+        measure.of_rmse(&self.scale, set.rmse(scores)?)
+    }
+
+    /// One number of the conventional calibration.
+    #[must_use]
+    pub fn conventional_value(&self, set: ScoreSet, measure: Measure) -> Option<f64> {
+        measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
+    }
+
+    /// The map of one number.
+    ///
+    /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
+    #[must_use]
+    pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
+        let n_t = self.grid.t_ths_secs().len();
+        (0..self.rows.len() * n_t)
+            .map(|at| self.value(set, measure, at / n_t, at % n_t))
+            .collect()
+    }
+
+    /// `(F_th, number)` at one t_th, rising; what has not come is left out.
+    #[must_use]
+    pub fn curve_over_f_th(&self, set: ScoreSet, measure: Measure, t_at: usize) -> Vec<(f64, f64)> {
+        let f_ths = self.grid.f_ths().iter().enumerate();
+        f_ths
+            .filter_map(|(f_at, f_th)| Some((*f_th, self.value(set, measure, f_at, t_at)?)))
+            .collect()
+    }
+
+    /// `(t_th, number)` at one F_th, rising (s); empty as long as its row has not come.
+    #[must_use]
+    pub fn curve_over_t_th(&self, set: ScoreSet, measure: Measure, f_at: usize) -> Vec<(f64, f64)> {
+        let t_ths = self.grid.t_ths_secs().iter().enumerate();
+        t_ths
+            .filter_map(|(t_at, t_th)| Some((*t_th, self.value(set, measure, f_at, t_at)?)))
+            .collect()
+    }
+
+    /// The pair with the least of a number, and that number; of equals the one with the least thresholds.
+    #[must_use]
+    pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
+        let n_t = self.grid.t_ths_secs().len();
+        let values = self.values(set, measure).into_iter().enumerate();
+        let known = values.filter_map(|(at, value)| Some(((at / n_t, at % n_t), value?)));
+        known.min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    /// The thresholds to take; see [`Suggestion`].
+    ///
+    /// # Errors
+    /// [`NoSuggestion`] where there is nothing to choose by.
+    pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
+        Suggestion::of(self, measure)
+    }
+}

@@ -1,0 +1,30 @@
+//! Choosing thresholds: the errors at every pair of F_th and t_th, and which pair the left-out recordings favour.
+//!
+//! | part | file |
+//! |---|---|
+//! | which pairs, and in which order | [`ThresholdGrid`] |
+//! | all scores of one F_th over every t_th, from sums | [`Scorer`] |
+//! | what is shown of six axes: one number | [`Measure`] |
+//! | the errors over both thresholds, and the curves in them | [`ThresholdMap`] |
+//! | the pair to take, and how flat the choice is | [`Suggestion`] |
+//! | what a pair does to the samples | [`Touch`] |
+//!
+//! Guarantees: every number is that of a fresh fit at that pair, up to rounding; where the past never differs, it is that
+//! of the conventional calibration exactly. Test recordings are scored, and take no part in a suggestion.
+
+mod grid;
+mod map;
+mod measure;
+mod paired;
+mod scorer;
+mod suggestion;
+mod touch;
+
+pub use grid::{GridError, MOST_VALUES, ThresholdGrid, even_values};
+pub use map::{ScoreSet, ThresholdMap};
+pub use measure::{Measure, MeasureScale};
+pub use paired::{Paired, paired};
+pub(crate) use scorer::left_out_with_ridge;
+pub use scorer::{PointScores, Scorer, fewest_samples_without_a_part};
+pub use suggestion::{FlatRange, NoSuggestion, Suggestion};
+pub use touch::{AgeBin, Touch};

@@ -1,0 +1,133 @@
+//! What a pair of thresholds does to the samples: how many get a past, and how old it is.
+
+use serde::Serialize;
+
+/// The ages that are counted reach to this many times t_th.
+const REACH: usize = 2;
+
+/// So many samples have a past of such an age.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AgeBin {
+    /// Older than this (s); the first bin holds what is exactly this old, too.
+    pub from_secs: f64,
+    /// At most this old (s).
+    pub to_secs: f64,
+    /// How many.
+    pub count: u64,
+}
+
+/// What one F_th and t_th touch.
+///
+/// Every sample is one of three: its past is found; its load did differ by F_th, but longer ago than t_th, which cuts it
+/// off; or it never differed in the recording so far.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Touch {
+    /// All samples.
+    pub n_samples: u64,
+    /// Those whose past is found.
+    pub n_found: u64,
+    /// Those whose past is older than t_th.
+    pub n_cut_off: u64,
+    /// Ages in even bins from zero to twice t_th, so that t_th lies between two; empty if t_th is zero.
+    pub ages: Vec<AgeBin>,
+    /// Those whose past is older than the last bin.
+    pub n_beyond: u64,
+}
+
+impl Touch {
+    /// Nothing has been counted yet; `bins` up to t_th, and as many beyond.
+    #[must_use]
+    pub fn new(t_th_secs: f64, bins: usize) -> Self {
+        let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
+        let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
+        Self {
+            ages: (0..n_bins)
+                .map(|at| AgeBin {
+                    from_secs: edge(at),
+                    to_secs: edge(at + 1),
+                    count: 0,
+                })
+                .collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Counts the samples of one recording.
+    ///
+    /// **Shapes** `past` holds the past sample of each sample as found without a t_th; its own index where there is none.
+    pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
+        self.n_samples += times.len() as u64;
+        for (k, &past) in past.iter().enumerate() {
+            if past as usize == k {
+                continue;
+            }
+            let age = times[k] - times[past as usize];
+            if age <= t_th_secs {
+                self.n_found += 1;
+            } else {
+                self.n_cut_off += 1;
+            }
+            let bin = self.ages.partition_point(|bin| bin.to_secs < age);
+            match self.ages.get_mut(bin) {
+                Some(bin) => bin.count += 1,
+                None => self.n_beyond += 1,
+            }
+        }
+    }
+
+    /// The share of the samples whose past is found; zero without samples.
+    #[must_use]
+    pub fn share_found(&self) -> f64 {
+        self.share(self.n_found)
+    }
+
+    /// The share of the samples whose past is cut off by t_th; zero without samples.
+    #[must_use]
+    pub fn share_cut_off(&self) -> f64 {
+        self.share(self.n_cut_off)
+    }
+
+    fn share(&self, count: u64) -> f64 {
+        count as f64 / self.n_samples.max(1) as f64
+    }
+
+    /// The age that a share of the found pasts does not exceed, to within a bin (s); `None` where none is found.
+    #[must_use]
+    pub fn age_quantile_secs(&self, share: f64) -> Option<f64> {
+        let wanted = share * self.n_found as f64;
+        let mut counted = 0;
+        let mut bins = self.ages.iter().filter(|_| self.n_found > 0);
+        bins.find(|bin| {
+            counted += bin.count;
+            counted as f64 >= wanted && counted > 0
+        })
+        .map(|bin| bin.to_secs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ages: none, 1, 2, 3, then the last sample 7 s after the first; t_th of 2 s in two bins a second wide.
+    #[test]
+    fn every_sample_is_found_cut_off_or_never_differed() {
+        let mut touch = Touch::new(2.0, 2);
+        touch.count(&[0.0, 1.0, 2.0, 3.0, 7.0], &[0, 0, 0, 0, 0], 2.0);
+        assert_eq!((touch.n_samples, touch.n_found, touch.n_cut_off), (5, 2, 2));
+        let counts: Vec<u64> = touch.ages.iter().map(|bin| bin.count).collect();
+        assert_eq!((counts, touch.n_beyond), (vec![1, 1, 1, 0], 1));
+        assert_eq!((touch.share_found(), touch.share_cut_off()), (0.4, 0.4));
+        assert_eq!(touch.age_quantile_secs(0.5), Some(1.0));
+        assert_eq!(touch.age_quantile_secs(1.0), Some(2.0));
+    }
+
+    #[test]
+    fn a_time_threshold_of_zero_cuts_all_off() {
+        let mut touch = Touch::new(0.0, 4);
+        touch.count(&[0.0, 1.0], &[0, 0], 0.0);
+        assert_eq!((touch.n_found, touch.n_cut_off, touch.n_beyond), (0, 1, 1));
+        assert_eq!(touch.age_quantile_secs(0.5), None);
+        assert_eq!(Touch::default().share_found(), 0.0);
+    }
+}
