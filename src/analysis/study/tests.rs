@@ -62,10 +62,11 @@ fn assert_equal(actual: &Scores, expected: &Scores, what: &str) {
             .flatten()
             .zip(expected.into_iter().flatten())
         {
-            let error = (actual / expected - 1.0).abs();
+            // Moments are zero throughout where the weight hangs in the middle; what rounding makes of that is noise.
+            let error = (actual - expected).abs();
             assert!(
-                error < 1e-9,
-                "{what}, {set:?}: {actual} {expected} {error:e}"
+                error <= 1e-9 * expected + 1e-14,
+                "{what}, {set:?}: {actual} {expected}"
             );
         }
     }
@@ -302,8 +303,6 @@ fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with()
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let study = Study::lay(recordings, FitSettings::default(), &Progress::default()).unwrap();
     let found = study.mean_hysteresis();
-    println!("{found:?}");
-    println!("{:?}", study.touch(Thresholds::default()));
-    assert!((1.5..3.5).contains(&found.value.unwrap()));
+    assert!((found.value.unwrap() - 2.64).abs() < 0.5, "{found:?}");
     assert!(!found.rests_on_few());
 }

@@ -1,0 +1,62 @@
+//! Choosing thresholds on the built-in sensor, 202,500 training and 40,500 test samples: from recordings to answer.
+
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use loopscope::analysis::{HistoryBlock, Study};
+use loopscope::calibration::{FitSettings, RidgeChoice};
+use loopscope::evaluation::threshold_study::{Measure, ThresholdGrid};
+use loopscope::features::{FeatureSettings, Thresholds};
+use loopscope::progress::Progress;
+use loopscope::recording::simulated;
+
+fn thresholds(c: &mut Criterion) {
+    let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+    let progress = Progress::default();
+    let lay = |settings: &FitSettings| {
+        Study::lay(Arc::clone(&recordings), settings.clone(), &progress)
+            .expect("the built-in sensor can be fitted")
+    };
+    let plain = FitSettings::default();
+    let auto = FitSettings {
+        ridge: RidgeChoice::Auto,
+        ..plain.clone()
+    };
+    let grid = ThresholdGrid::new(
+        (0..40).map(|at| 0.35 * f64::from(at)).collect(),
+        (1..=40).map(f64::from).collect(),
+    )
+    .expect("values rise");
+    let mut group = c.benchmark_group("thresholds");
+    group.sample_size(10);
+    for (name, settings) in [("", &plain), (", automatic ridge", &auto)] {
+        group.bench_function(format!("map of 40 x 40 with leave-one-out{name}"), |b| {
+            b.iter(|| lay(settings).threshold_map(&grid, &progress, &|_| {}));
+        });
+    }
+    let map = lay(&plain)
+        .threshold_map(&grid, &progress, &|_| {})
+        .expect("long enough");
+    group.bench_function("suggestion from the map", |b| {
+        b.iter(|| map.suggestion(Measure::FullScale));
+    });
+    group.bench_function("what a pair touches, and the mean hysteresis", |b| {
+        b.iter(|| {
+            let study = lay(&plain);
+            (study.touch(Thresholds::default()), study.mean_hysteresis())
+        });
+    });
+    let present = FitSettings {
+        features: FeatureSettings::present(),
+        ..plain
+    };
+    for block in [HistoryBlock::Play, HistoryBlock::Creep] {
+        group.bench_function(format!("list for {block:?}"), |b| {
+            b.iter(|| lay(&present).suggest_block(block, Measure::FullScale, &progress));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, thresholds);
+criterion_main!(benches);
