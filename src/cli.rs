@@ -1,5 +1,7 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
+mod inspect;
+
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -8,6 +10,8 @@ use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::Serialize;
+
+pub use inspect::Inspect;
 
 use crate::analysis::{Analysis, AnalysisError, Request, View, analyse};
 use crate::calibration::{Calibration, CalibrationError, FitSettings, Scores};
@@ -18,6 +22,7 @@ use crate::export::{
 };
 use crate::features::{Distance, Thresholds};
 use crate::progress::Progress;
+use crate::recording::columns::{ColumnMap, MapFileError};
 use crate::recording::delimited::{self, LoadWarning, ReadError};
 use crate::recording::write_csv::write_csv;
 use crate::recording::{Entry, LayoutError, Recording, RecordingSet, Role, simulated};
@@ -36,6 +41,8 @@ pub struct Cli {
 /// What can be done without a window.
 #[derive(Debug, Subcommand)]
 pub enum Job {
+    /// Say what a file holds, what would be loaded and what is wrong; write a column map for it.
+    Inspect(Inspect),
     /// Write the built-in simulated sensor's recordings as CSV: `train_*.csv` and `test_*.csv`.
     Demo(Demo),
     /// Fit the conventional and the look-back calibration, and score both.
@@ -69,6 +76,8 @@ pub struct Demo {
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 pub struct FitArgs {
+    #[command(flatten)]
+    read: ReadArgs,
     /// Recordings to fit; without any, those of the built-in simulated sensor.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     train: Vec<PathBuf>,
@@ -134,9 +143,19 @@ pub enum DistanceArg {
     FullScale,
 }
 
+/// How files are read, for all jobs that read recordings.
+#[derive(Debug, Args)]
+pub struct ReadArgs {
+    /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
+    #[arg(long, value_name = "MAP.json")]
+    columns: Option<PathBuf>,
+}
+
 /// Arguments of `apply`.
 #[derive(Debug, Args)]
 pub struct Apply {
+    #[command(flatten)]
+    read: ReadArgs,
     /// A calibration in JSON.
     calibration: PathBuf,
     /// Recordings with the gauges that it was made for.
@@ -153,6 +172,8 @@ pub struct Apply {
 pub enum JobError {
     #[error(transparent)]
     Read(#[from] ReadError),
+    #[error(transparent)]
+    Map(#[from] MapFileError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -190,6 +211,7 @@ pub enum JobError {
 #[must_use]
 pub fn run(job: Job) -> ExitCode {
     let done = match job {
+        Job::Inspect(inspect) => inspect::run(&inspect),
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(fit) => run_fit(&fit),
         Job::Apply(apply) => run_apply(&apply),
@@ -249,11 +271,16 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
 }
 
 /// Reads files one after another, warnings to standard error.
-fn read_all(files: &[PathBuf]) -> Result<Vec<Vec<Recording>>, JobError> {
+fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, JobError> {
+    let map = args.columns.as_deref().map(ColumnMap::read).transpose()?;
+    let progress = Progress::default();
     files
         .iter()
         .map(|path| {
-            let loaded = delimited::read(path, &Progress::default())?;
+            let loaded = match &map {
+                Some(map) => delimited::read_mapped(path, map, &progress)?,
+                None => delimited::read(path, &progress)?,
+            };
             print_warnings(&loaded.warnings);
             Ok(loaded.recordings)
         })
@@ -278,7 +305,7 @@ fn recordings_to_fit(args: &FitArgs) -> Result<RecordingSet, JobError> {
         }
     }
     for (files, role) in [(&args.train, Role::Train), (&args.test, Role::Test)] {
-        for (path, recordings) in files.iter().zip(read_all(files)?) {
+        for (path, recordings) in files.iter().zip(read_all(files, &args.read)?) {
             for recording in recordings {
                 if !recording.has_reference() {
                     return Err(JobError::NoReference { path: path.clone() });
@@ -505,9 +532,9 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     check_not_over(args.files.iter().chain([&args.calibration]), &outputs)?;
     make_directory(&args.out)?;
     for (path, output) in args.files.iter().zip(&outputs) {
-        let loaded = delimited::read(path, &Progress::default())?;
-        print_warnings(&loaded.warnings);
-        write_atomically_applied(&calibration, path, &loaded.recordings, output)?;
+        for recordings in read_all(std::slice::from_ref(path), &args.read)? {
+            write_atomically_applied(&calibration, path, &recordings, output)?;
+        }
         writeln!(io::stdout(), "{}", output.display())?;
     }
     Ok(())

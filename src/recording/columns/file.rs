@@ -30,7 +30,7 @@ struct Start {
 /// A map as it stands in its file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MapFile {
+pub(super) struct MapFile {
     format: String,
     version: u32,
     table: TableMap,
@@ -40,6 +40,19 @@ struct MapFile {
     join: Option<Join>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     average_bursts_secs: Option<f64>,
+}
+
+impl From<ColumnMap> for MapFile {
+    fn from(map: ColumnMap) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            join: map.has_two_clocks().then_some(map.join),
+            table: map.table,
+            reference: map.reference,
+            average_bursts_secs: map.average_bursts_secs,
+        }
+    }
 }
 
 impl ColumnMap {

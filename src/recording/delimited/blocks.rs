@@ -47,6 +47,11 @@ impl Blocks {
         self.text.file_bytes()
     }
 
+    /// How long the file was when it was opened.
+    pub(super) fn whole_file_bytes(&self) -> u64 {
+        self.text.whole_file_bytes()
+    }
+
     pub(super) fn encoding(&self) -> Encoding {
         self.text.encoding()
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::blocks::Blocks;
+use super::cells::is_skipped;
 use super::layout::{self, Start};
 use super::plan::{Plan, Side};
 use super::two_clocks::{self, Table};
@@ -147,12 +148,26 @@ impl Opened {
         })
     }
 
+    /// How many rows the file has if all are like those of its head.
+    pub(super) fn about_rows(&self, start: &Start) -> u64 {
+        let rows = &self.head[start.n_bytes.min(self.head.len())..];
+        let lines = rows.split(|byte| *byte == b'\n');
+        let n_rows = lines.filter(|line| !is_skipped(line)).count() as f64;
+        let text_bytes = self.file_bytes() / self.encoding().bytes_per_character();
+        let share =
+            text_bytes.saturating_sub(start.n_bytes as u64) as f64 / rows.len().max(1) as f64;
+        // A file that is here as a whole differs by its byte order mark at most.
+        let share = if share < 1.001 { 1.0 } else { share };
+        (n_rows * share).round() as u64
+    }
+
     pub(super) fn encoding(&self) -> super::Encoding {
         self.blocks.encoding()
     }
 
+    /// How long the file is.
     pub(super) fn file_bytes(&self) -> u64 {
-        self.blocks.file_bytes()
+        self.blocks.whole_file_bytes()
     }
 }
 

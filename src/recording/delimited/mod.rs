@@ -14,6 +14,7 @@
 //! | `two_clocks` | gauges and reference to one table |
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
+//! | [`inspect`] | what a file holds, before it is loaded |
 //! | `error`, `warning` | what people are told |
 
 mod assemble;
@@ -22,6 +23,7 @@ mod blocks;
 mod cells;
 mod column_name;
 mod error;
+pub mod inspect;
 mod layout;
 mod load;
 mod names;

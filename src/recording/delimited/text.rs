@@ -61,7 +61,7 @@ impl Encoding {
 pub(super) struct Text {
     file: Take<File>,
     file_bytes: u64,
-    is_sample: bool,
+    limit_bytes: u64,
     encoding: Encoding,
     /// Whether some lines end with `\r` alone.
     has_bare_returns: bool,
@@ -107,8 +107,8 @@ impl Text {
         let limit_bytes = limit_bytes.unwrap_or(u64::MAX);
         Ok(Self {
             file: file.take(limit_bytes),
-            file_bytes: metadata.len().min(limit_bytes),
-            is_sample: metadata.len() > limit_bytes,
+            file_bytes: metadata.len(),
+            limit_bytes,
             encoding,
             has_bare_returns: has_bare_returns(&head),
             half_character: Vec::new(),
@@ -118,12 +118,17 @@ impl Text {
 
     /// How many bytes are read in all.
     pub(super) fn file_bytes(&self) -> u64 {
+        self.file_bytes.min(self.limit_bytes)
+    }
+
+    /// How long the file was when it was opened.
+    pub(super) fn whole_file_bytes(&self) -> u64 {
         self.file_bytes
     }
 
     /// Whether the file goes on after what is read.
     pub(super) fn is_sample(&self) -> bool {
-        self.is_sample
+        self.file_bytes > self.limit_bytes
     }
 
     pub(super) fn encoding(&self) -> Encoding {

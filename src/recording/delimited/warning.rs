@@ -190,7 +190,7 @@ impl fmt::Display for Finding {
             }
             Self::AssumedTimeUnit { column, name, unit } => write!(
                 f,
-                "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit in the header, e.g. t_{unit}",
+                "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
                 shown(name),
                 unit = unit.symbol(),
             ),
