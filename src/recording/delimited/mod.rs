@@ -89,6 +89,9 @@ pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &Progress) -> Result<
 }
 
 #[cfg(test)]
+mod load_tests;
+
+#[cfg(test)]
 mod tests {
     use std::fmt::Write as _;
     use std::path::PathBuf;
