@@ -9,5 +9,6 @@ mod workshop;
 mod apply;
 mod built_in;
 mod fit;
+mod inspect;
 mod refusals;
 mod streams;

@@ -26,11 +26,11 @@ pub enum ReadError {
     NotAFile { path: PathBuf },
     #[error("{}: cannot be read: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },
-    #[error("{}: the file is empty", path.display())]
+    #[error("{}: the file is empty; choose another, or record it again", path.display())]
     Empty { path: PathBuf },
-    #[error("{}: not UTF-8 text but {what}; save it as CSV in UTF-8", path.display())]
+    #[error("{}: not text but {what}; unpack it, or export the recording as CSV", path.display())]
     NotText { path: PathBuf, what: &'static str },
-    #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line", path.display())]
+    #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample", path.display())]
     LineTooLong { path: PathBuf, limit_bytes: usize },
     #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },

@@ -89,6 +89,8 @@ pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &Progress) -> Result<
 }
 
 #[cfg(test)]
+mod bad_input_tests;
+#[cfg(test)]
 mod load_tests;
 
 #[cfg(test)]
