@@ -4,7 +4,7 @@
 //! with its kind named.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Take};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use serde::Serialize;
@@ -59,7 +59,9 @@ impl Encoding {
 /// A text that is read from its start to its end.
 #[derive(Debug)]
 pub(super) struct Text {
-    file: Take<File>,
+    file: File,
+    /// How many bytes may still be read.
+    left_bytes: u64,
     file_bytes: u64,
     limit_bytes: u64,
     encoding: Encoding,
@@ -106,7 +108,8 @@ impl Text {
         let (head, _) = decoded(encoding, head);
         let limit_bytes = limit_bytes.unwrap_or(u64::MAX);
         Ok(Self {
-            file: file.take(limit_bytes),
+            left_bytes: limit_bytes.saturating_sub(mark_bytes as u64),
+            file,
             file_bytes: metadata.len(),
             limit_bytes,
             encoding,
@@ -141,12 +144,17 @@ impl Text {
         text: &mut Vec<u8>,
         wanted_bytes: usize,
     ) -> io::Result<bool> {
-        let mut next = (&mut self.file).take(wanted_bytes as u64);
+        let wanted_bytes = self.left_bytes.min(wanted_bytes as u64);
+        let mut next = (&mut self.file).take(wanted_bytes);
+        let mut has_more = |got: usize| {
+            self.left_bytes -= got as u64;
+            got as u64 == wanted_bytes && self.left_bytes > 0
+        };
         if self.encoding.bytes_per_character() == 1 && !self.has_bare_returns {
-            return Ok(next.read_to_end(text)? == wanted_bytes);
+            return Ok(has_more(next.read_to_end(text)?));
         }
         let mut raw = std::mem::take(&mut self.half_character);
-        let has_more = next.read_to_end(&mut raw)? == wanted_bytes;
+        let has_more = has_more(next.read_to_end(&mut raw)?);
         let (mut new, half_character) = decoded(self.encoding, raw);
         self.half_character = half_character;
         if self.has_bare_returns {
