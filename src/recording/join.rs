@@ -36,12 +36,12 @@ pub fn at_times(
     let has_value = times
         .iter()
         .map(|&time| {
-            let blend = blend_at(time, reference.times, method, limit_secs);
+            let n_before = values.len();
             if let Some(Blend {
                 first,
                 second,
                 share,
-            }) = blend
+            }) = blend_at(time, reference.times, method, limit_secs)
             {
                 let row = |k: usize| &reference.values[k * reference.width..][..reference.width];
                 let between = |(a, b): (&f64, &f64)| {
@@ -53,7 +53,11 @@ pub fn at_times(
                 };
                 values.extend(row(first).iter().zip(row(second)).map(between));
             }
-            blend.is_some()
+            // The difference of the largest numbers is none.
+            if values[n_before..].iter().any(|value| !value.is_finite()) {
+                values.truncate(n_before);
+            }
+            values.len() > n_before
         })
         .collect();
     (has_value, values)
@@ -127,8 +131,15 @@ pub fn average(values: &mut Vec<f64>, width: usize, stretches: &[Range<usize>]) 
             let first = values[stretch.start * width + column];
             // As differences from the first value: sums of large times would lose digits.
             let later = |k: usize| values[k * width + column] - first;
-            let sum: f64 = stretch.clone().map(later).sum();
-            values[at * width + column] = first + sum / stretch.len() as f64;
+            let n = stretch.len() as f64;
+            let mut mean = first + stretch.clone().map(later).sum::<f64>() / n;
+            if !mean.is_finite() {
+                mean = stretch
+                    .clone()
+                    .map(|k| values[k * width + column] / n)
+                    .sum();
+            }
+            values[at * width + column] = mean;
         }
     }
     values.truncate(stretches.len() * width);

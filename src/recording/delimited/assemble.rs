@@ -80,6 +80,20 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
             *time /= per_second;
         }
     }
+    // Less than one a second makes times longer, at the very end too long.
+    if per_second < 1.0
+        && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
+    {
+        let column = plan.time_column.unwrap_or_default();
+        let finding = Finding::NotFinite {
+            column: column + 1,
+            name: plan.names[column].clone(),
+            value: rows.times[row].to_string(),
+        };
+        rows.findings.note(rows.line_of(row), finding);
+        let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
+        rows.retain(|row| is_finite[row]);
+    }
 }
 
 /// Puts the means of bursts in place of their samples.

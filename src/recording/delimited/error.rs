@@ -106,7 +106,7 @@ pub enum ReadError {
     },
     #[error("the column map: {0}")]
     Map(#[from] MapError),
-    #[error("{}: the column map is for another kind of file: {what}, but the file ends before; {OTHER_MAP}", path.display())]
+    #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; {OTHER_MAP}", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
     #[error("{}:{line}: the column map is for files with {expected} columns, this one has {actual}; {OTHER_MAP}", path.display())]
     MapShape {

@@ -123,10 +123,10 @@ impl<'a> Reading<'a> {
         let Opened { blocks, head } = &mut opened;
         let head = std::mem::take(head);
         let mut rows = stream::read_rows(&plan, &start, head, blocks, self.progress)?;
+        assemble::settle_times(&plan, &mut rows);
         if rows.times.is_empty() {
             return Err(assemble::why_nothing_is_usable(path, &plan, rows));
         }
-        assemble::settle_times(&plan, &mut rows);
         Ok(Table {
             path: path.to_owned(),
             plan,
@@ -141,9 +141,9 @@ impl Opened {
         layout::locate(&self.head, &table.text).ok_or_else(|| ReadError::TooShortForMap {
             path: path.to_owned(),
             what: if table.text.header {
-                "it has lines to skip and a header"
+                "lines to skip and a header"
             } else {
-                "it has lines to skip and rows"
+                "lines to skip and rows"
             },
         })
     }

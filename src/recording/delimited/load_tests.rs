@@ -350,7 +350,11 @@ fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
         ),
         ("t,A,C\n0,1,2\n", named, "column 3 is C where B is expected"),
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both called A"),
-        ("# nothing\n", named, "the file ends before"),
+        (
+            "# nothing\n",
+            named,
+            "the start of this file does not have them",
+        ),
         ("t,A,B\n", named, "no rows follow"),
         (
             "0;a;b;c\n",
@@ -375,6 +379,30 @@ fn a_map_made_by_a_program_is_checked_too() {
     let folder = Folder::with(&[("run.csv", "0;1;x;3\n")]);
     let error = folder.read("run.csv", &wrong).unwrap_err();
     assert!(matches!(error, ReadError::Map(_)), "{error}");
+}
+
+#[test]
+fn as_many_lines_are_skipped_as_the_map_says() {
+    let preamble = "a line of a long preamble\n".repeat(700);
+    let parts = HEADERLESS.replace("\"decimal\"", "\"skip_rows\": 700, \"decimal\"");
+    let (recording, _) = single(read_one(&format!("{preamble}0;1;x;3\n10;2;x;4\n"), &parts));
+    assert_eq!(recording.gauges(), [-6.0, -8.0]);
+}
+
+/// The largest numbers there are, blended, averaged and stretched: left out, never infinite.
+#[test]
+fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
+    let slow = r#""table": { "shape": { "columns": 2 }, "sample_rate_hz": 0.1, "columns": [
+        { "column": 1, "is": "time", "unit": "samples" }, { "column": 2, "is": "gauge" }] }"#;
+    let (recording, findings) = single(read_one("1,1\n2,2\n1.5e308,3\n", slow));
+    assert_eq!(recording.times(), [10.0, 20.0]);
+    assert!(matches!(findings[0], Finding::NotFinite { column: 1, .. }));
+    assert!(read_one("1.5e308,1\n", slow).is_err());
+    let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
+    assert!(matches!(blended, ReadError::ClocksApart { .. }));
+    let averaged = format!("{HEADERLESS}, \"average_bursts_secs\": 1");
+    let (recording, _) = single(read_one("0;0;;8e307\n1;0;;-8e307\n", &averaged));
+    assert_eq!(recording.gauges(), [0.0]);
 }
 
 #[test]

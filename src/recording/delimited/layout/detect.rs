@@ -22,7 +22,7 @@ pub(in super::super) struct Detected {
 
 /// Finds out how a table is written. `None` without a line that is neither blank nor a comment.
 pub(in super::super) fn detect(head: &[u8]) -> Option<Detected> {
-    let all = first_lines(head);
+    let all = first_lines(head, 0);
     let lines: Vec<Line> = all
         .iter()
         .copied()

@@ -26,8 +26,8 @@ pub(super) struct Line<'a> {
     pub(super) text: &'a [u8],
 }
 
-/// All lines up to the last that is looked at.
-fn first_lines(head: &[u8]) -> Vec<Line<'_>> {
+/// All lines up to the last that is looked at, the first `n_skipped` of which do not count.
+fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
     let mut n_significant = 0;
@@ -35,7 +35,7 @@ fn first_lines(head: &[u8]) -> Vec<Line<'_>> {
         let end = memchr::memchr(b'\n', &head[start..]).map_or(head.len(), |at| start + at);
         let text = head[start..end].trim_ascii_end();
         start = head.len().min(end + 1);
-        n_significant += usize::from(!is_skipped(text));
+        n_significant += usize::from(lines.len() >= n_skipped && !is_skipped(text));
         lines.push(Line {
             number: lines.len() as u64 + 1,
             end: start,
@@ -65,7 +65,7 @@ pub(super) struct Start {
 
 /// Finds the table; `None` if there is no line for its header, or for its first row.
 pub(super) fn locate(head: &[u8], layout: &TextLayout) -> Option<Start> {
-    let all = first_lines(head);
+    let all = first_lines(head, layout.skip_rows);
     let ati = match layout.preamble {
         Some(Preamble::AtiNetFt) => Some(ati::Preamble::of(all.iter().map(|line| line.text))?),
         None => None,
@@ -113,7 +113,7 @@ pub(super) fn first_rows<'a>(
     layout: &TextLayout,
     start: &Start,
 ) -> Vec<Vec<&'a [u8]>> {
-    first_lines(&head[start.n_bytes..])
+    first_lines(&head[start.n_bytes..], 0)
         .iter()
         .filter(|line| !is_skipped(line.text))
         .map(|line| Cells::new(line.text, layout.delimiter.into()).collect())
