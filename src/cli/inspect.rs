@@ -185,8 +185,13 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     if let Some(offset) = check.clock_offset {
         writeln!(
             out,
-            "clocks: the reference fits best {:+.4} s later (the gauges explain {:.2} % of it, {:.2} % as the clocks are); nothing is applied unless \"clock_offset_secs\" under \"join\" in the map says so; gauges that lag behind their load look the same",
-            offset.offset_secs,
+            "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it, {:.2} % as the clocks are); nothing is applied unless \"clock_offset_secs\" under \"join\" in the map says so; gauges that lag behind their load look the same",
+            offset.offset_secs.abs(),
+            if offset.offset_secs < 0.0 {
+                "earlier"
+            } else {
+                "later"
+            },
             100.0 * offset.explained,
             100.0 * offset.explained_without
         )?;
