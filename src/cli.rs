@@ -3,6 +3,7 @@
 mod choices;
 mod compare;
 mod fit;
+mod inspect;
 mod metrology;
 mod progress_line;
 
@@ -20,12 +21,14 @@ use crate::export::{
     ReadCalibrationError, WriteError, read_calibration, write_atomically, write_loads_csv,
 };
 use crate::progress::Progress;
+use crate::recording::columns::{ColumnMap, MapFileError};
 use crate::recording::delimited::{self, LoadWarning, ReadError};
 use crate::recording::write_csv::write_csv;
 use crate::recording::{LayoutError, Recording, simulated};
 
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
+pub use inspect::Inspect;
 
 /// Calibrate force/torque sensors and see what their past does to them.
 #[derive(Debug, Parser)]
@@ -41,6 +44,8 @@ pub struct Cli {
 /// What can be done without a window.
 #[derive(Debug, Subcommand)]
 pub enum Job {
+    /// Say what a file holds, what would be loaded and what is wrong; write a column map for it.
+    Inspect(Inspect),
     /// Write the built-in simulated sensor's recordings as CSV: `train_*.csv` and `test_*.csv`.
     Demo(Demo),
     /// Fit the conventional calibration and one with a past, and score both.
@@ -75,9 +80,19 @@ pub struct Demo {
     seed: u64,
 }
 
+/// How files are read, for all jobs that read recordings.
+#[derive(Debug, Args)]
+pub struct ReadArgs {
+    /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
+    #[arg(long, value_name = "MAP.json")]
+    columns: Option<PathBuf>,
+}
+
 /// Arguments of `apply`.
 #[derive(Debug, Args)]
 pub struct Apply {
+    #[command(flatten)]
+    read: ReadArgs,
     /// A calibration in JSON.
     calibration: PathBuf,
     /// Recordings with the gauges that it was made for.
@@ -94,6 +109,8 @@ pub struct Apply {
 pub enum JobError {
     #[error(transparent)]
     Read(#[from] ReadError),
+    #[error(transparent)]
+    Map(#[from] MapFileError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -133,6 +150,7 @@ pub enum JobError {
 #[must_use]
 pub fn run(job: Job) -> ExitCode {
     let done = match job {
+        Job::Inspect(inspect) => inspect::run(&inspect),
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
         Job::Compare(args) => compare::run(&args),
@@ -194,11 +212,16 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
 }
 
 /// Reads files one after another, warnings to standard error.
-fn read_all(files: &[PathBuf]) -> Result<Vec<Vec<Recording>>, JobError> {
+fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, JobError> {
+    let map = args.columns.as_deref().map(ColumnMap::read).transpose()?;
+    let progress = Progress::default();
     files
         .iter()
         .map(|path| {
-            let loaded = delimited::read(path, &Progress::default())?;
+            let loaded = match &map {
+                Some(map) => delimited::read_mapped(path, map, &progress)?,
+                None => delimited::read(path, &progress)?,
+            };
             print_warnings(&loaded.warnings);
             Ok(loaded.recordings)
         })
@@ -255,9 +278,9 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     check_not_over(args.files.iter().chain([&args.calibration]), &outputs)?;
     make_directory(&args.out)?;
     for (path, output) in args.files.iter().zip(&outputs) {
-        let loaded = delimited::read(path, &Progress::default())?;
-        print_warnings(&loaded.warnings);
-        write_atomically_applied(&calibration, path, &loaded.recordings, output)?;
+        for recordings in read_all(std::slice::from_ref(path), &args.read)? {
+            write_atomically_applied(&calibration, path, &recordings, output)?;
+        }
         writeln!(io::stdout(), "{}", output.display())?;
     }
     Ok(())

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
-use super::{JobError, read_all};
+use super::{JobError, ReadArgs, read_all};
 use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::recording::{Entry, RecordingSet, Role, simulated};
@@ -13,6 +13,8 @@ use crate::recording::{Entry, RecordingSet, Role, simulated};
 /// Which recordings, in which role.
 #[derive(Debug, Args)]
 pub struct RecordingArgs {
+    #[command(flatten)]
+    pub read: ReadArgs,
     /// Recordings to fit; without any, those of the built-in simulated sensor.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     pub train: Vec<PathBuf>,
@@ -42,7 +44,7 @@ impl RecordingArgs {
             }
         }
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
-            for (path, recordings) in files.iter().zip(read_all(files)?) {
+            for (path, recordings) in files.iter().zip(read_all(files, &self.read)?) {
                 for recording in recordings {
                     if !recording.has_reference() {
                         return Err(JobError::NoReference { path: path.clone() });

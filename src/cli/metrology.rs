@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::{JobError, check_not_over, read_all};
+use super::{JobError, ReadArgs, check_not_over, read_all};
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::evaluation::metrics::percent_change;
@@ -24,6 +24,8 @@ use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
 /// Arguments of `metrology`.
 #[derive(Debug, Args)]
 pub struct MetrologyArgs {
+    #[command(flatten)]
+    read: ReadArgs,
     /// Recordings to measure, with their reference load; without any, the built-in simulated sensor is fitted to its
     /// training recordings and measured on its test recordings.
     #[arg(value_name = "FILE")]
@@ -113,7 +115,7 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
     };
     Ok(Subject {
         calibration: Arc::new(read_calibration(path)?),
-        recordings: read_all(&args.files)?
+        recordings: read_all(&args.files, &args.read)?
             .into_iter()
             .flatten()
             .map(Arc::new)
@@ -133,7 +135,7 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
         )
     } else {
         (
-            training_set(&args.files)?,
+            training_set(&args.files, &args.read)?,
             Role::Train,
             "the recordings it is measured on",
         )
@@ -161,9 +163,9 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
     })
 }
 
-fn training_set(files: &[PathBuf]) -> Result<RecordingSet, JobError> {
+fn training_set(files: &[PathBuf], read: &ReadArgs) -> Result<RecordingSet, JobError> {
     let mut set = RecordingSet::default();
-    for (path, recordings) in files.iter().zip(read_all(files)?) {
+    for (path, recordings) in files.iter().zip(read_all(files, read)?) {
         for recording in recordings {
             if !recording.has_reference() {
                 return Err(JobError::NoReference { path: path.clone() });

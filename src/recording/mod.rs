@@ -3,7 +3,10 @@
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
 mod axis;
+pub mod clock_offset;
+pub mod columns;
 pub mod delimited;
+pub mod join;
 pub mod kinetics;
 #[expect(
     clippy::module_inception,

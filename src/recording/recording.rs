@@ -28,6 +28,7 @@ pub struct Recording {
     source: Source,
     times: Vec<f64>,
     gauge_names: Vec<String>,
+    gauge_units: Vec<String>,
     gauges: Vec<f64>,
     axes: Vec<Axis>,
     loads: Vec<f64>,
@@ -123,11 +124,22 @@ impl Recording {
             name,
             source,
             times,
+            gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
             gauges,
             axes,
             loads,
         })
+    }
+
+    /// The same recording with labels for the gauges' units (`mV/V`, `V`, `counts`, `ohm`); empty where none is known.
+    /// Labels for another number of gauges change nothing.
+    #[must_use]
+    pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
+        if units.len() == self.gauge_names.len() {
+            self.gauge_units = units;
+        }
+        self
     }
 
     /// The name shown to people: a file's stem, with a part number where one file holds several recordings.
@@ -170,6 +182,12 @@ impl Recording {
     #[must_use]
     pub fn gauge_names(&self) -> &[String] {
         &self.gauge_names
+    }
+
+    /// Labels of the gauges' units in column order; empty where none is known. Values are never converted.
+    #[must_use]
+    pub fn gauge_units(&self) -> &[String] {
+        &self.gauge_units
     }
 
     /// How many gauge channels there are, at least one.
@@ -250,6 +268,7 @@ impl Recording {
             rate_hz: rate_hz(&times),
             times,
             gauge_names: self.gauge_names.clone(),
+            gauge_units: self.gauge_units.clone(),
             gauges: rows(&self.gauges, self.n_gauges()),
             axes: self.axes.clone(),
             loads: rows(&self.loads, self.axes.len()),

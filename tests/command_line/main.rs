@@ -10,6 +10,7 @@ mod apply;
 mod blocks;
 mod built_in;
 mod fit;
+mod inspect;
 mod metrology;
 mod refusals;
 mod streams;

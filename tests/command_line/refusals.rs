@@ -47,7 +47,10 @@ fn files_that_are_no_recordings_are_named() {
             ("--train .", &["not a file"]),
             ("--train empty.csv", &["empty.csv", "empty"]),
             ("--train text.csv", &["text.csv:1", "no time column"]),
-            ("--train binary.csv", &["binary.csv", "not UTF-8"]),
+            (
+                "--train binary.csv",
+                &["binary.csv", "not text but binary data"],
+            ),
             ("--train no_gauge.csv", &["no_gauge.csv:1", "no gauge"]),
             (
                 "--train no_reference.csv",

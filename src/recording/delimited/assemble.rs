@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
-use super::header::{Header, Use};
+use super::plan::{Plan, TimeScale, Use};
 use super::rows::Rows;
+use super::two_clocks::Table;
 use super::warning::{Finding, LoadWarning};
 use super::{Loaded, ReadError, timeline};
 use crate::recording::units::TimeUnit;
-use crate::recording::{Recording, Source};
+use crate::recording::{Recording, Source, join};
 
 /// More cuts mean that the times are no times; so many recordings would only fill the memory.
 const RECORDING_LIMIT: usize = 50_000;
 
 /// Why no row is usable.
-pub(super) fn why_nothing_is_usable(path: &Path, header: &Header, rows: Rows) -> ReadError {
+pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let path_buf = path.to_owned();
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
     let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
@@ -26,10 +27,10 @@ pub(super) fn why_nothing_is_usable(path: &Path, header: &Header, rows: Rows) ->
     if let (Some(index), None) = (culprits.next(), culprits.next()) {
         return ReadError::NoNumberInColumn {
             path: path_buf,
-            line: header.line,
-            what: header.uses[index].noun(),
+            line: plan.line,
+            what: plan.uses[index].noun(),
             column: index + 1,
-            name: header.names[index].clone(),
+            name: plan.names[index].clone(),
         };
     }
     let skips_row = |warning: &LoadWarning| {
@@ -37,6 +38,9 @@ pub(super) fn why_nothing_is_usable(path: &Path, header: &Header, rows: Rows) ->
             warning.finding,
             Finding::EmptyCell { .. }
                 | Finding::NotANumber { .. }
+                | Finding::NotATime { .. }
+                | Finding::StatusError { .. }
+                | Finding::Dropout { .. }
                 | Finding::NotFinite { .. }
                 | Finding::TooFewCells { .. }
         )
@@ -48,73 +52,126 @@ pub(super) fn why_nothing_is_usable(path: &Path, header: &Header, rows: Rows) ->
         },
         None => ReadError::NoRows {
             path: path_buf,
-            line: header.line,
+            line: plan.line,
         },
     }
 }
 
-/// Settles the times, notes what is odd, and cuts the rows into recordings.
-pub(super) fn recordings(path: &Path, header: Header, mut rows: Rows) -> Result<Loaded, ReadError> {
-    let column_of = |usage: Use| header.uses.iter().position(|other| *other == usage);
-    let time = column_of(Use::Time).expect("a header has a time column");
-    let unit = header.time_unit.unwrap_or_else(|| {
-        let unit = timeline::unit_by_values(&rows.times);
-        if unit != TimeUnit::Seconds {
-            let finding = Finding::AssumedTimeUnit {
-                column: time + 1,
-                name: header.names[time].clone(),
-                unit,
-            };
-            rows.findings.note(header.line, finding);
+/// Brings the times to seconds; a unit that only the values tell is noted.
+pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
+    let per_second = match (plan.time_scale, plan.time_column) {
+        (TimeScale::ByValues, Some(column)) => {
+            let unit = timeline::unit_by_values(&rows.times);
+            if unit != TimeUnit::Seconds {
+                let finding = Finding::AssumedTimeUnit {
+                    column: column + 1,
+                    name: plan.names[column].clone(),
+                    unit,
+                };
+                rows.findings.note(plan.line, finding);
+            }
+            unit.per_second()
         }
-        unit
-    });
-    if unit != TimeUnit::Seconds {
+        (TimeScale::ByValues, None) => 1.0,
+        (TimeScale::PerSecond(per_second), _) => per_second,
+    };
+    if per_second != 1.0 {
         for time in &mut rows.times {
-            *time /= unit.per_second();
+            *time /= per_second;
         }
     }
-    note_constant_gauges(&header, &mut rows);
+    // Less than one a second makes times longer, at the very end too long.
+    if per_second < 1.0
+        && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
+    {
+        let column = plan.time_column.unwrap_or_default();
+        let finding = Finding::NotFinite {
+            column: column + 1,
+            name: plan.names[column].clone(),
+            value: rows.times[row].to_string(),
+        };
+        rows.findings.note(rows.line_of(row), finding);
+        let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
+        rows.retain(|row| is_finite[row]);
+    }
+}
+
+/// Puts the means of bursts in place of their samples.
+pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
+    let bursts = join::bursts(&rows.times, within_secs);
+    let (n_before, n_after) = (rows.times.len(), bursts.len());
+    if n_before == n_after {
+        return;
+    }
+    let mut times = std::mem::take(&mut rows.times);
+    let mut gauges = std::mem::take(&mut rows.gauges);
+    let mut loads = std::mem::take(&mut rows.loads);
+    join::average(&mut times, 1, &bursts);
+    join::average(&mut gauges, plan.gauge_names.len(), &bursts);
+    join::average(&mut loads, plan.axes.len(), &bursts);
+    rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
+    (rows.times, rows.gauges, rows.loads) = (times, gauges, loads);
+    rows.findings
+        .note(plan.line, Finding::AveragedBursts { n_before, n_after });
+}
+
+/// Notes a reference whose values stay for some samples and then change, again and again.
+pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
+    if let Some(samples_each) = timeline::held_for(&rows.loads, plan.axes.len()) {
+        let finding = Finding::HeldReference { samples_each };
+        rows.findings.note(plan.line, finding);
+    }
+}
+
+/// Notes what is odd, and cuts the rows into recordings.
+pub(super) fn recordings(table: Table) -> Result<Loaded, ReadError> {
+    let Table {
+        path,
+        plan,
+        mut rows,
+    } = table;
+    note_constant_gauges(&plan, &mut rows);
     let cuts = timeline::cuts(&rows.times);
     if cuts.starts.len() >= RECORDING_LIMIT {
+        let column = plan.time_column.unwrap_or_default();
         return Err(ReadError::TooManyRecordings {
-            path: path.to_owned(),
             line: rows.line_of(cuts.starts[0]),
+            path,
             count: cuts.starts.len(),
-            column: time + 1,
-            name: header.names[time].clone(),
+            column: column + 1,
+            name: plan.names[column].clone(),
         });
     }
     cuts.note(&mut rows);
     let findings = std::mem::take(&mut rows.findings);
     Ok(Loaded {
-        recordings: cut(path, header, rows, &cuts.starts),
-        warnings: findings.into_warnings(path),
+        recordings: cut(&path, plan, rows, &cuts.starts),
+        warnings: findings.into_warnings(&path),
     })
 }
 
-fn note_constant_gauges(header: &Header, rows: &mut Rows) {
+fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
     if rows.times.len() < 2 {
         return;
     }
-    let n_gauges = header.gauge_names.len();
-    let columns = (0..header.uses.len()).filter(|&index| header.uses[index] == Use::Gauge);
+    let n_gauges = plan.gauge_names.len();
+    let is_gauge = |index: &usize| matches!(plan.uses[*index], Use::Gauge { .. });
+    let columns = (0..plan.uses.len()).filter(is_gauge);
     for (gauge, column) in columns.enumerate() {
         let value = rows.gauges[gauge];
         let mut values = rows.gauges[gauge..].iter().step_by(n_gauges);
         if values.all(|other| *other == value) {
             let finding = Finding::ConstantGauge {
                 column: column + 1,
-                name: header.gauge_names[gauge].clone(),
+                name: plan.gauge_names[gauge].clone(),
                 value,
             };
-            rows.findings.note(header.line, finding);
+            rows.findings.note(plan.line, finding);
         }
     }
 }
 
-/// Cuts from the end, so that what is left needs no copy, and a file with one recording none at all.
-fn cut(path: &Path, header: Header, rows: Rows, starts: &[usize]) -> Vec<Recording> {
+fn cut(path: &Path, plan: Plan, rows: Rows, starts: &[usize]) -> Vec<Recording> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = |part: usize| {
         if starts.is_empty() {
@@ -123,45 +180,55 @@ fn cut(path: &Path, header: Header, rows: Rows, starts: &[usize]) -> Vec<Recordi
             format!("{stem} #{part}")
         }
     };
-    let Rows {
-        mut times,
-        mut gauges,
-        mut loads,
-        ..
-    } = rows;
-    let make = |part, times, gauges, loads| {
-        Recording::new(
-            name(part),
+    let parts = |values, width| {
+        let starts: Vec<usize> = starts.iter().map(|start| start * width).collect();
+        let mut parts = Vec::with_capacity(starts.len() + 1);
+        cut_values(values, 0, &starts, &mut parts);
+        parts
+    };
+    // One list after the other, so that never more than half of one is there twice.
+    let times = parts(rows.times, 1);
+    let gauges = parts(rows.gauges, plan.gauge_names.len());
+    let loads = parts(rows.loads, plan.axes.len());
+    let mut recordings = Vec::with_capacity(times.len());
+    for ((times, gauges), loads) in times.into_iter().zip(gauges).zip(loads) {
+        let recording = Recording::new(
+            name(recordings.len() + 1),
             Source::File(path.to_owned()),
             times,
-            header.gauge_names.clone(),
+            plan.gauge_names.clone(),
             gauges,
-            header.axes.clone(),
+            plan.axes.clone(),
             loads,
         )
-        .expect("rows are finite and of one width, and each recording's times never go back")
-    };
-    let mut recordings = Vec::with_capacity(starts.len() + 1);
-    for (index, &start) in starts.iter().enumerate().rev() {
-        let tails = (
-            times.split_off(start),
-            gauges.split_off(start * header.gauge_names.len()),
-            loads.split_off(start * header.axes.len()),
-        );
-        recordings.push(make(index + 2, tails.0, tails.1, tails.2));
-        for left in [&mut times, &mut gauges, &mut loads] {
-            // Now and then only: each time would make many cuts slow.
-            if left.len() < left.capacity() / 4 * 3 {
-                left.shrink_to_fit();
-            }
-        }
+        .expect("rows are finite and of one width, and each recording's times never go back");
+        recordings.push(recording.with_gauge_units(plan.gauge_units.clone()));
     }
-    for left in [&mut times, &mut gauges, &mut loads] {
-        left.shrink_to_fit();
-    }
-    recordings.push(make(1, times, gauges, loads));
-    recordings.reverse();
     recordings
+}
+
+/// Cuts `values`, the first of which is number `offset`, before each of the `starts`. The shorter side of a cut is
+/// copied, and what is left given back, so that little memory is needed.
+fn cut_values(mut values: Vec<f64>, offset: usize, starts: &[usize], parts: &mut Vec<Vec<f64>>) {
+    let middle = starts.len() / 2;
+    let Some(start) = starts.get(middle) else {
+        values.shrink_to_fit();
+        parts.push(values);
+        return;
+    };
+    let at = start - offset;
+    let (first, rest) = if at > values.len() / 2 {
+        let rest = values.split_off(at);
+        values.shrink_to_fit();
+        (values, rest)
+    } else {
+        let first = values[..at].to_vec();
+        values.drain(..at);
+        values.shrink_to_fit();
+        (first, values)
+    };
+    cut_values(first, offset, &starts[..middle], parts);
+    cut_values(rest, *start, &starts[middle + 1..], parts);
 }
 
 #[cfg(test)]

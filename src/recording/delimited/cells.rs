@@ -1,5 +1,7 @@
 //! Lines, cells and numbers.
 
+use crate::recording::columns;
+
 /// What stands between two cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Delimiter {
@@ -9,26 +11,38 @@ pub(super) enum Delimiter {
     Whitespace,
 }
 
-impl Delimiter {
-    /// The delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
-    pub(super) fn of_header(line: &[u8]) -> Self {
-        let count = |delimiter| {
-            let mut is_quoted = false;
-            let outside_quotes = |&&byte: &&u8| {
-                is_quoted ^= byte == b'"';
-                byte == delimiter && !is_quoted
-            };
-            line.iter().filter(outside_quotes).count()
-        };
-        // `max_by_key` takes the last of equals.
-        [b',', b';', b'\t']
-            .into_iter()
-            .map(|delimiter| (delimiter, count(delimiter)))
-            .max_by_key(|&(_, count)| count)
-            .filter(|&(_, count)| count > 0)
-            .map_or(Self::Whitespace, |(delimiter, _)| Self::Byte(delimiter))
+impl From<columns::Delimiter> for Delimiter {
+    fn from(delimiter: columns::Delimiter) -> Self {
+        match delimiter {
+            columns::Delimiter::Comma => Self::Byte(b','),
+            columns::Delimiter::Semicolon => Self::Byte(b';'),
+            columns::Delimiter::Tab => Self::Byte(b'\t'),
+            columns::Delimiter::Spaces => Self::Whitespace,
+        }
     }
+}
 
+/// The delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
+pub(super) fn delimiter_of_header(line: &[u8]) -> columns::Delimiter {
+    use columns::Delimiter::{Comma, Semicolon, Spaces, Tab};
+    let count = |delimiter| {
+        let mut is_quoted = false;
+        let outside_quotes = |&&byte: &&u8| {
+            is_quoted ^= byte == b'"';
+            Delimiter::from(delimiter).is(byte) && !is_quoted
+        };
+        line.iter().filter(outside_quotes).count()
+    };
+    // `max_by_key` takes the last of equals.
+    [Comma, Semicolon, Tab]
+        .into_iter()
+        .map(|delimiter| (delimiter, count(delimiter)))
+        .max_by_key(|&(_, count)| count)
+        .filter(|&(_, count)| count > 0)
+        .map_or(Spaces, |(delimiter, _)| delimiter)
+}
+
+impl Delimiter {
     /// Whether a comma inside a number must be a decimal comma, as it cannot stand between cells.
     pub(super) fn allows_decimal_comma(self) -> bool {
         self != Self::Byte(b',')
@@ -70,9 +84,9 @@ impl<'a> Cells<'a> {
 
 impl Cells<'_> {
     /// The next cell if it is a plain number, in one pass; otherwise `None`, and the cell is still the next one.
-    pub(super) fn next_plain_number(&mut self) -> Option<f64> {
+    pub(super) fn next_plain_number(&mut self, point: u8) -> Option<f64> {
         let rest = self.rest?;
-        let (value, end) = plain_number(rest)?;
+        let (value, end) = plain_number(rest, point)?;
         self.rest = match rest.get(end) {
             None => None,
             Some(&byte) if self.delimiter.is(byte) => Some(self.after(rest, end)),
@@ -140,11 +154,11 @@ fn closing_quote(rest: &[u8]) -> Option<usize> {
 }
 
 /// The number at the start of `text` and where it ends, if it is one of those that loggers write: a sign, digits, a
-/// point, at most 18 digits in all. Same as [`number`], only faster.
+/// `point`, at most 18 digits in all. Same as [`number`], only faster.
 ///
 /// Both the digits as a whole number (up to 2^53) and the power of ten are exact, so their quotient is the nearest
 /// number there is.
-fn plain_number(text: &[u8]) -> Option<(f64, usize)> {
+fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     const POWERS: [f64; 19] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
         1e17, 1e18,
@@ -165,7 +179,7 @@ fn plain_number(text: &[u8]) -> Option<(f64, usize)> {
     at = take_digits(at);
     let mut n_digits = at - start;
     let mut n_decimals = 0;
-    if text.get(at) == Some(&b'.') {
+    if text.get(at) == Some(&point) {
         let end = take_digits(at + 1);
         n_decimals = end - (at + 1);
         n_digits += n_decimals;
@@ -217,14 +231,15 @@ mod tests {
 
     #[test]
     fn the_header_tells_the_delimiter() {
+        use columns::Delimiter::{Comma, Semicolon, Spaces, Tab};
         for (line, delimiter) in [
-            ("t,S1;x,Fx", Delimiter::Byte(b',')),
-            ("t;S1", Delimiter::Byte(b';')),
-            ("t\tS1", Delimiter::Byte(b'\t')),
-            ("\"t,a,b\";S1", Delimiter::Byte(b';')),
-            ("t  S1", Delimiter::Whitespace),
+            ("t,S1;x,Fx", Comma),
+            ("t;S1", Semicolon),
+            ("t\tS1", Tab),
+            ("\"t,a,b\";S1", Semicolon),
+            ("t  S1", Spaces),
         ] {
-            assert_eq!(Delimiter::of_header(line.as_bytes()), delimiter, "{line}");
+            assert_eq!(delimiter_of_header(line.as_bytes()), delimiter, "{line}");
         }
     }
 
@@ -239,7 +254,7 @@ mod tests {
                 let value = (random >> 12) as i64 - (1 << 51);
                 let text = format!("{:.n_decimals$}", value as f64 / 1e9);
                 let expected: f64 = text.parse().unwrap();
-                if let Some((value, end)) = plain_number(text.as_bytes()) {
+                if let Some((value, end)) = plain_number(text.as_bytes(), b'.') {
                     assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
                     assert_eq!(end, text.len());
                 } else {
@@ -256,20 +271,20 @@ mod tests {
             "9007199254740993",
             "0.1234567890123456789",
         ] {
-            assert_eq!(plain_number(text.as_bytes()), None, "{text}");
+            assert_eq!(plain_number(text.as_bytes(), b'.'), None, "{text}");
         }
-        assert_eq!(plain_number(b"-0.5e3"), Some((-0.5, 4)));
-        assert_eq!(plain_number(b"5.;"), Some((5.0, 2)));
+        assert_eq!(plain_number(b"-0.5e3", b'.'), Some((-0.5, 4)));
+        assert_eq!(plain_number(b"5.;", b'.'), Some((5.0, 2)));
     }
 
     #[test]
     fn a_plain_number_is_a_whole_cell() {
         let mut cells = Cells::new(b"1.5  2e1 -3", Delimiter::Whitespace);
-        assert_eq!(cells.next_plain_number(), Some(1.5));
-        assert_eq!(cells.next_plain_number(), None);
+        assert_eq!(cells.next_plain_number(b'.'), Some(1.5));
+        assert_eq!(cells.next_plain_number(b'.'), None);
         assert_eq!(cells.next(), Some(&b"2e1"[..]));
-        assert_eq!(cells.next_plain_number(), Some(-3.0));
-        assert_eq!(cells.next_plain_number(), None);
+        assert_eq!(cells.next_plain_number(b'.'), Some(-3.0));
+        assert_eq!(cells.next_plain_number(b'.'), None);
         assert_eq!(cells.next(), None);
     }
 

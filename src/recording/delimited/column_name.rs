@@ -140,6 +140,18 @@ fn axis_of(plain: &str) -> Option<Axis> {
     })
 }
 
+/// Whether this is a unit of any kind of column.
+pub(super) fn is_known_unit(unit: &str) -> bool {
+    [
+        Kind::Time,
+        Kind::Gauge,
+        Kind::Load(Axis::Fx),
+        Kind::Load(Axis::Mx),
+    ]
+    .into_iter()
+    .any(|kind| is_unit_of(kind, unit))
+}
+
 fn is_unit_of(kind: Kind, suffix: &str) -> bool {
     match kind {
         Kind::Time => TimeUnit::from_name(suffix).is_some(),

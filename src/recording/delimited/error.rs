@@ -7,7 +7,12 @@ use std::path::PathBuf;
 use super::warning::LoadWarning;
 use crate::progress::Cancelled;
 use crate::recording::Axis;
+use crate::recording::columns::{ColumnRole, MapError};
 
+/// The way out where names settle too little.
+const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
+/// The way out where a map does not fit.
+const OTHER_MAP: &str = "take another map, or none; `loopscope inspect` shows what the file holds";
 /// How many names a message lists before it only counts.
 const LISTED_NAMES: usize = 8;
 /// How many characters of a file's own text a message repeats.
@@ -21,23 +26,23 @@ pub enum ReadError {
     NotAFile { path: PathBuf },
     #[error("{}: cannot be read: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },
-    #[error("{}: the file is empty", path.display())]
+    #[error("{}: the file is empty; choose another, or record it again", path.display())]
     Empty { path: PathBuf },
-    #[error("{}: not UTF-8 text but {what}; save it as CSV in UTF-8", path.display())]
+    #[error("{}: not text but {what}; unpack it, or export the recording as CSV", path.display())]
     NotText { path: PathBuf, what: &'static str },
-    #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line", path.display())]
+    #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample", path.display())]
     LineTooLong { path: PathBuf, limit_bytes: usize },
     #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },
-    #[error("{}:{line}: no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #", path.display())]
+    #[error("{}:{line}: no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #, or say what they are in a column map ({HOW_TO_MAP})", path.display())]
     HeaderIsNumbers { path: PathBuf, line: u64 },
-    #[error("{}:{line}: no time column among {}; name one t or time, with its unit, e.g. t_ms", path.display(), listed(names))]
+    #[error("{}:{line}: no time column among {}; name one t or time, with its unit, e.g. t_ms, or say in a column map which it is ({HOW_TO_MAP})", path.display(), listed(names))]
     NoTime {
         path: PathBuf,
         line: u64,
         names: Vec<String>,
     },
-    #[error("{}:{line}: no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1)", path.display(), listed(names))]
+    #[error("{}:{line}: no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1), or say in a column map which they are ({HOW_TO_MAP})", path.display(), listed(names))]
     NoGauges {
         path: PathBuf,
         line: u64,
@@ -75,6 +80,77 @@ pub enum ReadError {
         name: String,
         unit: String,
         known: &'static str,
+    },
+    #[error("{}:{line}: no reference load among {}; name its columns Fx, Fy and so on, or say in a column map which they are ({HOW_TO_MAP})", path.display(), listed(names))]
+    NoLoads {
+        path: PathBuf,
+        line: u64,
+        names: Vec<String>,
+    },
+    #[error("{}:{line}: a log of ATI's Net F/T: it holds the reference load, but no gauges; name it as \"reference\" in the column map of the file with the gauges", path.display())]
+    ReferenceAlone { path: PathBuf, line: u64 },
+    #[error("{}:{line}: column {column} ({}) counts samples, but nothing says how many make a second; add \"sample_rate_hz\" to the column map", path.display(), shown(name))]
+    NoSampleRate {
+        path: PathBuf,
+        line: u64,
+        column: usize,
+        name: String,
+    },
+    #[error("{}:{line}: columns {first} and {second} are both \"{role}\" in the column map; only one can be", path.display())]
+    RoleTwice {
+        path: PathBuf,
+        line: u64,
+        role: ColumnRole,
+        first: usize,
+        second: usize,
+    },
+    #[error("the column map: {0}")]
+    Map(#[from] MapError),
+    #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; {OTHER_MAP}", path.display())]
+    TooShortForMap { path: PathBuf, what: &'static str },
+    #[error("{}:{line}: the column map is for files with {expected} columns, this one has {actual}; {OTHER_MAP}", path.display())]
+    MapShape {
+        path: PathBuf,
+        line: u64,
+        expected: usize,
+        actual: usize,
+    },
+    #[error("{}:{line}: the column map is for another kind of file: column {column} is {} where {} is expected; {OTHER_MAP}", path.display(), shown(actual), shown(expected))]
+    MapOtherName {
+        path: PathBuf,
+        line: u64,
+        column: usize,
+        expected: String,
+        actual: String,
+    },
+    #[error("{}:{line}: the column map needs a column {}, here are {}; {OTHER_MAP}", path.display(), shown(expected), listed(names))]
+    MapNoColumn {
+        path: PathBuf,
+        line: u64,
+        expected: String,
+        names: Vec<String>,
+    },
+    #[error("{}:{line}: columns {first} and {second} are both called {}; list them in the column map by their numbers", path.display(), shown(name))]
+    MapSameNames {
+        path: PathBuf,
+        line: u64,
+        name: String,
+        first: usize,
+        second: usize,
+    },
+    #[error("{}:{line}: the reference's time goes back from {from_secs} s to {to_secs} s; two clocks can be joined only where both go on, so cut the files there", path.display())]
+    ReferenceGoesBack {
+        path: PathBuf,
+        line: u64,
+        from_secs: f64,
+        to_secs: f64,
+    },
+    #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, set \"clock_offset_secs\" under \"join\" in the column map (`loopscope inspect` estimates it)", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    ClocksApart {
+        path: PathBuf,
+        reference_path: PathBuf,
+        gauges: (f64, f64),
+        reference: (f64, f64),
     },
     #[error("{}:{line}: no rows follow the header", path.display())]
     NoRows { path: PathBuf, line: u64 },

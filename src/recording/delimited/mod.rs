@@ -5,33 +5,47 @@
 //!
 //! | room | what |
 //! |---|---|
-//! | `blocks` | a file in blocks of whole lines |
-//! | `cells` | lines, cells, numbers |
-//! | `header`, `column_name` | which column is what, in which unit |
+//! | `text`, `blocks` | a file as text, in blocks of whole lines |
+//! | `cells`, `times` | cells, numbers, dates |
+//! | `layout` | where the table stands and how it is cut |
+//! | `column_name`, `names`, `ati` | names to a [`ColumnMap`] |
+//! | `plan` | a map, brought to one file |
 //! | `rows`, `stream` | blocks to numbers, many at a time |
+//! | `two_clocks` | gauges and reference to one table |
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
+//! | [`inspect`] | what a file holds, before it is loaded |
 //! | `error`, `warning` | what people are told |
 
 mod assemble;
+mod ati;
 mod blocks;
 mod cells;
 mod column_name;
 mod error;
-mod header;
+pub mod inspect;
+mod layout;
+mod load;
+mod names;
+mod plan;
 mod rows;
 mod stream;
+mod text;
 mod timeline;
+mod times;
+mod two_clocks;
 mod warning;
 
 use std::path::Path;
 
 pub use error::ReadError;
+pub use text::Encoding;
 pub use warning::{Finding, LoadWarning};
 
 use crate::progress::Progress;
 use crate::recording::Recording;
-use blocks::Blocks;
+use crate::recording::columns::ColumnMap;
+use load::Reading;
 
 /// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -47,9 +61,9 @@ pub struct Loaded {
 
 /// Reads one delimited text file.
 ///
-/// The first line that is neither blank nor a comment (`#`) names the columns: a time, 1 to 64 gauges, and the axes of
-/// the reference load if there is one. Other columns are not looked at. A pause or a step back in time starts a new
-/// recording.
+/// The names of the columns say what they are: a time, 1 to 64 gauges, and the axes of the reference load if there is
+/// one. Other columns are not looked at. A pause or a step back in time starts a new recording. Where names settle too
+/// little, a map does it: [`read_mapped`].
 ///
 /// `progress` advances by bytes; whoever shows it adds the size of the file to its total.
 ///
@@ -58,21 +72,26 @@ pub struct Loaded {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is no such table, has no usable row, or `progress` is cancelled.
 pub fn read(path: &Path, progress: &Progress) -> Result<Loaded, ReadError> {
-    read_in_blocks(path, progress, BLOCK_BYTES)
+    Reading::whole(progress).load(path, None)
 }
 
-fn read_in_blocks(
-    path: &Path,
-    progress: &Progress,
-    block_bytes: usize,
-) -> Result<Loaded, ReadError> {
-    let mut blocks = Blocks::open(path, block_bytes)?;
-    let (header, rows) = stream::read_rows(path, progress, &mut blocks)?;
-    if rows.times.is_empty() {
-        return Err(assemble::why_nothing_is_usable(path, &header, rows));
-    }
-    assemble::recordings(path, header, rows)
+/// Reads one delimited text file, and the file of its reference if the map names one, as the map says.
+///
+/// `progress` advances by bytes; whoever shows it adds the size of the file to its total. What is read besides, a second
+/// file or the same one for its second clock, is added here.
+///
+/// **Units** those of the map, then those that the header names.
+///
+/// # Errors
+/// As [`read`]; also if the map is for another kind of file, or the two clocks have no time in common.
+pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &Progress) -> Result<Loaded, ReadError> {
+    Reading::whole(progress).load(path, Some(map))
 }
+
+#[cfg(test)]
+mod bad_input_tests;
+#[cfg(test)]
+mod load_tests;
 
 #[cfg(test)]
 mod tests {
@@ -102,6 +121,33 @@ mod tests {
         pub(super) fn read(&self) -> Result<Loaded, ReadError> {
             read(&self.path, &Progress::default())
         }
+
+        fn read_in_blocks(
+            &self,
+            block_bytes: usize,
+            progress: &Progress,
+        ) -> Result<Loaded, ReadError> {
+            let reading = Reading {
+                block_bytes,
+                ..Reading::whole(progress)
+            };
+            reading.load(&self.path, None)
+        }
+    }
+
+    /// What the names of a header line make of a table, and what they leave out.
+    pub(super) fn plan_and_notes(header: &str) -> Result<(plan::Plan, Vec<Finding>), ReadError> {
+        let (path, head) = (Path::new("a.csv"), header.as_bytes());
+        let detected = layout::detect(head).unwrap();
+        let start = layout::locate(head, &detected.text).unwrap();
+        names::check_named(path, &detected, &start)?;
+        let named = names::by_names(&detected, &start, &[]);
+        let plan = plan::Plan::new(path, &named.table, &start, plan::Side::Both)?;
+        Ok((plan, named.notes))
+    }
+
+    pub(super) fn plan_of_names(header: &str) -> plan::Plan {
+        plan_and_notes(header).unwrap().0
     }
 
     /// Reads a sound text: one recording without warnings.
@@ -185,7 +231,7 @@ mod tests {
                 "3: column 2 (S1) holds \"abc\", which is not a number; row skipped (2 times, last on line 4)",
                 "5: column 2 (S1) is empty; row skipped",
                 "6: column 3 (Fx) holds NaN, which is not a finite number; row skipped (2 times, last on line 7)",
-                "8: 2 cells where the header names 3; row skipped",
+                "8: 2 cells where the table has 3 columns; row skipped",
             ]
         );
     }
@@ -202,7 +248,7 @@ mod tests {
     fn extra_cells_are_left_out_and_told_once() {
         let told = messages("t,S1\n0,1,9\n0.1,2\n0.2,3,\n");
         assert_eq!(told.len(), 1);
-        assert!(told[0].starts_with("2: 3 cells where the header names 2; the extra ones"));
+        assert!(told[0].starts_with("2: 3 cells where the table has 2 columns; the extra ones"));
         assert!(told[0].ends_with("(2 times, last on line 4)"));
     }
 
@@ -256,7 +302,7 @@ mod tests {
         for block_bytes in [1, 7, 64, 1000] {
             let progress = Progress::default();
             progress.add_total(std::fs::metadata(&file.path).unwrap().len());
-            let blocks = read_in_blocks(&file.path, &progress, block_bytes).unwrap();
+            let blocks = file.read_in_blocks(block_bytes, &progress).unwrap();
             assert_eq!(blocks, whole, "{block_bytes} bytes");
             assert_eq!(progress.fraction(), Some(1.0));
         }
@@ -300,7 +346,7 @@ mod tests {
                 }
             }
             std::fs::write(&file.path, &content).unwrap();
-            let read = read_in_blocks(&file.path, &Progress::default(), 1 + next(80));
+            let read = file.read_in_blocks(1 + next(80), &Progress::default());
             match read {
                 Ok(loaded) => {
                     n_read += 1;

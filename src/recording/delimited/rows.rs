@@ -3,10 +3,10 @@
 //! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two blocks gives
 //! what one block with the lines of both would have given.
 
-use super::cells::{Cells, Delimiter, decimal_comma_number, is_skipped, number};
-use super::header::{Header, Use};
-use super::warning::Finding;
-use super::warning::Findings;
+use super::ati;
+use super::cells::{Cells, decimal_comma_number, is_skipped, number};
+use super::plan::{Plan, Use};
+use super::warning::{Finding, Findings};
 use crate::recording::Axis;
 
 /// The rows of a stretch of lines, in SI but for the times, which stay in the unit of the file.
@@ -23,6 +23,10 @@ pub(super) struct Rows {
     pub(super) n_skipped: u64,
     /// Per column, in how many skipped rows it holds no finite number.
     pub(super) bad_cells: Vec<u64>,
+    /// Lines that are rows, usable or not.
+    n_table_rows: u64,
+    /// Whether the times are such counts.
+    counts_rows: bool,
     lines: Vec<LineRun>,
 }
 
@@ -37,11 +41,20 @@ struct LineRun {
 struct Unusable;
 
 impl Rows {
+    /// No rows yet, below so many lines.
+    pub(super) fn starting_after(n_lines: u64) -> Self {
+        Self {
+            n_lines,
+            ..Self::default()
+        }
+    }
+
     /// The rows among the lines of `block`, line 1 being its first.
-    pub(super) fn parse(block: &[u8], header: &Header) -> Self {
+    pub(super) fn parse(block: &[u8], plan: &Plan) -> Self {
         let mut rows = Self {
             n_bytes: block.len(),
-            bad_cells: vec![0; header.uses.len()],
+            bad_cells: vec![0; plan.uses.len()],
+            counts_rows: plan.time_column.is_none(),
             ..Self::default()
         };
         let mut rest = block;
@@ -50,35 +63,43 @@ impl Rows {
             let line = &rest[..end];
             if rows.n_lines == 0 {
                 // As many rows as if all lines were like the first, but never more than fit with one digit a cell.
-                let line_bytes = line.len().max(2 * header.uses.len());
-                rows.reserve(block.len() / line_bytes + 1, header);
+                let line_bytes = line.len().max(2 * plan.uses.len());
+                rows.reserve(block.len() / line_bytes + 1, plan);
             }
             rest = rest.get(end + 1..).unwrap_or_default();
             rows.n_lines += 1;
             if is_skipped(line) {
                 continue;
             }
-            rows.line(line.strip_suffix(b"\r").unwrap_or(line), header);
+            rows.line(line.strip_suffix(b"\r").unwrap_or(line), plan);
+            rows.n_table_rows += 1;
         }
         rows
     }
 
     /// Makes room for about `n_rows` rows more.
-    pub(super) fn reserve(&mut self, n_rows: usize, header: &Header) {
+    pub(super) fn reserve(&mut self, n_rows: usize, plan: &Plan) {
         self.times.reserve_exact(n_rows);
-        self.gauges.reserve_exact(n_rows * header.gauge_names.len());
-        self.loads.reserve_exact(n_rows * header.axes.len());
+        self.gauges.reserve_exact(n_rows * plan.gauge_names.len());
+        self.loads.reserve_exact(n_rows * plan.axes.len());
     }
 
     /// Appends the rows of the block that follows.
     pub(super) fn append(&mut self, next: Self) {
         let (n_rows, n_lines) = (self.times.len(), self.n_lines);
-        self.times.extend_from_slice(&next.times);
+        if next.counts_rows {
+            let n_before = self.n_table_rows as f64;
+            self.times
+                .extend(next.times.iter().map(|count| n_before + count));
+        } else {
+            self.times.extend_from_slice(&next.times);
+        }
         self.gauges.extend_from_slice(&next.gauges);
         self.loads.extend_from_slice(&next.loads);
         self.findings.append(next.findings, n_lines);
         self.n_bytes += next.n_bytes;
         self.n_lines += next.n_lines;
+        self.n_table_rows += next.n_table_rows;
         self.n_skipped += next.n_skipped;
         self.bad_cells.resize(next.bad_cells.len(), 0);
         for (sum, more) in self.bad_cells.iter_mut().zip(next.bad_cells) {
@@ -102,61 +123,67 @@ impl Rows {
         }
     }
 
-    fn line(&mut self, line: &[u8], header: &Header) {
+    fn line(&mut self, line: &[u8], plan: &Plan) {
         let (n_rows, n_gauges, n_loads) = (self.times.len(), self.gauges.len(), self.loads.len());
-        match self.keep(line, header) {
+        match self.keep(line, plan) {
             Ok(()) => self.place_row(n_rows, self.n_lines),
             Err(Unusable) => {
                 self.times.truncate(n_rows);
                 self.gauges.truncate(n_gauges);
                 self.loads.truncate(n_loads);
-                self.explain(line, header);
+                self.explain(line, plan);
             }
         }
     }
 
-    fn keep(&mut self, line: &[u8], header: &Header) -> Result<(), Unusable> {
-        let mut cells = Cells::new(line, header.delimiter);
+    fn keep(&mut self, line: &[u8], plan: &Plan) -> Result<(), Unusable> {
+        let mut cells = Cells::new(line, plan.delimiter);
         let mut loads = [0.0; Axis::ALL.len()];
+        let mut time = if self.counts_rows {
+            self.n_table_rows as f64
+        } else {
+            0.0
+        };
         let mut comma = None;
-        for (index, usage) in header.uses.iter().enumerate() {
-            if *usage == Use::Ignored {
-                cells.next().ok_or(Unusable)?;
-                continue;
-            }
-            let value = match cells.next_plain_number() {
-                Some(value) => value,
-                None => {
-                    let cell = cells.next().ok_or(Unusable)?;
-                    match number(cell) {
-                        Some(value) => value,
-                        None => {
-                            comma = comma.or(Some((index, cell)));
-                            comma_number(cell, header.delimiter).ok_or(Unusable)?
-                        }
-                    }
-                }
-            };
-            let value = in_si(value, *usage).ok_or(Unusable)?;
+        for (index, usage) in plan.uses.iter().enumerate() {
             match *usage {
-                Use::Ignored => {}
-                Use::Time => self.times.push(value),
-                Use::Gauge => self.gauges.push(value),
-                Use::Load { slot, .. } => loads[slot] = value,
+                Use::Ignored => {
+                    cells.next().ok_or(Unusable)?;
+                }
+                Use::Gauge { factor } => {
+                    let value = next_number(&mut cells, index, plan, &mut comma)?;
+                    self.gauges.push(finite(value * factor).ok_or(Unusable)?);
+                }
+                Use::Load { slot, factor } => {
+                    let value = next_number(&mut cells, index, plan, &mut comma)?;
+                    loads[slot] = finite(value * factor).ok_or(Unusable)?;
+                }
+                Use::Time => {
+                    let value = next_number(&mut cells, index, plan, &mut comma)?;
+                    time += finite(value).ok_or(Unusable)?;
+                }
+                Use::TimeText(form) => {
+                    time += form.secs(cells.next().ok_or(Unusable)?).ok_or(Unusable)?;
+                }
+                Use::Status => match ati::reports_error(cells.next().ok_or(Unusable)?) {
+                    Some(false) => {}
+                    _ => return Err(Unusable),
+                },
             }
         }
-        self.loads.extend_from_slice(&loads[..header.axes.len()]);
+        self.times.push(time);
+        self.loads.extend_from_slice(&loads[..plan.axes.len()]);
         if let Some((index, cell)) = comma {
             let finding = Finding::DecimalComma {
                 column: index + 1,
-                name: header.names[index].clone(),
+                name: plan.names[index].clone(),
                 value: text(cell),
             };
             self.findings.note(self.n_lines, finding);
         }
         let n_extra = cells.count();
         if n_extra > 0 {
-            let expected = header.uses.len();
+            let expected = plan.uses.len();
             let actual = expected + n_extra;
             let finding = Finding::TooManyCells { expected, actual };
             self.findings.note(self.n_lines, finding);
@@ -165,62 +192,181 @@ impl Rows {
     }
 
     /// Notes why a row cannot be kept: the first reason as a finding, all bad cells as counts.
-    fn explain(&mut self, line: &[u8], header: &Header) {
+    fn explain(&mut self, line: &[u8], plan: &Plan) {
+        let cells = || Cells::new(line, plan.delimiter);
+        let used = || {
+            let is_used = |(_, usage): &(&[u8], &Use)| **usage != Use::Ignored;
+            cells().zip(&plan.uses).filter(is_used)
+        };
+        if plan.may_be_blank && used().all(|(cell, _)| cell.is_empty()) {
+            return;
+        }
         self.n_skipped += 1;
-        let cells = Cells::new(line, header.delimiter);
-        let (expected, actual) = (header.uses.len(), cells.clone().count());
+        let (expected, actual) = (plan.uses.len(), cells().count());
         if actual < expected {
             let finding = Finding::TooFewCells { expected, actual };
             self.findings.note(self.n_lines, finding);
             return;
         }
         let mut first = None;
-        for (index, (cell, usage)) in cells.zip(&header.uses).enumerate() {
-            if *usage == Use::Ignored {
-                continue;
+        for (index, (cell, usage)) in cells().zip(&plan.uses).enumerate() {
+            if let Some(finding) = trouble(cell, *usage, index, plan) {
+                // What the map says to leave out is no bad cell.
+                let is_bad = !matches!(
+                    finding,
+                    Finding::Dropout { .. } | Finding::StatusError { .. }
+                );
+                self.bad_cells[index] += u64::from(is_bad);
+                first.get_or_insert(finding);
             }
-            let value = number(cell).or_else(|| comma_number(cell, header.delimiter));
-            if value.is_some_and(|value| in_si(value, *usage).is_some()) {
-                continue;
-            }
-            self.bad_cells[index] += 1;
-            let (column, name) = (index + 1, &header.names[index]);
-            first.get_or_insert_with(|| match value {
-                _ if cell.is_empty() => Finding::EmptyCell {
-                    column,
-                    name: name.clone(),
-                },
-                None => Finding::NotANumber {
-                    column,
-                    name: name.clone(),
-                    value: text(cell),
-                },
-                Some(_) => Finding::NotFinite {
-                    column,
-                    name: name.clone(),
-                    value: text(cell),
-                },
-            });
         }
         if let Some(finding) = first {
             self.findings.note(self.n_lines, finding);
         }
     }
+
+    /// Leaves out the rows that are not kept.
+    pub(super) fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let n_rows = self.times.len();
+        self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
+        for values in [&mut self.times, &mut self.gauges, &mut self.loads] {
+            let width = values.len().checked_div(n_rows).unwrap_or(0);
+            let mut kept = 0;
+            for row in (0..n_rows).filter(|row| is_kept(*row)) {
+                values.copy_within(row * width..(row + 1) * width, kept * width);
+                kept += 1;
+            }
+            values.truncate(kept * width);
+        }
+    }
+
+    /// From now on these rows, in order, are the first, the second and so on; only their lines move.
+    pub(super) fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
+        let before = Self {
+            lines: std::mem::take(&mut self.lines),
+            ..Self::default()
+        };
+        for (new, old) in rows.enumerate() {
+            self.place_row(new, before.line_of(old));
+        }
+    }
 }
 
-fn comma_number(cell: &[u8], delimiter: Delimiter) -> Option<f64> {
-    delimiter
-        .allows_decimal_comma()
-        .then(|| decimal_comma_number(cell))
-        .flatten()
+/// What is wrong with a cell, if anything is.
+fn trouble(cell: &[u8], usage: Use, index: usize, plan: &Plan) -> Option<Finding> {
+    let (column, name) = (index + 1, plan.names[index].clone());
+    let value = text(cell);
+    match usage {
+        Use::Ignored => None,
+        _ if cell.is_empty() => Some(Finding::EmptyCell { column, name }),
+        Use::TimeText(form) => match form.secs(cell) {
+            Some(_) => None,
+            None => Some(Finding::NotATime {
+                column,
+                name,
+                value,
+            }),
+        },
+        Use::Status => match ati::reports_error(cell) {
+            Some(false) => None,
+            Some(true) => Some(Finding::StatusError {
+                column,
+                name,
+                value,
+            }),
+            None => Some(Finding::NotANumber {
+                column,
+                name,
+                value,
+            }),
+        },
+        Use::Time | Use::Gauge { .. } | Use::Load { .. } => match number_in(cell, plan) {
+            None => Some(Finding::NotANumber {
+                column,
+                name,
+                value,
+            }),
+            Some((number, _)) if is_dropout(number, index, plan) => Some(Finding::Dropout {
+                column,
+                name,
+                value,
+            }),
+            Some((number, _)) => match in_si(number, usage) {
+                Some(_) => None,
+                None => Some(Finding::NotFinite {
+                    column,
+                    name,
+                    value,
+                }),
+            },
+        },
+    }
+}
+
+/// The number in the next cell, however it is written; where a comma had to be read as a decimal point, the first such
+/// cell is kept.
+#[inline(never)]
+fn next_other_number<'a>(
+    cells: &mut Cells<'a>,
+    index: usize,
+    plan: &Plan,
+    comma: &mut Option<(usize, &'a [u8])>,
+) -> Result<f64, Unusable> {
+    let cell = cells.next().ok_or(Unusable)?;
+    let (value, has_comma) = number_in(cell, plan).ok_or(Unusable)?;
+    if has_comma {
+        comma.get_or_insert((index, cell));
+    }
+    Ok(value)
+}
+
+/// The number in the next cell; see [`next_other_number`].
+#[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
+fn next_number<'a>(
+    cells: &mut Cells<'a>,
+    index: usize,
+    plan: &Plan,
+    comma: &mut Option<(usize, &'a [u8])>,
+) -> Result<f64, Unusable> {
+    let value = match cells.next_plain_number(plan.point) {
+        Some(value) => value,
+        None => next_other_number(cells, index, plan, comma)?,
+    };
+    if is_dropout(value, index, plan) {
+        return Err(Unusable);
+    }
+    Ok(value)
+}
+
+/// The number in a cell, and whether its comma had to be read as a decimal point although none is expected.
+fn number_in(cell: &[u8], plan: &Plan) -> Option<(f64, bool)> {
+    let with_comma = || decimal_comma_number(cell);
+    if plan.point == b',' {
+        let is_whole = !cell.contains(&b'.');
+        let value = with_comma().or_else(|| is_whole.then(|| number(cell)).flatten())?;
+        return Some((value, false));
+    }
+    match number(cell) {
+        Some(value) => Some((value, false)),
+        None if plan.delimiter.allows_decimal_comma() => Some((with_comma()?, true)),
+        None => None,
+    }
+}
+
+fn is_dropout(value: f64, index: usize, plan: &Plan) -> bool {
+    !plan.dropouts.is_empty() && plan.dropouts[index].contains(&value)
 }
 
 /// The value in SI (times as they are); `None` unless finite.
 fn in_si(value: f64, usage: Use) -> Option<f64> {
     let value = match usage {
-        Use::Load { factor, .. } => value * factor,
+        Use::Gauge { factor } | Use::Load { factor, .. } => value * factor,
         _ => value,
     };
+    finite(value)
+}
+
+fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
@@ -232,21 +378,14 @@ fn text(cell: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
+    use super::super::tests::plan_of_names;
     use super::*;
-
-    fn header(text: &str) -> Header {
-        Header::parse(Path::new("a.csv"), 1, text.as_bytes())
-            .unwrap()
-            .0
-    }
 
     #[test]
     fn rows_know_their_lines_across_blocks() {
-        let header = header("t,S1");
-        let mut rows = Rows::parse(b"0,0\n\n1,1\n", &header);
-        rows.append(Rows::parse(b"2,2\nx,0\n3,3\n4,4", &header));
+        let plan = plan_of_names("t,S1");
+        let mut rows = Rows::parse(b"0,0\n\n1,1\n", &plan);
+        rows.append(Rows::parse(b"2,2\nx,0\n3,3\n4,4", &plan));
         assert_eq!(rows.times, [0.0, 1.0, 2.0, 3.0, 4.0]);
         let lines: Vec<_> = (0..5).map(|row| rows.line_of(row)).collect();
         assert_eq!(lines, [1, 3, 4, 6, 7]);
@@ -256,12 +395,23 @@ mod tests {
 
     #[test]
     fn an_unusable_row_leaves_nothing_behind() {
-        let header = header("t,S1,S2,Fz,Fx [kN]");
-        let rows = Rows::parse(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n", &header);
+        let plan = plan_of_names("t,S1,S2,Fz,Fx [kN]");
+        let rows = Rows::parse(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n", &plan);
         assert_eq!(rows.times, [0.0]);
         assert_eq!(rows.gauges, [1.0, 2.0]);
         assert_eq!(rows.loads, [4000.0, 3.0]);
         assert_eq!(rows.bad_cells, [0, 0, 1, 0, 1]);
         assert_eq!(rows.findings.short_rows(), 1);
+    }
+
+    #[test]
+    fn rows_that_are_left_out_later_take_their_lines_along() {
+        let plan = plan_of_names("t,S1,S2,Fz");
+        let mut rows = Rows::parse(b"0,1,2,3\n\n1,4,5,6\n2,7,8,9\n", &plan);
+        rows.retain(|row| row != 0);
+        assert_eq!(rows.times, [1.0, 2.0]);
+        assert_eq!(rows.gauges, [4.0, 5.0, 7.0, 8.0]);
+        assert_eq!(rows.loads, [6.0, 9.0]);
+        assert_eq!([rows.line_of(0), rows.line_of(1)], [3, 4]);
     }
 }

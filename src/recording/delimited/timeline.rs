@@ -41,7 +41,7 @@ pub(super) fn cuts(times: &[f64]) -> Cuts {
 }
 
 /// A longer step is a pause: 20 median steps, or where rows come in bursts, 20 times the median pause between those.
-fn shortest_pause(times: &[f64]) -> f64 {
+pub(super) fn shortest_pause(times: &[f64]) -> f64 {
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
     let Some(step) = median_step(times) else {
         return f64::INFINITY;
@@ -89,6 +89,33 @@ fn median_step(times: &[f64]) -> Option<f64> {
     median(steps.filter(|step| *step > 0.0))
 }
 
+/// For how many samples a reference stays the same before it changes, if it does so steadily.
+///
+/// A reference that is measured less often than it is written shows runs of equal rows, nearly all of one length. Dead
+/// weights show long runs of many lengths, a live signal runs of one.
+pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
+    const FEWEST_RUNS: usize = 30;
+    const LONGEST_RUN: usize = 100;
+    /// The start tells as much as the whole.
+    const ROWS_LOOKED_AT: usize = 20_000;
+    let mut runs = [0_usize; LONGEST_RUN + 1];
+    let (mut n_runs, mut length) = (0, 1);
+    let rows = || loads.chunks_exact(n_axes.max(1)).take(ROWS_LOOKED_AT);
+    for (before, row) in rows().zip(rows().skip(1)) {
+        if before == row {
+            length += 1;
+        } else {
+            runs[length.min(LONGEST_RUN)] += 1;
+            (n_runs, length) = (n_runs + 1, 1);
+        }
+    }
+    // The steadiest length is the one that, with its neighbours, holds most runs.
+    let near = |length: usize| -> usize { runs[length - 1..=length + 1].iter().sum() };
+    let samples_each = (2..LONGEST_RUN).max_by_key(|&length| (near(length), runs[length]))?;
+    let is_steady = near(samples_each) * 10 >= n_runs * 7 && runs[1] * 2 < n_runs;
+    (n_runs >= FEWEST_RUNS && is_steady).then_some(samples_each)
+}
+
 impl Cuts {
     /// Notes the cuts and repeats as findings about `rows`.
     pub(super) fn note(&self, rows: &mut Rows) {
@@ -125,6 +152,24 @@ mod tests {
     fn rows_in_many_bursts_are_one_recording() {
         let bursts = (0..600).map(|k| f64::from(k / 15) * 0.16 + f64::from(k % 15) * 0.0004);
         assert_eq!(cuts(&bursts.collect::<Vec<_>>()), Cuts::default());
+    }
+
+    #[test]
+    fn a_held_reference_is_told_from_weights_and_live_signals() {
+        let runs = |lengths: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
+            let run = |(k, length)| vec![[k as f64, 1.0]; length];
+            lengths.enumerate().flat_map(run).flatten().collect()
+        };
+        let held = runs(&mut (0..100).map(|k| 4 + k % 2));
+        assert!(matches!(held_for(&held, 2), Some(4 | 5)));
+        assert_eq!(held_for(&runs(&mut (0..100).map(|_| 2)), 2), Some(2));
+        assert_eq!(held_for(&runs(&mut (0..100).map(|_| 1)), 2), None);
+        let sometimes_equal = (0..100).map(|k| if k % 4 == 0 { 2 } else { 1 });
+        assert_eq!(held_for(&runs(&mut sometimes_equal.clone()), 2), None);
+        assert_eq!(held_for(&runs(&mut (0..20).map(|_| 4)), 2), None);
+        let weights = (0..40).map(|k| 10 + (k * 7) % 60);
+        assert_eq!(held_for(&runs(&mut weights.clone()), 2), None);
+        assert_eq!(held_for(&[], 0), None);
     }
 
     #[test]

@@ -40,6 +40,24 @@ pub enum Finding {
         name: String,
         value: String,
     },
+    /// A row is skipped: something other than a date or a time of day stands where one is needed.
+    NotATime {
+        column: usize,
+        name: String,
+        value: String,
+    },
+    /// A row is left out: its status word reports an error.
+    StatusError {
+        column: usize,
+        name: String,
+        value: String,
+    },
+    /// A row is left out: a value says that there is none.
+    Dropout {
+        column: usize,
+        name: String,
+        value: String,
+    },
     /// A row is skipped: it is shorter than the header.
     TooFewCells { expected: usize, actual: usize },
     /// A row is longer than the header; what is too much is left out.
@@ -70,6 +88,14 @@ pub enum Finding {
     SeveralTimes { used: String, others: Vec<String> },
     /// Columns that are neither time nor gauge nor reference.
     IgnoredColumns { names: Vec<String> },
+    /// Lines above the header are no part of the table.
+    SkippedPreamble { n_lines: usize },
+    /// A reference that is held between fewer measurements.
+    HeldReference { samples_each: usize },
+    /// A gauge sample at whose time there is no reference.
+    NoReferenceThen { time_secs: f64 },
+    /// Samples in bursts became their means.
+    AveragedBursts { n_before: usize, n_after: usize },
 }
 
 impl fmt::Display for Finding {
@@ -98,13 +124,43 @@ impl fmt::Display for Finding {
                 shown(name),
                 shown(value)
             ),
+            Self::NotATime {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) holds \"{}\", which is not a time as in the other rows; row skipped",
+                shown(name),
+                shown(value)
+            ),
+            Self::StatusError {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) is {}, which reports an error; row left out",
+                shown(name),
+                shown(value)
+            ),
+            Self::Dropout {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) holds {}, which marks a dropout; row left out",
+                shown(name),
+                shown(value)
+            ),
             Self::TooFewCells { expected, actual } => write!(
                 f,
-                "{actual} cells where the header names {expected}; row skipped"
+                "{actual} cells where the table has {expected} columns; row skipped"
             ),
             Self::TooManyCells { expected, actual } => write!(
                 f,
-                "{actual} cells where the header names {expected}; the extra ones are ignored"
+                "{actual} cells where the table has {expected} columns; the extra ones are ignored"
             ),
             Self::DecimalComma {
                 column,
@@ -134,7 +190,7 @@ impl fmt::Display for Finding {
             }
             Self::AssumedTimeUnit { column, name, unit } => write!(
                 f,
-                "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit in the header, e.g. t_{unit}",
+                "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
                 shown(name),
                 unit = unit.symbol(),
             ),
@@ -145,6 +201,20 @@ impl fmt::Display for Finding {
                 listed(others)
             ),
             Self::IgnoredColumns { names } => write!(f, "ignored columns: {}", listed(names)),
+            Self::SkippedPreamble { n_lines } => {
+                write!(f, "{n_lines} lines above the table are skipped")
+            }
+            Self::HeldReference { samples_each } => write!(
+                f,
+                "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to so much"
+            ),
+            Self::NoReferenceThen { time_secs } => write!(
+                f,
+                "no reference at {time_secs} s on the gauges' clock; sample left out"
+            ),
+            Self::AveragedBursts { n_before, n_after } => {
+                write!(f, "{n_before} samples in bursts became {n_after} means")
+            }
         }
     }
 }

@@ -1,0 +1,203 @@
+//! The job `inspect`: what a file holds, what would be loaded, what is wrong, and a column map to change.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{JobError, ReadArgs, check_not_over};
+use crate::export::write_atomically;
+use crate::progress::Progress;
+use crate::recording::columns::{ColumnMap, Decimal};
+use crate::recording::delimited::inspect::{
+    Check, ColumnReport, Inspection, Known, TableReport, inspect,
+};
+
+/// Arguments of `inspect`.
+#[derive(Debug, Args)]
+pub struct Inspect {
+    /// A recording, or any other delimited text.
+    file: PathBuf,
+    #[command(flatten)]
+    read: ReadArgs,
+    /// Write the column map that was given or found, to be changed and used with --columns.
+    #[arg(long, value_name = "MAP.json")]
+    write_map: Option<PathBuf>,
+    /// Print one JSON object instead of a text.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
+    let map = args
+        .read
+        .columns
+        .as_deref()
+        .map(ColumnMap::read)
+        .transpose()?;
+    if let Some(path) = &args.write_map {
+        check_not_over([&args.file].into_iter(), std::slice::from_ref(path))?;
+    }
+    let known = map.as_ref().map_or(Known::Nothing, Known::Map);
+    let inspection = inspect(&args.file, known, &Progress::default())?;
+    if let Some(path) = &args.write_map {
+        write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
+    }
+    let mut out = io::stdout().lock();
+    if args.json {
+        serde_json::to_writer_pretty(&mut out, &inspection).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        print(&inspection, &mut out)?;
+    }
+    Ok(())
+}
+
+fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
+    print_table(&inspection.table, out)?;
+    if let Some(reference) = &inspection.reference {
+        writeln!(out)?;
+        print_table(reference, out)?;
+    }
+    writeln!(out)?;
+    print_check(&inspection.check, out)?;
+    for hint in &inspection.hints {
+        writeln!(out, "to decide: {hint}")?;
+    }
+    Ok(())
+}
+
+fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}: {} bytes of {} text, about {} rows",
+        table.path.display(),
+        table.file_bytes,
+        table.encoding.name(),
+        table.about_rows
+    )?;
+    let decimal = match table.text.decimal {
+        Decimal::Point => "point",
+        Decimal::Comma => "comma",
+    };
+    let place = match (table.line, table.text.header) {
+        (None, _) => "no table".to_owned(),
+        (Some(line), true) => format!("header on line {line}"),
+        (Some(line), false) => format!("no header, first row on line {line}"),
+    };
+    let units = if table.text.units_row {
+        ", units below"
+    } else {
+        ""
+    };
+    writeln!(
+        out,
+        "delimiter {}, decimal {decimal}, {place}{units}",
+        table.text.delimiter.name()
+    )?;
+    let row = |report: &ColumnReport| {
+        let range = match (report.min, report.max) {
+            (Some(min), Some(max)) => format!("{min} to {max}"),
+            _ => report.content.name().to_owned(),
+        };
+        [
+            report.number.to_string(),
+            report.name.clone(),
+            report.is.to_string(),
+            report.unit.clone().unwrap_or_default(),
+            report.first.join("  "),
+            range,
+        ]
+    };
+    let titles = ["column", "name", "is", "unit", "first values", "range"].map(str::to_owned);
+    let rows: Vec<[String; 6]> = [titles]
+        .into_iter()
+        .chain(table.columns.iter().map(row))
+        .collect();
+    print_aligned(&rows, out)
+}
+
+/// Cells in columns as wide as their widest cell; what terminals would act upon is escaped.
+fn print_aligned(rows: &[[String; 6]], out: &mut impl Write) -> io::Result<()> {
+    let is_plain = |c: char| !c.is_control();
+    let shown = |cell: &String| -> String {
+        cell.chars()
+            .map(|c| if is_plain(c) { c } else { '\u{fffd}' })
+            .collect()
+    };
+    let rows: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| row.iter().map(shown).collect())
+        .collect();
+    let width = |at: usize| {
+        rows.iter()
+            .map(|row| row[at].chars().count())
+            .max()
+            .unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..6).map(width).collect();
+    for row in &rows {
+        let cells = row
+            .iter()
+            .zip(&widths)
+            .map(|(cell, width)| format!("{cell:<width$}"));
+        let line = cells.collect::<Vec<_>>().join("  ");
+        writeln!(out, "  {}", line.trim_end())?;
+    }
+    Ok(())
+}
+
+fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
+    let of_start = if check.is_sample {
+        ", of the start of the file"
+    } else {
+        ""
+    };
+    if let Some(error) = &check.error {
+        writeln!(out, "would not be loaded: {error}")?;
+    } else {
+        let n_samples: usize = check.recordings.iter().map(|report| report.n_samples).sum();
+        writeln!(
+            out,
+            "would be loaded{of_start}: {} recordings with {n_samples} samples",
+            check.recordings.len()
+        )?;
+        const LISTED: usize = 10;
+        for report in check.recordings.iter().take(LISTED) {
+            let rate = report
+                .rate_hz
+                .map_or_else(String::new, |rate| format!(", {rate:.4} Hz"));
+            writeln!(
+                out,
+                "  {}: {} samples, {:.3} s{rate}",
+                report.name, report.n_samples, report.duration_secs
+            )?;
+        }
+        writeln!(out, "  gauges: {}", check.gauges.join(" "))?;
+        let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
+        let axes = if axes.is_empty() {
+            "none".to_owned()
+        } else {
+            axes.join(" ")
+        };
+        writeln!(out, "  reference: {axes}")?;
+    }
+    if let Some(offset) = check.clock_offset {
+        writeln!(
+            out,
+            "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it, {:.2} % as the clocks are); nothing is applied unless \"clock_offset_secs\" under \"join\" in the map says so; gauges that lag behind their load look the same",
+            offset.offset_secs.abs(),
+            if offset.offset_secs < 0.0 {
+                "earlier"
+            } else {
+                "later"
+            },
+            100.0 * offset.explained,
+            100.0 * offset.explained_without
+        )?;
+    }
+    for warning in &check.warnings {
+        writeln!(out, "warning: {warning}")?;
+    }
+    Ok(())
+}

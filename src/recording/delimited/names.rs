@@ -1,0 +1,225 @@
+//! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
+
+use super::ReadError;
+use super::column_name::{ColumnName, Kind};
+use super::layout::{Detected, Start, unbracketed};
+use super::times::TimeForm;
+use super::warning::Finding;
+use crate::recording::columns::{ColumnKey, ColumnRole, ColumnRule, Preamble, Shape, TableMap};
+
+/// What a column of days is called.
+const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
+
+/// A table as its names describe it, and what they leave out.
+#[derive(Clone, Debug)]
+pub(super) struct Named {
+    pub(super) table: TableMap,
+    pub(super) notes: Vec<Finding>,
+}
+
+/// Makes a map from the names of a table whose first rows are `rows`.
+pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) -> Named {
+    let names = if detected.text.header {
+        &start.names
+    } else {
+        &detected.names_in_comment
+    };
+    let columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
+    let times: Vec<usize> = (0..columns.len())
+        .filter(|&index| columns[index].kind == Some(Kind::Time))
+        .collect();
+    let mut rules = Vec::new();
+    for (index, column) in columns.iter().enumerate() {
+        let is = match column.kind {
+            Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
+            Some(Kind::Gauge) => ColumnRole::Gauge,
+            Some(Kind::Load(axis)) => ColumnRole::Load(axis),
+            Some(Kind::Time) | None => continue,
+        };
+        let in_units_row = start
+            .units
+            .get(index)
+            .map(|cell| unbracketed(cell).to_owned());
+        rules.push(ColumnRule {
+            unit: column
+                .unit
+                .clone()
+                .or(in_units_row.filter(|unit| !unit.is_empty())),
+            name: (!detected.text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
+            ..ColumnRule::new(key(start, index), is)
+        });
+    }
+    let mut table = TableMap {
+        shape: Shape {
+            columns: start.n_columns,
+            names: start.names.clone(),
+        },
+        text: detected.text.clone(),
+        sample_rate_hz: None,
+        columns: rules,
+    };
+    let mut ignored_times = times.get(1..).unwrap_or_default().to_vec();
+    if detected.text.preamble == Some(Preamble::AtiNetFt) {
+        name_ati_columns(&mut table, start);
+        ignored_times.clear();
+    } else if let Some(&time) = times.first() {
+        settle_time_form(&mut table, start, names, time, rows);
+    }
+    let notes = notes(&table, start, names, &times, &ignored_times);
+    Named { table, notes }
+}
+
+/// How a rule names column `index`: as the header does, if that name is the only one.
+pub(super) fn key(start: &Start, index: usize) -> ColumnKey {
+    let name = start.names.get(index).filter(|name| !name.is_empty());
+    let is_single = |name: &&String| start.names.iter().filter(|other| other == name).count() == 1;
+    match name.filter(is_single) {
+        Some(name) => ColumnKey::Name(name.clone()),
+        None => ColumnKey::Number(index + 1),
+    }
+}
+
+/// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
+fn name_ati_columns(table: &mut TableMap, start: &Start) {
+    table.columns.retain(|rule| rule.is != ColumnRole::Time);
+    let column = |name: &str| start.names.iter().position(|other| other.starts_with(name));
+    if let Some(index) = column("RDT Sequence") {
+        table.columns.push(ColumnRule {
+            unit: Some("samples".to_owned()),
+            ..ColumnRule::new(key(start, index), ColumnRole::Time)
+        });
+    }
+    if let Some(index) = column("Status") {
+        let status = ColumnRule::new(key(start, index), ColumnRole::Status);
+        table.columns.push(status);
+    }
+}
+
+/// Where the time is no number, its form by its cells, and the day from its own column.
+fn settle_time_form(
+    table: &mut TableMap,
+    start: &Start,
+    names: &[String],
+    time: usize,
+    rows: &[Vec<&[u8]>],
+) {
+    let form = |index| form_of_column(rows, index);
+    let Some(time_form) = form(time) else {
+        return;
+    };
+    if let Some(rule) = table
+        .columns
+        .iter_mut()
+        .find(|rule| rule.is == ColumnRole::Time)
+        && rule.unit.is_none()
+    {
+        rule.unit = Some(time_form.name().to_owned());
+    }
+    let is_date = |name: &String| DATES.contains(&name.to_lowercase().as_str());
+    if time_form == TimeForm::TimeOfDay
+        && let Some(date) = names.iter().position(is_date)
+        && let Some(date_form) = form(date)
+    {
+        table.columns.push(ColumnRule {
+            unit: Some(date_form.name().to_owned()),
+            ..ColumnRule::new(key(start, date), ColumnRole::Date)
+        });
+    }
+}
+
+/// The form of a column whose cells are dates or times of day.
+pub(super) fn form_of_column(rows: &[Vec<&[u8]>], index: usize) -> Option<TimeForm> {
+    let cells = rows.iter().filter_map(|row| row.get(index).copied());
+    TimeForm::of_all(cells.filter(|cell| !cell.is_empty()))
+}
+
+/// What the names leave out.
+fn notes(
+    table: &TableMap,
+    start: &Start,
+    names: &[String],
+    times: &[usize],
+    ignored_times: &[usize],
+) -> Vec<Finding> {
+    let mut notes = Vec::new();
+    if table.text.preamble.is_none() && table.text.skip_rows > 0 {
+        notes.push(Finding::SkippedPreamble {
+            n_lines: table.text.skip_rows,
+        });
+    }
+    if let (Some(&used), false) = (times.first(), ignored_times.is_empty()) {
+        notes.push(Finding::SeveralTimes {
+            used: names[used].clone(),
+            others: ignored_times
+                .iter()
+                .map(|&index| names[index].clone())
+                .collect(),
+        });
+    }
+    let is_used = |index: usize| {
+        table
+            .columns
+            .iter()
+            .any(|rule| rule.column == key(start, index))
+            || ignored_times.contains(&index)
+    };
+    let ignored: Vec<String> = (0..names.len())
+        .filter(|&index| !is_used(index) && !names[index].is_empty())
+        .map(|index| names[index].clone())
+        .collect();
+    if !ignored.is_empty() {
+        notes.push(Finding::IgnoredColumns { names: ignored });
+    }
+    notes
+}
+
+/// Whether there are no names to go by.
+pub(super) fn check_named(
+    path: &std::path::Path,
+    detected: &Detected,
+    start: &Start,
+) -> Result<(), ReadError> {
+    if detected.text.header || !detected.names_in_comment.is_empty() {
+        return Ok(());
+    }
+    Err(ReadError::HeaderIsNumbers {
+        path: path.to_owned(),
+        line: start.line,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plan::Use;
+    use super::super::tests::plan_and_notes;
+    use super::*;
+
+    #[test]
+    fn the_first_time_wins_and_the_rest_is_noted() {
+        let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
+        let gauge = Use::Gauge { factor: 1.0 };
+        assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
+        let several = Finding::SeveralTimes {
+            used: "stamp".into(),
+            others: vec!["time".into()],
+        };
+        let ignored = Finding::IgnoredColumns {
+            names: vec!["label".into()],
+        };
+        assert_eq!(notes, [several, ignored]);
+    }
+
+    #[test]
+    fn a_repeated_name_is_listed_by_its_number() {
+        let start = Start {
+            names: ["t", "x", "x", ""].map(str::to_owned).to_vec(),
+            ..Start::default()
+        };
+        let keys: Vec<_> = (0..4).map(|index| key(&start, index)).collect();
+        let number = ColumnKey::Number;
+        assert_eq!(
+            keys,
+            [ColumnKey::Name("t".into()), number(2), number(3), number(4)]
+        );
+    }
+}

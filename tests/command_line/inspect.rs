@@ -1,0 +1,204 @@
+//! `inspect`, and reading by the maps that it writes.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program::{fit, numbers, run, stderr, succeed};
+use crate::workshop::{Workshop, recording};
+
+/// A recording without its header, with semicolons and decimal commas.
+fn headerless(workshop: &Workshop, name: &str, seed: f64) {
+    let text = recording(seed, 150);
+    let (_, rows) = text.split_once('\n').unwrap();
+    workshop.write(name, rows.replace(',', ";").replace('.', ","));
+}
+
+fn inspected(workshop: &Workshop, arguments: &[&str]) -> Value {
+    let output = succeed(
+        workshop.path(),
+        &[&["inspect", "--json"], arguments].concat(),
+    );
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_written_map_that_is_corrected_reads_all_files_of_its_kind() {
+    let workshop = Workshop::with_recordings();
+    headerless(&workshop, "x.csv", 0.0);
+    headerless(&workshop, "y.csv", 1.0);
+    let refused = run(workshop.path(), &["fit", "--train", "x.csv"]);
+    assert!(
+        stderr(&refused).contains("--columns MAP.json"),
+        "{}",
+        stderr(&refused)
+    );
+
+    let found = inspected(&workshop, &["x.csv", "--write-map", "map.json"]);
+    assert_eq!(found["table"]["text"]["delimiter"], "semicolon");
+    assert_eq!(found["table"]["text"]["decimal"], "comma");
+    assert_eq!(found["check"]["recordings"][0]["n_samples"], 150);
+    let map = workshop.read("map.json");
+    let reference = "\"column\": 4, \"is\": \"Fz\"";
+    assert!(map.contains("\"column\": 4, \"is\": \"gauge\""), "{map}");
+    let corrected = map.replace("\"column\": 4, \"is\": \"gauge\"", reference);
+    workshop.write("map.json", corrected);
+
+    let columns = ["--columns", "map.json"];
+    let mapped = fit(
+        workshop.path(),
+        &[&["--train", "x.csv", "y.csv"], &columns[..]].concat(),
+    );
+    let named = fit(workshop.path(), &["--train", "a.csv", "b.csv"]);
+    assert_eq!(mapped["conventional"], named["conventional"]);
+    assert_eq!(numbers(&mapped["compensated"]["cv_rmse"]).len(), 1);
+    let checked = inspected(&workshop, &[&["y.csv"], &columns[..]].concat());
+    assert_eq!(checked["check"]["axes"][0], "Fz");
+    assert_eq!(checked["map"]["format"], "loopscope column map");
+}
+
+#[test]
+fn a_calibration_is_applied_to_files_read_by_a_map() {
+    let workshop = Workshop::with_recordings();
+    headerless(&workshop, "x.csv", 0.0);
+    inspected(&workshop, &["x.csv", "--write-map", "map.json"]);
+    let map = workshop.read("map.json").replace(
+        "\"column\": 4, \"is\": \"gauge\"",
+        "\"column\": 4, \"is\": \"Fz\"",
+    );
+    workshop.write("map.json", map);
+    succeed(
+        workshop.path(),
+        &["fit", "--train", "a.csv", "--export", "c.json"],
+    );
+    succeed(
+        workshop.path(),
+        &["apply", "c.json", "a.csv", "--out", "named"],
+    );
+    let by_map = [
+        "apply",
+        "c.json",
+        "x.csv",
+        "--columns",
+        "map.json",
+        "--out",
+        "mapped",
+    ];
+    succeed(workshop.path(), &by_map);
+    assert_eq!(
+        workshop.read("mapped/x_loads.csv"),
+        workshop.read("named/a_loads.csv")
+    );
+}
+
+#[test]
+fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
+    let workshop = Workshop::with_recordings();
+    let output = succeed(workshop.path(), &["inspect", "a.csv"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in [
+        "a.csv: ",
+        "about 150 rows",
+        "delimiter comma, decimal point, header on line 1",
+        "1 recordings with 150 samples",
+        "gauges: S1 S2",
+        "reference: Fz",
+    ] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
+    workshop.write("odd.csv", "a,b\n1,x\n2,y\n1,z\n");
+    let output = succeed(workshop.path(), &["inspect", "odd.csv"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("would not be loaded: odd.csv:1: no time column among a, b"),
+        "{text}"
+    );
+    assert!(
+        text.contains("to decide: no column runs like a clock"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_offset_between_two_clocks_is_shown_and_not_applied() {
+    let workshop = Workshop::new();
+    let load = |t: f64| (0.7 * t).sin() + (0.31 * t).cos();
+    let mut text = String::new();
+    for k in 0..600 {
+        let t = f64::from(k) * 0.1;
+        text += &format!("{t},{},{},{}\n", 3.0 * load(t), t - 0.5, load(t));
+    }
+    workshop.write("run.csv", text);
+    let map = r#"{ "format": "loopscope column map", "version": 1, "table": { "shape": { "columns": 4 }, "columns": [
+        { "column": 1, "is": "time", "unit": "s" }, { "column": 2, "is": "gauge" },
+        { "column": 3, "is": "time_reference", "unit": "s" }, { "column": 4, "is": "Fz" } ] } }"#;
+    workshop.write("map.json", map);
+    let columns = ["run.csv", "--columns", "map.json"];
+    let found = inspected(&workshop, &columns);
+    let offset = found["check"]["clock_offset"]["offset_secs"]
+        .as_f64()
+        .unwrap();
+    assert!((offset - 0.5).abs() < 0.01, "{offset}");
+    let rmse = || {
+        let report = fit(workshop.path(), &[&["--train"], &columns[..]].concat());
+        numbers(&report["conventional"]["train_rmse"])[0]
+    };
+    assert!(rmse() > 0.1, "applied silently");
+    let join = "\"join\": { \"clock_offset_secs\": 0.5 }, \"table\"";
+    workshop.write("map.json", map.replace("\"table\"", join));
+    assert!(rmse() < 1e-6);
+}
+
+#[test]
+fn maps_that_are_of_no_use_are_refused_by_name() {
+    let workshop = Workshop::with_recordings();
+    inspected(&workshop, &["a.csv", "--write-map", "map.json"]);
+    workshop.write(
+        "broken.json",
+        workshop.read("map.json").replace("\"time\"", "\"tide\""),
+    );
+    let two_columns = "t,S1\n0,1\n0.1,2\n";
+    workshop.write("other.csv", two_columns);
+    fs::create_dir(workshop.file("folder")).unwrap();
+    for (arguments, words) in [
+        (
+            &["fit", "--train", "a.csv", "--columns", "gone.json"][..],
+            ["gone.json", "cannot be read"],
+        ),
+        (
+            &["fit", "--train", "a.csv", "--columns", "a.csv"],
+            ["a.csv", "no JSON"],
+        ),
+        (
+            &["fit", "--train", "a.csv", "--columns", "broken.json"],
+            ["broken.json", "tide"],
+        ),
+        (
+            &["fit", "--train", "a.csv", "--columns", "folder"],
+            ["folder", "not a file"],
+        ),
+        (
+            &["fit", "--train", "other.csv", "--columns", "map.json"],
+            ["other.csv:1", "t [s]"],
+        ),
+        (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
+        (&["inspect", "folder"], ["folder", "not a file"]),
+        (
+            &["inspect", "a.csv", "--write-map", "a.csv"],
+            ["a.csv", "read"],
+        ),
+        (
+            &["inspect", "a.csv", "--write-map", "gone/map.json"],
+            ["gone", "no directory"],
+        ),
+    ] {
+        let output = run(workshop.path(), arguments);
+        let told = stderr(&output);
+        assert!(!output.status.success(), "{arguments:?} was done");
+        assert_eq!(told.lines().count(), 1, "{told}");
+        for word in words {
+            assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+        }
+    }
+    assert_eq!(workshop.read("other.csv"), two_columns);
+}

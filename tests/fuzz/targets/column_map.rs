@@ -1,0 +1,13 @@
+//! Any bytes as a column map; one that is understood must read back the same.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use loopscope::recording::columns::ColumnMap;
+
+fuzz_target!(|text: &[u8]| {
+    if let Ok(map) = ColumnMap::from_json(text) {
+        let mut written = Vec::new();
+        map.write_json(&mut written).expect("a list takes all");
+        assert_eq!(ColumnMap::from_json(&written).expect("it was written so"), map);
+    }
+});

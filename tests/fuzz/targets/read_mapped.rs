@@ -1,0 +1,22 @@
+//! Any map, up to the first zero byte, on any file, what follows it.
+#![no_main]
+
+use std::io::Write as _;
+
+use libfuzzer_sys::fuzz_target;
+use loopscope::progress::Progress;
+use loopscope::recording::columns::ColumnMap;
+use loopscope::recording::delimited::read_mapped;
+
+fuzz_target!(|input: &[u8]| {
+    let Some(end) = input.iter().position(|byte| *byte == 0) else {
+        return;
+    };
+    // Only the file itself, never one that a random name points at.
+    let Ok(map) = ColumnMap::from_json(&input[..end]).map(|map| ColumnMap { reference: None, ..map }) else {
+        return;
+    };
+    let mut file = tempfile::NamedTempFile::new().expect("a file can be made");
+    file.write_all(&input[end + 1..]).expect("the file can be written");
+    let _ = read_mapped(file.path(), &map, &Progress::default());
+});
