@@ -929,3 +929,63 @@ fn the_comparison_fills_in_and_says_what_is_stale() {
     assert_eq!(table.lines().count(), 7);
     assert!(table.starts_with("regressor,history,data,seconds,Fx [N] train"));
 }
+
+#[test]
+fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Thresholds");
+    let study = &state(&window).study;
+    let map = Arc::clone(
+        study
+            .map
+            .as_ref()
+            .expect("the map is made while the pane is shown"),
+    );
+    assert!(map.is_complete());
+    assert_eq!(panes(&window, "Map of F_th and t_th"), 1);
+    assert_eq!(panes(&window, "forces [N] over F_th [N]"), 1);
+    assert!(study.touch.as_ref().unwrap().n_samples > 0);
+    let measure = study.shown_measure().unwrap();
+    let suggested = map.suggestion(measure).unwrap().thresholds;
+    click(&mut window, Role::Button, "Take the leave-one-out minimum");
+    assert_eq!(state(&window).thresholds(), suggested);
+    let left_out = analysis(&window)
+        .calibration
+        .quality
+        .compensated
+        .cv_rmse
+        .clone();
+    let on_map = map.suggestion(measure).unwrap().left_out;
+    let fresh = measure.of_rmse(&map.scale, &left_out.unwrap()).unwrap();
+    assert!((fresh / on_map - 1.0).abs() < 1e-9);
+    // What it was made of has not changed, so the same map stays.
+    assert!(Arc::ptr_eq(
+        &map,
+        state(&window).study.map.as_ref().unwrap()
+    ));
+    click(&mut window, Role::CheckBox, "Offset term");
+    assert!(!Arc::ptr_eq(
+        &map,
+        state(&window).study.map.as_ref().unwrap()
+    ));
+}
+
+#[test]
+fn play_radii_are_chosen_by_leave_one_out() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Thresholds");
+    click(&mut window, Role::Button, "Choose play radii");
+    let chosen = state(&window)
+        .study
+        .chosen
+        .clone()
+        .expect("a list was chosen");
+    assert_eq!(
+        analysis(&window).calibration.features.play_radii,
+        chosen.values
+    );
+    assert!(chosen.left_out <= chosen.left_out_without);
+    assert!(has(&window, "lists tried"));
+}

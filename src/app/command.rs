@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::analysis::{Analysis, Candidate, ComparedRow, Request, View};
-use crate::app::{ComparisonCommand, Pane, TrainingCommand};
+use crate::analysis::{Analysis, Candidate, ComparedRow, HistoryBlock, Request, View};
+use crate::app::{ComparisonCommand, Pane, StudyCommand, StudyRequest, TrainingCommand};
 use crate::calibration::{Calibration, FitSettings};
+use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::recording::delimited::Loaded;
 use crate::recording::{Axis, RecordingSet, Role};
 
@@ -62,6 +63,8 @@ pub enum Command {
     Training(TrainingCommand),
     /// What concerns the comparison of regressors.
     Comparison(ComparisonCommand),
+    /// What concerns the choice of thresholds.
+    Study(StudyCommand),
     /// Stop background work.
     Cancel,
     /// Do nothing: the answer came another way.
@@ -114,6 +117,21 @@ pub enum Effect {
     StopComparing,
     /// Write a comparison.
     WriteComparison(Vec<ComparedRow>, PathBuf),
+    /// Make the map of thresholds, and say what the present ones touch; the newest wish wins.
+    Study(StudyRequest),
+    /// Choose a block's numbers by leave-one-out.
+    ChooseBlock {
+        /// Which.
+        block: HistoryBlock,
+        /// Whose errors count; `None`: what is looked at first.
+        measure: Option<Measure>,
+        /// The recordings with their roles.
+        recordings: Arc<RecordingSet>,
+        /// Everything else.
+        settings: FitSettings,
+    },
+    /// Write a map of thresholds with its curves.
+    WriteStudy(Arc<ThresholdMap>, Measure, PathBuf),
     /// Stop background work.
     CancelWork,
 }

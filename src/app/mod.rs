@@ -7,10 +7,12 @@ mod command;
 mod comparison;
 mod notice;
 mod state;
+mod study;
 mod training;
 
 pub use command::{Command, Effect, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
 pub use notice::{Level, Notice};
 pub use state::{AppState, Applied, Pane};
+pub use study::{StudyCommand, StudyNews, StudyRequest, ThresholdStudy};
 pub use training::{Training, TrainingCommand};

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
-use crate::app::{Command, Comparison, Effect, Level, Notice, Opened, OpenedFile, Training};
+use crate::app::{
+    Command, Comparison, Effect, Level, Notice, Opened, OpenedFile, ThresholdStudy, Training,
+};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
 use crate::features::{Distance, Thresholds};
@@ -26,6 +28,8 @@ pub enum Pane {
     /// Loads and errors over time.
     #[default]
     Traces,
+    /// The map of thresholds, and what is suggested.
+    Thresholds,
     /// Regressors side by side.
     Compare,
 }
@@ -51,6 +55,8 @@ pub struct AppState {
     pub training: Training,
     /// Regressors side by side.
     pub comparison: Comparison,
+    /// The choice of thresholds.
+    pub study: ThresholdStudy,
     /// The last analysis that succeeded; stays on screen while the next one runs.
     pub analysis: Option<Arc<Analysis>>,
     /// Why the newest analysis failed.
@@ -92,7 +98,7 @@ impl AppState {
             }
             Command::ShowPane(pane) => {
                 self.pane = pane;
-                Vec::new()
+                self.follow_study().into_iter().collect()
             }
             Command::ShowAxis(axis, shown) => {
                 self.hidden_axes.retain(|hidden| *hidden != axis);
@@ -149,6 +155,7 @@ impl AppState {
             }
             Command::Training(command) => self.apply_training(command),
             Command::Comparison(command) => self.apply_comparison(command),
+            Command::Study(command) => self.apply_study(command),
             Command::Cancel => {
                 if let Some((_, stopping)) = &mut self.training.running {
                     *stopping = true;
@@ -174,7 +181,7 @@ impl AppState {
         !self.hidden_axes.contains(&axis)
     }
 
-    fn set_settings(&mut self, settings: FitSettings) -> Vec<Effect> {
+    pub(super) fn set_settings(&mut self, settings: FitSettings) -> Vec<Effect> {
         if settings == self.settings {
             return Vec::new();
         }
@@ -385,8 +392,10 @@ impl AppState {
         let trained = self
             .training
             .fitting(self)
-            .filter(|_| self.applied.is_none());
-        vec![Effect::Analyse(Request {
+            .filter(|_| self.applied.is_none())
+            .cloned();
+        let study = self.follow_study();
+        let analyse = Effect::Analyse(Request {
             recordings: Arc::clone(&self.recordings),
             settings: self.settings.clone(),
             view: self.view,
@@ -394,9 +403,10 @@ impl AppState {
                 .applied
                 .as_ref()
                 .map(|applied| Arc::clone(&applied.calibration))
-                .or_else(|| trained.cloned()),
+                .or_else(|| trained.clone()),
             trained: trained.is_some(),
-        })]
+        });
+        std::iter::once(analyse).chain(study).collect()
     }
 
     pub(super) fn tell(&mut self, notice: Notice) {

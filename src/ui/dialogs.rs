@@ -13,6 +13,7 @@ use crate::worker::Notify;
 const TOO_QUICK_FOR_A_PERSON: Duration = Duration::from_millis(150);
 
 /// Where the answers go: commands, and a call that wakes the window.
+#[derive(Clone)]
 pub struct Reply {
     /// Takes the command that the answer means.
     pub commands: Sender<Command>,

@@ -15,6 +15,8 @@ mod settings_panel;
 mod shell;
 mod start;
 mod status_line;
+mod study_worker;
+mod thresholds_pane;
 mod trace_panes;
 
 pub use dialogs::{Dialogs, NativeDialogs, Reply};

@@ -6,11 +6,14 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use crate::analysis::{Analysis, AnalysisError, Analyst, Request, compare, train};
+use crate::analysis::{
+    Analysis, AnalysisError, Analyst, HistoryBlock, Request, Study, compare, train,
+};
 use crate::app::{
     AppState, Command, ComparisonCommand, Effect, Level, Notice, Opened, OpenedFile, Pane,
-    TrainingCommand,
+    StudyCommand, StudyRequest, TrainingCommand,
 };
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     WriteError, read_calibration, write_atomically, write_calibration, write_comparison_csv,
 };
@@ -19,6 +22,8 @@ use crate::progress::Progress;
 use crate::recording::{RecordingSet, delimited, simulated};
 use crate::ui::dialogs::Reply;
 use crate::ui::status_line::Running;
+use crate::ui::study_worker;
+use crate::ui::thresholds_pane::{self, MapTexture};
 use crate::ui::trace_panes::{TracePanes, trace_panes};
 use crate::ui::{
     Dialogs, calibration_pane, compare_pane, errors_pane, menu, notices_panel, recordings_panel,
@@ -37,6 +42,7 @@ pub struct Shell {
     post: Sender<Command>,
     notify: Notify,
     analysis: Worker<Request, Result<Analysis, AnalysisError>>,
+    study: Worker<StudyRequest, ()>,
     /// The recordings of the newest request, and the first request that was for them.
     analysed: (Arc<RecordingSet>, u64),
     reading: Vec<Job<Vec<OpenedFile>>>,
@@ -44,9 +50,11 @@ pub struct Shell {
     writing: Vec<Job<Command>>,
     training: Vec<Job<Command>>,
     comparing: Vec<Job<Command>>,
+    choosing: Vec<Job<Command>>,
     dialogs: Box<dyn Dialogs>,
     fields: Fields,
     panes: TracePanes,
+    map: MapTexture,
 }
 
 /// What stands in the window's text fields.
@@ -62,6 +70,10 @@ pub struct Fields {
     pub comparison: String,
     /// Which errors the comparison shows.
     pub errors_on: compare_pane::ErrorsOn,
+    /// The path to save the map of thresholds to.
+    pub study: String,
+    /// Which errors the map shows.
+    pub study_on: ScoreSet,
 }
 
 impl Shell {
@@ -83,18 +95,23 @@ impl Shell {
             state: AppState::default(),
             commands,
             inbox,
-            post,
             analysis: Worker::start("analysis", Arc::clone(&notify), || {
                 let mut analyst = Analyst::default();
                 move |request: Request, progress: &Progress| analyst.analyse(&request, progress)
             }),
+            study: study_worker::start(Reply {
+                commands: post.clone(),
+                notify: Arc::clone(&notify),
+            }),
             analysed: Default::default(),
             notify,
+            post,
             reading: Vec::new(),
             simulating: None,
             writing: Vec::new(),
             training: Vec::new(),
             comparing: Vec::new(),
+            choosing: Vec::new(),
             dialogs,
             fields: Fields {
                 open: String::new(),
@@ -102,8 +119,11 @@ impl Shell {
                 split_percent: 60.0,
                 comparison: "comparison.csv".to_owned(),
                 errors_on: Default::default(),
+                study: "thresholds.csv".to_owned(),
+                study_on: ScoreSet::LeftOut,
             },
             panes: TracePanes::default(),
+            map: MapTexture::default(),
         }
     }
 
@@ -121,6 +141,8 @@ impl Shell {
             || !self.writing.is_empty()
             || !self.training.is_empty()
             || !self.comparing.is_empty()
+            || !self.choosing.is_empty()
+            || !self.study.is_idle()
             || self.simulating.is_some()
             || !self.analysis.is_idle()
     }
@@ -173,7 +195,18 @@ impl Shell {
             self.apply(Command::Analysed(outcome));
         }
         finish(&mut self.reading, &mut self.commands, Command::FilesOpened);
-        for jobs in [&mut self.writing, &mut self.training, &mut self.comparing] {
+        while let Some(answer) = self.study.answer() {
+            if let Err(panicked) = answer.result {
+                let notice = Notice::new(Level::Error, panicked.to_string());
+                self.commands.push_back(Command::Tell(notice));
+            }
+        }
+        for jobs in [
+            &mut self.writing,
+            &mut self.training,
+            &mut self.comparing,
+            &mut self.choosing,
+        ] {
             finish(jobs, &mut self.commands, |command| command);
         }
         let mut simulating: Vec<_> = self.simulating.take().into_iter().collect();
@@ -269,6 +302,37 @@ impl Shell {
                         Command::Nothing
                     }));
             }
+            Effect::Study(request) => {
+                self.study.request(request);
+            }
+            Effect::ChooseBlock {
+                block,
+                measure,
+                recordings,
+                settings,
+            } => {
+                let title = match block {
+                    HistoryBlock::Play => "Choosing play radii",
+                    HistoryBlock::Creep => "Choosing creep times",
+                };
+                self.choosing
+                    .push(Job::start(title, notify, move |progress| {
+                        let chosen = caught(|| {
+                            let study = Study::lay(recordings, settings, progress)?;
+                            let measure =
+                                measure.unwrap_or_else(|| study.scale().default_measure());
+                            study.suggest_block(block, measure, progress)
+                        });
+                        let chosen = match chosen {
+                            Ok(chosen) => chosen.map_err(|error| error.to_string()),
+                            Err(panicked) => Err(panicked.to_string()),
+                        };
+                        Command::Study(StudyCommand::Chosen(chosen))
+                    }));
+            }
+            Effect::WriteStudy(map, measure, path) => self.write(path, move |path| {
+                study_worker::write_threshold_map(&map, measure, path)
+            }),
             Effect::StopComparing => self.comparing.iter().for_each(|job| job.progress.cancel()),
             Effect::WriteComparison(rows, path) => self.write(path, move |path| {
                 write_atomically(path, |out| write_comparison_csv(&rows, out))
@@ -277,7 +341,8 @@ impl Shell {
                 self.analysis.cancel();
                 // It cannot be stopped, but nobody waits for it any more.
                 self.simulating = None;
-                let stopped = self.training.iter().chain(&self.comparing);
+                self.study.cancel();
+                let stopped = (self.training.iter().chain(&self.comparing)).chain(&self.choosing);
                 stopped.for_each(|job| job.progress.cancel());
                 for job in &self.reading {
                     job.progress.cancel();
@@ -316,7 +381,8 @@ impl Shell {
             let jobs = (self.reading.iter().map(Running::from))
                 .chain(self.simulating.iter().map(Running::from))
                 .chain(self.training.iter().map(Running::from))
-                .chain(self.comparing.iter().map(Running::from));
+                .chain(self.comparing.iter().map(Running::from))
+                .chain(self.choosing.iter().map(Running::from));
             status_line::status_line(ui, state, jobs, self.analysis.running(), out);
         });
         if !state.notices.is_empty() {
@@ -366,6 +432,11 @@ impl Shell {
                 for (pane, label, explanation) in [
                     (Pane::Traces, "Traces", "Loads and errors over time"),
                     (
+                        Pane::Thresholds,
+                        "Thresholds",
+                        "The map of F_th and t_th, and which pair to take",
+                    ),
+                    (
                         Pane::Compare,
                         "Compare",
                         "Every regressor without and with the past",
@@ -379,6 +450,10 @@ impl Shell {
             });
             match state.pane {
                 Pane::Traces => trace_panes(ui, state, &mut self.panes, out),
+                Pane::Thresholds => {
+                    let (fields, map) = (&mut self.fields, &mut self.map);
+                    thresholds_pane::thresholds_pane(ui, state, fields, map, out);
+                }
                 Pane::Compare => compare_pane::compare_pane(ui, state, &mut self.fields, out),
             }
         });

@@ -1,0 +1,155 @@
+//! The curves through the present pair of thresholds: forces and moments apart, over F_th and over t_th.
+
+use egui_plot::{Line, LineStyle, Plot, PlotPoints, VLine};
+
+use crate::app::{AppState, Command, StudyCommand};
+use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
+use crate::features::{Distance, Thresholds};
+use crate::ui::numbers::significant;
+
+/// The threshold that runs along the axis of a curve.
+#[derive(Clone, Copy, PartialEq)]
+enum Along {
+    F,
+    T,
+}
+
+/// Draws two curves for each unit.
+pub fn curves(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    map: &ThresholdMap,
+    height: f32,
+    out: &mut Vec<Command>,
+) {
+    let groups = [Measure::Forces, Measure::Moments]
+        .into_iter()
+        .filter(|group| group.weights(&map.scale).is_some())
+        .collect::<Vec<_>>();
+    let height = (height - 26.0) / groups.len().max(1) as f32 - 6.0;
+    let width = 0.5 * ui.available_width() - 6.0;
+    ui.horizontal(|ui| {
+        for set in ScoreSet::ALL {
+            let (color, _) = look(set, ui.visuals());
+            ui.colored_label(color, set.label())
+                .on_hover_text(match set {
+                    ScoreSet::LeftOut => "Solid: choose by this one",
+                    ScoreSet::Train => "Short dashes",
+                    ScoreSet::Test => "Long dashes: to look at, not to choose by",
+                });
+        }
+        ui.weak("press or drag to set");
+    });
+    for group in groups {
+        ui.horizontal(|ui| {
+            for along in [Along::F, Along::T] {
+                curve(ui, state, map, group, along, [width, height.max(70.0)], out);
+            }
+        });
+    }
+}
+
+fn look(set: ScoreSet, visuals: &egui::Visuals) -> (egui::Color32, LineStyle) {
+    match set {
+        ScoreSet::Train => (visuals.weak_text_color(), LineStyle::dashed_dense()),
+        ScoreSet::Test => (visuals.warn_fg_color, LineStyle::dashed_loose()),
+        ScoreSet::LeftOut => (visuals.hyperlink_color, LineStyle::Solid),
+    }
+}
+
+fn curve(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    map: &ThresholdMap,
+    group: Measure,
+    along: Along,
+    [width, height]: [f32; 2],
+    out: &mut Vec<Command>,
+) {
+    let present = state.thresholds();
+    let at = map.nearest(present);
+    let shown_as = match (along, map.distance) {
+        (Along::F, Distance::FullScale) => 100.0,
+        _ => 1.0,
+    };
+    let label = match (along, map.distance) {
+        (Along::F, Distance::Force) => "F_th [N]",
+        (Along::F, Distance::FullScale) => "F_th [% FS]",
+        (Along::T, _) => "t_th [s]",
+    };
+    let longest = match along {
+        Along::F => map.grid.f_ths().last(),
+        Along::T => map.grid.t_ths_secs().last(),
+    };
+    let title = format!("{} [{}]", group.label(&map.scale), group.unit(&map.scale));
+    let visuals = ui.visuals().clone();
+    let response = Plot::new((
+        "threshold curve",
+        group.label(&map.scale),
+        along == Along::F,
+    ))
+    .width(width)
+    .height(height)
+    .allow_scroll(false)
+    .allow_zoom(false)
+    .allow_drag(false)
+    .allow_boxed_zoom(false)
+    .show_x(false)
+    .show_y(false)
+    .include_x(0.0)
+    .include_x(longest.copied().unwrap_or(1.0) * shown_as)
+    .x_axis_label(label)
+    .y_axis_label(title.clone())
+    .y_axis_min_width(44.0)
+    .y_axis_formatter(|mark, _| significant(mark.value, 3))
+    .show(ui, |plot| {
+        for set in ScoreSet::ALL {
+            let points = match along {
+                Along::F => map.curve_over_f_th(set, group, at.1),
+                Along::T => map.curve_over_t_th(set, group, at.0),
+            };
+            let (color, style) = look(set, &visuals);
+            let points: PlotPoints<'_> =
+                points.into_iter().map(|(x, y)| [x * shown_as, y]).collect();
+            plot.line(
+                Line::new(set.label(), points)
+                    .color(color)
+                    .style(style)
+                    .width(1.6),
+            );
+        }
+        let own = match along {
+            Along::F => present.f_th,
+            Along::T => present.t_th_secs,
+        };
+        plot.vline(
+            VLine::new("present", own * shown_as)
+                .color(visuals.error_fg_color)
+                .width(1.2),
+        );
+    });
+    let name = format!("{title} over {label}");
+    response
+        .response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name.clone()));
+    if response.response.is_pointer_button_down_on()
+        && let Some(pointer) = response.response.interact_pointer_pos()
+    {
+        let x = response.transform.value_from_position(pointer).x / shown_as;
+        // As fine as one can point: three digits.
+        let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
+        let wanted = match along {
+            Along::F => Thresholds {
+                f_th: value,
+                ..present
+            },
+            Along::T => Thresholds {
+                t_th_secs: value,
+                ..present
+            },
+        };
+        if wanted != present {
+            out.push(Command::Study(StudyCommand::Set(wanted)));
+        }
+    }
+}
