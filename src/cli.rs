@@ -6,6 +6,7 @@ mod fit;
 mod inspect;
 mod metrology;
 mod progress_line;
+mod sweep;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -29,6 +30,7 @@ use crate::recording::{LayoutError, Recording, simulated};
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
 pub use inspect::Inspect;
+pub use sweep::SweepArgs;
 
 /// Calibrate force/torque sensors and see what their past does to them.
 #[derive(Debug, Parser)]
@@ -52,6 +54,8 @@ pub enum Job {
     Fit(Box<FitArgs>),
     /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
     Compare(Box<CompareArgs>),
+    /// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
+    Sweep(Box<SweepArgs>),
     /// Apply a calibration: Conv. and Comp. of each sample as CSV.
     Apply(Apply),
     /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
@@ -136,6 +140,11 @@ pub enum JobError {
     Ending { path: PathBuf },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
+    #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
+    NoSuchAxis {
+        axis: &'static str,
+        axes: Vec<&'static str>,
+    },
     #[error("{} would be written over {}, which is read; choose another name", .output.display(), .input.display())]
     OverInput { input: PathBuf, output: PathBuf },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
@@ -154,6 +163,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
         Job::Compare(args) => compare::run(&args),
+        Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
         Job::Metrology(args) => metrology::run(&args),
     };

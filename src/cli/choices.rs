@@ -106,37 +106,11 @@ impl FromStr for LookBacks {
     }
 }
 
-/// What is appended to the gauges, and how the load is made of it.
+/// What is appended to the gauges beside look-backs, and how the linear fit is made.
 ///
-/// Blocks add up; those that are not named are not used, except that without any block there is one look-back.
+/// Blocks add up; those that are not named are not used.
 #[derive(Debug, Args)]
-pub struct FitChoices {
-    /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
-    /// 0.25 of full scale].
-    #[arg(
-        long,
-        value_name = "F",
-        allow_negative_numbers = true,
-        conflicts_with = "look_back",
-        help_heading = "Blocks"
-    )]
-    pub f_th: Option<f64>,
-    /// How old the past sample may be, in seconds [default: 15].
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        allow_negative_numbers = true,
-        help_heading = "Blocks"
-    )]
-    pub t_th: Option<f64>,
-    /// Several look-backs at once, one per F_th; "none": no look-back.
-    #[arg(
-        long,
-        value_name = "F,…",
-        allow_negative_numbers = true,
-        help_heading = "Blocks"
-    )]
-    pub look_back: Option<LookBacks>,
+pub struct BlockArgs {
     /// The gauges so many seconds ago.
     #[arg(
         long,
@@ -177,6 +151,86 @@ pub struct FitChoices {
     /// axis.
     #[arg(long, value_name = "STRENGTH", default_value = "0", value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
     pub ridge: RidgeChoice,
+    /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
+    #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
+    pub full_scale: Option<List>,
+    /// Fit without a constant term, as the paper does.
+    #[arg(long)]
+    pub no_offset: bool,
+}
+
+impl BlockArgs {
+    /// Whether no block is named.
+    fn is_empty(&self) -> bool {
+        self.fixed_lag.is_none()
+            && self.creep.is_none()
+            && self.play.is_none()
+            && self.polynomial.is_none()
+    }
+
+    /// What F_th is really measured in.
+    fn distance(&self, recordings: &RecordingSet) -> Distance {
+        match self.distance {
+            DistanceArg::Force => Distance::Force,
+            DistanceArg::FullScale => Distance::FullScale,
+        }
+        .effective(&recordings.layout().axes)
+    }
+
+    /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
+    pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
+        let values = |list: &Option<List>| list.as_ref().map_or(Vec::new(), |list| list.0.clone());
+        FitSettings {
+            features: FeatureSettings {
+                look_backs: Vec::new(),
+                distance: self.distance(recordings),
+                fixed_lags_secs: values(&self.fixed_lag),
+                creep_secs: values(&self.creep),
+                play_radii: values(&self.play),
+                polynomial: self.polynomial.unwrap_or(1),
+            },
+            ridge: self.ridge,
+            offset: !self.no_offset,
+            decimation,
+            full_scale: values(&self.full_scale).into_iter().map(Some).collect(),
+            ..FitSettings::default()
+        }
+    }
+}
+
+/// What is appended to the gauges, and how the load is made of it.
+///
+/// Blocks add up; those that are not named are not used, except that without any block there is one look-back.
+#[derive(Debug, Args)]
+pub struct FitChoices {
+    /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
+    /// 0.25 of full scale].
+    #[arg(
+        long,
+        value_name = "F",
+        allow_negative_numbers = true,
+        conflicts_with = "look_back",
+        help_heading = "Blocks"
+    )]
+    pub f_th: Option<f64>,
+    /// How old the past sample may be, in seconds [default: 15].
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        allow_negative_numbers = true,
+        help_heading = "Blocks"
+    )]
+    pub t_th: Option<f64>,
+    /// Several look-backs at once, one per F_th; "none": no look-back.
+    #[arg(
+        long,
+        value_name = "F,…",
+        allow_negative_numbers = true,
+        help_heading = "Blocks"
+    )]
+    pub look_back: Option<LookBacks>,
+    #[command(flatten)]
+    pub blocks: BlockArgs,
     /// Passes of a network over the training samples.
     #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
     pub epochs: usize,
@@ -186,12 +240,6 @@ pub struct FitChoices {
     /// Samples that a kernel compares the others with.
     #[arg(long, value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
     pub landmarks: usize,
-    /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
-    #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
-    pub full_scale: Option<List>,
-    /// Fit without a constant term, as the paper does.
-    #[arg(long)]
-    pub no_offset: bool,
 }
 
 fn ridge(text: &str) -> Result<RidgeChoice, String> {
@@ -212,10 +260,8 @@ impl FitChoices {
         regressor: Regressor,
         decimation: usize,
     ) -> FitSettings {
-        FitSettings {
-            features: self.features(recordings),
+        let mut settings = FitSettings {
             regressor,
-            ridge: self.ridge,
             network: NetworkSettings {
                 epochs: self.epochs,
                 seed: self.seed,
@@ -225,45 +271,25 @@ impl FitChoices {
                 landmarks: self.landmarks,
                 ..KernelSettings::default()
             },
-            offset: !self.no_offset,
-            decimation,
-            full_scale: match &self.full_scale {
-                Some(List(values)) => values.iter().copied().map(Some).collect(),
-                None => Vec::new(),
-            },
-        }
+            ..self.blocks.settings(recordings, decimation)
+        };
+        settings.features.look_backs = self.look_backs(settings.features.distance);
+        settings
     }
 
-    fn features(&self, recordings: &RecordingSet) -> FeatureSettings {
-        let distance = match self.distance {
-            DistanceArg::Force => Distance::Force,
-            DistanceArg::FullScale => Distance::FullScale,
-        }
-        .effective(&recordings.layout().axes);
+    fn look_backs(&self, distance: Distance) -> Vec<Thresholds> {
         let default = Thresholds::default_for(distance);
         let t_th_secs = self.t_th.unwrap_or(default.t_th_secs);
-        let no_block = self.fixed_lag.is_none()
-            && self.creep.is_none()
-            && self.play.is_none()
-            && self.polynomial.is_none();
         let f_ths = match (&self.look_back, self.f_th) {
             (Some(LookBacks(values)), _) => values.clone(),
             (None, Some(f_th)) => vec![f_th],
-            (None, None) if self.t_th.is_some() || no_block => vec![default.f_th],
+            (None, None) if self.t_th.is_some() || self.blocks.is_empty() => vec![default.f_th],
             (None, None) => Vec::new(),
         };
-        let values = |list: &Option<List>| list.as_ref().map_or(Vec::new(), |list| list.0.clone());
-        FeatureSettings {
-            look_backs: f_ths
-                .into_iter()
-                .map(|f_th| Thresholds { f_th, t_th_secs })
-                .collect(),
-            distance,
-            fixed_lags_secs: values(&self.fixed_lag),
-            creep_secs: values(&self.creep),
-            play_radii: values(&self.play),
-            polynomial: self.polynomial.unwrap_or(1),
-        }
+        let thresholds = f_ths.into_iter();
+        thresholds
+            .map(|f_th| Thresholds { f_th, t_th_secs })
+            .collect()
     }
 }
 
@@ -317,7 +343,10 @@ mod tests {
     fn features(arguments: &[&str]) -> FeatureSettings {
         let arguments = [&["x"], arguments].concat();
         let only = Only::parse_from(arguments);
-        only.choices.features(&simulated::recordings(1))
+        let recordings = simulated::recordings(1);
+        only.choices
+            .settings(&recordings, Regressor::Linear, 1)
+            .features
     }
 
     #[test]

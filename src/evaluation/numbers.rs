@@ -14,6 +14,22 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
+/// The least of 1, 2, 2.5 and 5 times a power of ten that is not below `step`, which must be above zero.
+#[must_use]
+pub fn round_step(step: f64) -> f64 {
+    let power = step.log10().floor() as i32;
+    let candidates = (power..=power + 1).flat_map(|power| {
+        [1.0, 2.0, 2.5, 5.0].map(|digit| {
+            // Read, not multiplied: 5 · 10⁻² is not the number that 0.05 is.
+            format!("{digit}e{power}").parse().unwrap_or(step)
+        })
+    });
+    candidates
+        .into_iter()
+        .find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9))
+        .unwrap_or(step)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -25,5 +41,19 @@ mod tests {
         assert_eq!(significant(123_456.0, 3), "123456");
         assert_eq!(significant(1.5e-9, 3), "1.50e-9");
         assert_eq!(significant(0.0, 3), "0");
+    }
+
+    #[test]
+    fn round_steps_are_those_that_people_count_in() {
+        for (step, expected) in [
+            (0.3, 0.5),
+            (0.5, 0.5),
+            (2.1, 2.5),
+            (6.0, 10.0),
+            (0.026, 0.05),
+            (1.0, 1.0),
+        ] {
+            assert_eq!(round_step(step), expected, "{step}");
+        }
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! Guarantees: values of a [`ThresholdGrid`] are finite, from zero up, and rise; there is at least one of each.
 
+use crate::evaluation::numbers::round_step;
+
 /// More values of one threshold than this are refused: nobody can tell them apart.
 pub const MOST_VALUES: usize = 2000;
 /// About so many rows are in the first, coarsest level.
@@ -188,21 +190,6 @@ impl ThresholdGrid {
         }
         levels
     }
-}
-
-/// The least of 1, 2, 2.5 and 5 times a power of ten that is not below `step`.
-fn round_step(step: f64) -> f64 {
-    let power = step.log10().floor() as i32;
-    let candidates = (power..=power + 1).flat_map(|power| {
-        [1.0, 2.0, 2.5, 5.0].map(|digit| {
-            // Read, not multiplied: 5 · 10⁻² is not the number that 0.05 is.
-            format!("{digit}e{power}").parse().unwrap_or(step)
-        })
-    });
-    candidates
-        .into_iter()
-        .find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9))
-        .unwrap_or(step)
 }
 
 #[cfg(test)]

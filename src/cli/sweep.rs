@@ -1,0 +1,576 @@
+//! `loopscope sweep`: the errors over both thresholds, and which thresholds to take.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use super::choices::{BlockArgs, List, RecordingArgs};
+use super::progress_line::ProgressLine;
+use super::{JobError, check_not_over};
+use crate::analysis::{AnalysisError, BlockSuggestion, HistoryBlock, Study, StudyEvent};
+use crate::calibration::Scores;
+use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
+use crate::evaluation::metrics::percent_change;
+use crate::evaluation::numbers::significant;
+use crate::evaluation::threshold_study::{
+    FlatRange, GridError, Measure, MeasureScale, ScoreSet, Suggestion, ThresholdGrid, ThresholdMap,
+    Touch, even_values,
+};
+use crate::export::svg::write_heat_map_svg;
+use crate::export::{threshold_heat_map, write_atomically, write_threshold_csv};
+use crate::features::{Distance, Thresholds};
+use crate::progress::Progress;
+use crate::recording::Axis;
+
+/// Arguments of `sweep`.
+#[derive(Debug, Args)]
+pub struct SweepArgs {
+    #[command(flatten)]
+    recordings: RecordingArgs,
+    #[command(flatten)]
+    blocks: BlockArgs,
+    /// F_th to try, as start:stop:step or with commas: newtons, or over full scale a share of it [default: even steps to a
+    /// fifth beyond full scale].
+    #[arg(long, value_name = "RANGE", allow_negative_numbers = true)]
+    f_th: Option<Values>,
+    /// t_th to try, as start:stop:step or with commas, in seconds.
+    #[arg(
+        long,
+        value_name = "RANGE",
+        default_value = "1,2,5,10,15,30",
+        allow_negative_numbers = true
+    )]
+    t_th: Values,
+    /// What the suggestion goes by: an axis, all forces, all moments, or all axes in percent of full scale [default: forces,
+    /// or full-scale without any].
+    #[arg(long, value_enum, value_name = "MEASURE")]
+    measure: Option<MeasureArg>,
+    /// Also choose play radii or creep time constants by leave-one-out, each beside the other blocks that are named.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "BLOCK,…")]
+    pick: Vec<BlockArg>,
+    /// Use every N-th sample only.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    decimate: usize,
+    /// Write the errors at every pair as CSV.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Write the map of the leave-one-out error as a picture.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// Print one JSON object instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Values as people write them.
+#[derive(Clone, Debug, PartialEq)]
+enum Values {
+    /// start:stop:step
+    Even(f64, f64, f64),
+    /// With commas.
+    Listed(Vec<f64>),
+}
+
+impl FromStr for Values {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if !text.contains(':') {
+            if text.trim().is_empty() {
+                return Ok(Self::Listed(Vec::new()));
+            }
+            let List(values) = text.parse()?;
+            return Ok(Self::Listed(values));
+        }
+        let numbers: Vec<f64> = text
+            .split(':')
+            .map(|cell| cell.trim().parse())
+            .collect::<Result<_, _>>()
+            .map_err(|_| format!("{text:?} is not start:stop:step, as in 0:14:0.5"))?;
+        match numbers[..] {
+            [start, stop, step] => Ok(Self::Even(start, stop, step)),
+            _ => Err(format!(
+                "{text:?} is not start:stop:step, as in 0:14:0.5; it has {} numbers",
+                numbers.len()
+            )),
+        }
+    }
+}
+
+impl Values {
+    fn values(&self, what: &'static str) -> Result<Vec<f64>, GridError> {
+        match self {
+            Self::Even(start, stop, step) => even_values(what, *start, *stop, *step),
+            Self::Listed(values) => Ok(values.clone()),
+        }
+    }
+}
+
+/// [`Measure`] as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MeasureArg {
+    /// Root mean square over the force axes.
+    Forces,
+    /// Root mean square over the moment axes.
+    Moments,
+    /// Root mean square over all axes in percent of full scale.
+    FullScale,
+    Fx,
+    Fy,
+    Fz,
+    Mx,
+    My,
+    Mz,
+}
+
+impl MeasureArg {
+    fn measure(self, scale: &MeasureScale) -> Result<Measure, JobError> {
+        let axis = match self {
+            Self::Forces => return Ok(Measure::Forces),
+            Self::Moments => return Ok(Measure::Moments),
+            Self::FullScale => return Ok(Measure::FullScale),
+            Self::Fx => Axis::Fx,
+            Self::Fy => Axis::Fy,
+            Self::Fz => Axis::Fz,
+            Self::Mx => Axis::Mx,
+            Self::My => Axis::My,
+            Self::Mz => Axis::Mz,
+        };
+        let at = scale.axes.iter().position(|own| *own == axis);
+        at.map(Measure::Axis).ok_or_else(|| JobError::NoSuchAxis {
+            axis: axis.symbol(),
+            axes: symbols(&scale.axes),
+        })
+    }
+}
+
+fn symbols(axes: &[Axis]) -> Vec<&'static str> {
+    axes.iter().map(|axis| axis.symbol()).collect()
+}
+
+/// [`HistoryBlock`] as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum BlockArg {
+    /// Radii of play operators.
+    Play,
+    /// Time constants of creep.
+    Creep,
+}
+
+/// All that is printed.
+struct Sweep {
+    simulated: bool,
+    n_recordings: usize,
+    measure: Measure,
+    map: ThresholdMap,
+    suggestion: Suggestion,
+    hysteresis: MeanHysteresis,
+    touch: Touch,
+    picks: Vec<BlockSuggestion>,
+}
+
+pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
+    let files = args.recordings.train.iter().chain(&args.recordings.test);
+    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    check_not_over(files, &outputs)?;
+    let line = Mutex::new(ProgressLine::default());
+    let sweep = sweep(args, &line);
+    line.into_inner()
+        .unwrap_or_else(PoisonError::into_inner)
+        .end();
+    let sweep = sweep?;
+    if let Some(path) = &args.csv {
+        write_atomically(path, |out| write_threshold_csv(&sweep.map, out))?;
+    }
+    if let Some(path) = &args.svg {
+        let (map, suggestion) = (&sweep.map, Some(&sweep.suggestion));
+        let picture = threshold_heat_map(map, ScoreSet::LeftOut, sweep.measure, suggestion);
+        write_atomically(path, |out| write_heat_map_svg(&picture, out))?;
+    }
+    let mut out = io::stdout().lock();
+    if args.json {
+        serde_json::to_writer_pretty(&mut out, &Report::new(&sweep)).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        print_sweep(&sweep, &mut out)?;
+    }
+    Ok(())
+}
+
+fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError> {
+    // Before any reading: a wrong range must not cost the time of it.
+    let given = args.f_th.as_ref().map(|values| values.values("F_th"));
+    let given = given.transpose().map_err(AnalysisError::from)?;
+    let t_ths_secs = args.t_th.values("t_th").map_err(AnalysisError::from)?;
+    if let Some(f_ths) = &given {
+        ThresholdGrid::new(f_ths.clone(), t_ths_secs.clone()).map_err(AnalysisError::from)?;
+    }
+    let recordings = Arc::new(args.recordings.read()?);
+    let settings = args.blocks.settings(&recordings, args.decimate);
+    let progress = Progress::default();
+    let study = Study::lay(Arc::clone(&recordings), settings, &progress)?;
+    let measure = match args.measure {
+        Some(measure) => measure.measure(&study.scale())?,
+        None => study.scale().default_measure(),
+    };
+    let f_ths = match given {
+        Some(f_ths) => f_ths,
+        None => default_f_ths(&study)?,
+    };
+    let grid = ThresholdGrid::new(f_ths, t_ths_secs).map_err(AnalysisError::from)?;
+    let map = study.threshold_map(&grid, &progress, &|event| {
+        if let StudyEvent::Row { .. } = event {
+            line.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .show(&progress);
+        }
+    })?;
+    let suggestion = map.suggestion(measure).map_err(AnalysisError::from)?;
+    let pick = |block: &BlockArg| {
+        let block = match block {
+            BlockArg::Play => HistoryBlock::Play,
+            BlockArg::Creep => HistoryBlock::Creep,
+        };
+        study.suggest_block(block, measure, &progress)
+    };
+    Ok(Sweep {
+        simulated: recordings.is_simulated(),
+        n_recordings: recordings.entries().len(),
+        hysteresis: study.mean_hysteresis(),
+        touch: study.touch(suggestion.thresholds),
+        picks: args.pick.iter().map(pick).collect::<Result<_, _>>()?,
+        measure,
+        map,
+        suggestion,
+    })
+}
+
+/// About thirty.
+const DEFAULT_F_THS: usize = 29;
+
+fn default_f_ths(study: &Study) -> Result<Vec<f64>, JobError> {
+    let grid = ThresholdGrid::covering(study.largest_distance(), DEFAULT_F_THS, 1);
+    Ok(grid.map_err(AnalysisError::from)?.f_ths().to_vec())
+}
+
+/// What `sweep --json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    simulated: bool,
+    recordings: usize,
+    n_train: u64,
+    n_test: u64,
+    axes: Vec<&'static str>,
+    units: Vec<&'static str>,
+    full_scale: &'a [f64],
+    distance: Distance,
+    measure: &'static str,
+    measure_unit: &'static str,
+    conventional: &'a Scores,
+    points: Vec<ReportedPoint<'a>>,
+    suggestion: &'a Suggestion,
+    mean_hysteresis: &'a MeanHysteresis,
+    /// At the suggestion.
+    touch: &'a Touch,
+    picks: &'a [BlockSuggestion],
+}
+
+#[derive(Serialize)]
+struct ReportedPoint<'a> {
+    f_th: f64,
+    t_th: f64,
+    #[serde(flatten)]
+    scores: &'a Scores,
+}
+
+impl<'a> Report<'a> {
+    fn new(sweep: &'a Sweep) -> Self {
+        let map = &sweep.map;
+        let n_t = map.grid.t_ths_secs().len();
+        let pairs = (0..map.grid.f_ths().len() * n_t).map(|at| (at / n_t, at % n_t));
+        let points = pairs.filter_map(|(f_at, t_at)| {
+            let Thresholds { f_th, t_th_secs } = map.thresholds(f_at, t_at);
+            Some(ReportedPoint {
+                f_th,
+                t_th: t_th_secs,
+                scores: &map.point(f_at, t_at)?.scores,
+            })
+        });
+        Self {
+            simulated: sweep.simulated,
+            recordings: sweep.n_recordings,
+            n_train: map.n_train,
+            n_test: map.n_test,
+            axes: symbols(&map.scale.axes),
+            units: map.scale.axes.iter().map(|axis| axis.unit()).collect(),
+            full_scale: &map.scale.full_scale,
+            distance: map.distance,
+            measure: sweep.measure.label(&map.scale),
+            measure_unit: sweep.measure.unit(&map.scale),
+            conventional: &map.conventional.scores,
+            points: points.collect(),
+            suggestion: &sweep.suggestion,
+            mean_hysteresis: &sweep.hysteresis,
+            touch: &sweep.touch,
+            picks: &sweep.picks,
+        }
+    }
+}
+
+fn print_sweep(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
+    let map = &sweep.map;
+    if sweep.simulated {
+        writeln!(out, "The built-in simulated sensor")?;
+    }
+    writeln!(
+        out,
+        "{} recordings, {} training and {} test samples; {} F_th by {} t_th",
+        sweep.n_recordings,
+        map.n_train,
+        map.n_test,
+        map.grid.f_ths().len(),
+        map.grid.t_ths_secs().len(),
+    )?;
+    let (f_at, t_at) = sweep.suggestion.at;
+    let best = sweep.suggestion.thresholds;
+    let f_unit = f_unit(map.distance);
+    for measure in printed_measures(sweep) {
+        let title = format!("at t_th {} s", best.t_th_secs);
+        let head = format!("F_th{f_unit}");
+        print_curves(map, measure, &title, &head, out, |set| {
+            map.curve_over_f_th(set, measure, t_at)
+        })?;
+    }
+    for measure in printed_measures(sweep) {
+        let title = format!("at F_th {}{f_unit}", best.f_th);
+        print_curves(map, measure, &title, "t_th s", out, |set| {
+            map.curve_over_t_th(set, measure, f_at)
+        })?;
+    }
+    print_suggestion(sweep, out)?;
+    print_hysteresis(sweep, out)?;
+    print_touch(sweep, out)?;
+    sweep
+        .picks
+        .iter()
+        .try_for_each(|pick| print_pick(sweep, pick, out))
+}
+
+fn f_unit(distance: Distance) -> &'static str {
+    match distance {
+        Distance::Force => " N",
+        Distance::FullScale => " of full scale",
+    }
+}
+
+/// Forces and moments apart, and what was asked for.
+fn printed_measures(sweep: &Sweep) -> Vec<Measure> {
+    let groups = [Measure::Forces, Measure::Moments].into_iter();
+    let mut measures: Vec<Measure> = groups
+        .filter(|group| group.weights(&sweep.map.scale).is_some())
+        .collect();
+    if !measures.contains(&sweep.measure) {
+        measures.push(sweep.measure);
+    }
+    measures
+}
+
+fn print_curves(
+    map: &ThresholdMap,
+    measure: Measure,
+    title: &str,
+    head: &str,
+    out: &mut impl Write,
+    curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>,
+) -> io::Result<()> {
+    let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
+    writeln!(out, "\nRMSE of {label} [{unit}] {title}")?;
+    let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
+        .map(|set| (set, curve(set)))
+        .filter(|(_, curve)| !curve.is_empty())
+        .collect();
+    write!(out, "  {head:>18}")?;
+    for (set, _) in &curves {
+        write!(out, " {:>13}", set.label())?;
+    }
+    writeln!(out)?;
+    write!(out, "  {:>18}", "conventional")?;
+    for (set, _) in &curves {
+        let value = map.conventional_value(*set, measure);
+        write!(out, " {:>13}", cell(value))?;
+    }
+    writeln!(out)?;
+    let n_points = curves.first().map_or(0, |(_, curve)| curve.len());
+    for at in 0..n_points {
+        write!(out, "  {:>18}", curves[0].1[at].0)?;
+        for (_, curve) in &curves {
+            write!(out, " {:>13}", cell(curve.get(at).map(|(_, value)| *value)))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.5}"))
+}
+
+fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
+    let (map, found) = (&sweep.map, &sweep.suggestion);
+    let Thresholds { f_th, t_th_secs } = found.thresholds;
+    let f_unit = f_unit(map.distance);
+    let unit = sweep.measure.unit(&map.scale);
+    let change = percent_change(found.conventional, found.left_out)
+        .map_or_else(String::new, |change| format!(", {change:+.1} %"));
+    writeln!(
+        out,
+        "\nLeast leave-one-out error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
+         {} {} left out in turn)",
+        sweep.measure.label(&map.scale),
+        significant(found.left_out, 4),
+        significant(found.conventional, 4),
+        found.n_parts,
+        if found.parts_are_blocks {
+            "blocks"
+        } else {
+            "recordings"
+        },
+    )?;
+    let range = |range: &FlatRange| {
+        let below = if range.from_is_first_tried {
+            " (the first tried)"
+        } else {
+            ""
+        };
+        let above = if range.to_is_last_tried {
+            " (the last tried)"
+        } else {
+            ""
+        };
+        format!("{}{below} to {}{above}", range.from, range.to)
+    };
+    writeln!(
+        out,
+        "  within one standard error: F_th {}{f_unit}; t_th {} s",
+        range(&found.f_th_range),
+        range(&found.t_th_range),
+    )?;
+    if !found.beats_conventional {
+        writeln!(
+            out,
+            "  Note: the conventional calibration does as well within one standard error; a look-back may not be worth it"
+        )?;
+    }
+    let (f_edge, t_edge) = found.is_at_edge(map);
+    for (at_edge, name) in [(f_edge, "F_th"), (t_edge, "t_th")] {
+        if at_edge {
+            writeln!(
+                out,
+                "  Note: this is the largest {name} that was tried; try larger ones before you trust it"
+            )?;
+        }
+    }
+    Ok(())
+}
+
+fn print_hysteresis(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
+    let found = &sweep.hysteresis;
+    let f_unit = f_unit(sweep.map.distance);
+    let Some(value) = found.value else {
+        return writeln!(
+            out,
+            "The paper's rule (F_th near the mean hysteresis): no load turns back, so there is nothing to measure; record \
+             loads that rise and fall again"
+        );
+    };
+    let axes: Vec<String> = (found.axes.iter())
+        .map(|axis| {
+            let width = axis.mean_width;
+            let width = width.map_or_else(|| "-".to_owned(), |width| significant(width, 3));
+            format!("{} {width}", axis.axis.symbol())
+        })
+        .collect();
+    writeln!(
+        out,
+        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} reversal{} ({})",
+        significant(value, 3),
+        found.n_reversals,
+        if found.n_reversals == 1 { "" } else { "s" },
+        axes.join(", "),
+    )?;
+    if found.rests_on_few() {
+        writeln!(
+            out,
+            "  Note: fewer than {FEWEST_REVERSALS} reversals are a hint, not a measurement; record more cycles"
+        )?;
+    }
+    Ok(())
+}
+
+fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
+    let touch = &sweep.touch;
+    let ages = match [0.5, 0.95].map(|share| touch.age_quantile_secs(share)) {
+        [Some(half), Some(most)] => format!(
+            "; half of them at most {} s old, 95 % at most {} s",
+            significant(half, 3),
+            significant(most, 3)
+        ),
+        _ => String::new(),
+    };
+    writeln!(
+        out,
+        "At these thresholds {:.1} % of the training samples find their past, {:.1} % have one that t_th cuts off{ages}",
+        100.0 * touch.share_found(),
+        100.0 * touch.share_cut_off(),
+    )
+}
+
+fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
+    let (name, option, unit) = match pick.block {
+        HistoryBlock::Play => ("Play radii", "--play", "standard deviations"),
+        HistoryBlock::Creep => ("Creep time constants", "--creep", "s"),
+    };
+    let measure_unit = sweep.measure.unit(&sweep.map.scale);
+    if pick.values.is_empty() {
+        return writeln!(
+            out,
+            "{name}: none of {} lists beats {} {measure_unit} without them by more than one standard error",
+            pick.n_tried,
+            significant(pick.left_out_without, 4),
+        );
+    }
+    let values: Vec<String> = pick.values.iter().map(f64::to_string).collect();
+    writeln!(
+        out,
+        "{name} ({unit}): {option} {}: leave-one-out {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
+        values.join(","),
+        significant(pick.left_out, 4),
+        significant(pick.left_out_without, 4),
+        pick.n_tried,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_and_lists_are_told_apart() {
+        let parsed = |text: &str| text.parse::<Values>();
+        assert_eq!(parsed("0:14:0.5"), Ok(Values::Even(0.0, 14.0, 0.5)));
+        assert_eq!(parsed("1, 2,5"), Ok(Values::Listed(vec![1.0, 2.0, 5.0])));
+        assert_eq!(parsed(""), Ok(Values::Listed(Vec::new())));
+        assert!(parsed("0:14").unwrap_err().contains("start:stop:step"));
+        assert!(parsed("0:x:1").is_err());
+        assert!(parsed("1,x").unwrap_err().contains("\"x\""));
+    }
+}

@@ -1,0 +1,94 @@
+//! The errors over both thresholds as a long table.
+
+use std::io;
+
+use crate::calibration::Scores;
+use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
+
+/// Writes one row per pair of thresholds and set (train, test, leave-one-out): thresholds, RMSE per axis, and the group
+/// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without
+/// scores are left out.
+///
+/// **Units** `t_th` (s), `f_th` in that of the distance; the others as their heads say. Numbers are written so that
+/// reading them gives the same value.
+///
+/// # Errors
+/// Whatever `out` fails with.
+pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let groups: Vec<Measure> = (map.scale.measures().into_iter())
+        .filter(|measure| !matches!(measure, Measure::Axis(_)))
+        .collect();
+    let mut head = ["f_th", "t_th", "set"].map(str::to_owned).to_vec();
+    let axes = map.scale.axes.iter();
+    head.extend(axes.map(|axis| format!("{} [{}]", axis.symbol(), axis.unit())));
+    head.extend(groups.iter().map(|group| {
+        let (label, unit) = (group.label(&map.scale), group.unit(&map.scale));
+        format!("{label} [{unit}]")
+    }));
+    csv.write_record(&head)?;
+    let mut write = |thresholds: [String; 2], scores: &Scores| -> io::Result<()> {
+        for set in ScoreSet::ALL {
+            let Some(rmse) = set.rmse(scores) else {
+                continue;
+            };
+            let mut record = thresholds.to_vec();
+            record.push(set.label().to_owned());
+            record.extend(rmse.iter().map(f64::to_string));
+            record.extend(groups.iter().map(|group| {
+                let value = group.of_rmse(&map.scale, rmse);
+                value.map_or_else(String::new, |value| value.to_string())
+            }));
+            csv.write_record(&record)?;
+        }
+        Ok(())
+    };
+    write([String::new(), String::new()], &map.conventional.scores)?;
+    for f_at in 0..map.grid.f_ths().len() {
+        for t_at in 0..map.grid.t_ths_secs().len() {
+            if let Some(point) = map.point(f_at, t_at) {
+                let at = map.thresholds(f_at, t_at);
+                write(
+                    [at.f_th.to_string(), at.t_th_secs.to_string()],
+                    &point.scores,
+                )?;
+            }
+        }
+    }
+    csv.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::threshold_study::{MeasureScale, PointScores, ThresholdGrid};
+    use crate::features::Distance;
+    use crate::recording::Axis;
+
+    #[test]
+    fn every_pair_and_set_has_a_row_and_what_is_not_known_has_none() {
+        let point = |train: f64, cv: Option<f64>| PointScores {
+            scores: Scores {
+                train_rmse: Some(vec![train]),
+                test_rmse: None,
+                cv_rmse: cv.map(|cv| vec![cv]),
+            },
+            left_out_squares: Vec::new(),
+        };
+        let scale = MeasureScale {
+            axes: vec![Axis::Fz],
+            full_scale: vec![4.0],
+        };
+        let grid = ThresholdGrid::new(vec![0.0, 1.5], vec![2.0]).unwrap();
+        let conventional = point(3.0, None);
+        let mut map = ThresholdMap::new(grid, Distance::Force, scale, conventional, vec![5]);
+        map.set_row(1, vec![point(1.0, Some(2.0))]);
+        let mut out = Vec::new();
+        write_threshold_csv(&map, &mut out).unwrap();
+        assert_eq!(
+            String::from_utf8(out).unwrap(),
+            "f_th,t_th,set,Fz [N],forces [N],all axes [% FS]\n\
+             ,,train,3,3,75\n1.5,2,train,1,1,25\n1.5,2,leave-one-out,2,2,50\n"
+        );
+    }
+}

@@ -1,0 +1,105 @@
+//! The errors over both thresholds as pictures: curves along either threshold, and the map.
+
+use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::export::svg::{CurvePlot, HeatMap, Labels, Line};
+use crate::features::Distance;
+
+/// The name of F_th with its unit.
+#[must_use]
+pub fn f_th_label(distance: Distance) -> &'static str {
+    match distance {
+        Distance::Force => "F_th [N]",
+        Distance::FullScale => "F_th [share of full scale]",
+    }
+}
+
+const T_TH_LABEL: &str = "t_th [s]";
+
+fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
+    format!("RMSE [{}]", measure.unit(&map.scale))
+}
+
+/// The curves of every set over F_th, at the t_th at this position; where there is a suggestion, its F_th is marked and the
+/// F_th that do about as well are shaded.
+///
+/// # Panics
+/// If there is no such t_th.
+#[must_use]
+pub fn curves_over_f_th(
+    map: &ThresholdMap,
+    measure: Measure,
+    t_at: usize,
+    suggestion: Option<&Suggestion>,
+) -> CurvePlot {
+    let t_th = map.grid.t_ths_secs()[t_at];
+    CurvePlot {
+        labels: Labels {
+            title: format!("{} at t_th {t_th} s", measure.label(&map.scale)),
+            x: f_th_label(map.distance).to_owned(),
+            y: rmse_label(map, measure),
+        },
+        lines: lines(|set| map.curve_over_f_th(set, measure, t_at)),
+        shaded: suggestion.map(|found| (found.f_th_range.from, found.f_th_range.to)),
+        marked: suggestion.map(|found| found.thresholds.f_th),
+    }
+}
+
+/// The curves of every set over t_th, at the F_th at this position; otherwise like [`curves_over_f_th`].
+///
+/// # Panics
+/// If there is no such F_th.
+#[must_use]
+pub fn curves_over_t_th(
+    map: &ThresholdMap,
+    measure: Measure,
+    f_at: usize,
+    suggestion: Option<&Suggestion>,
+) -> CurvePlot {
+    let f_th = map.grid.f_ths()[f_at];
+    CurvePlot {
+        labels: Labels {
+            title: format!(
+                "{} at {} = {f_th}",
+                measure.label(&map.scale),
+                f_th_label(map.distance)
+            ),
+            x: T_TH_LABEL.to_owned(),
+            y: rmse_label(map, measure),
+        },
+        lines: lines(|set| map.curve_over_t_th(set, measure, f_at)),
+        shaded: suggestion.map(|found| (found.t_th_range.from, found.t_th_range.to)),
+        marked: suggestion.map(|found| found.thresholds.t_th_secs),
+    }
+}
+
+/// One line for every set that has scores.
+fn lines(curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>) -> Vec<Line> {
+    let lines = ScoreSet::ALL.into_iter().map(|set| Line {
+        label: set.label().to_owned(),
+        points: curve(set),
+        dashed: set == ScoreSet::Train,
+    });
+    lines.filter(|line| !line.points.is_empty()).collect()
+}
+
+/// The map of one number, a suggested pair marked.
+#[must_use]
+pub fn threshold_heat_map(
+    map: &ThresholdMap,
+    set: ScoreSet,
+    measure: Measure,
+    suggestion: Option<&Suggestion>,
+) -> HeatMap {
+    HeatMap {
+        labels: Labels {
+            title: format!("{}, {}", measure.label(&map.scale), set.label()),
+            x: f_th_label(map.distance).to_owned(),
+            y: T_TH_LABEL.to_owned(),
+        },
+        value_label: rmse_label(map, measure),
+        xs: map.grid.f_ths().to_vec(),
+        ys: map.grid.t_ths_secs().to_vec(),
+        values: map.values(set, measure),
+        marked: suggestion.map(|found| found.at),
+    }
+}
