@@ -28,6 +28,10 @@ pub enum Pane {
     Traces,
     /// Regressors side by side.
     Compare,
+    /// Outputs over the load.
+    Loops,
+    /// The figures of a certificate.
+    Metrology,
 }
 
 /// Everything the window shows, and nothing of how.
@@ -147,6 +151,7 @@ impl AppState {
                 self.notices.clear();
                 Vec::new()
             }
+            Command::SaveFile(content, path) => vec![Effect::WriteFile(content, path)],
             Command::Training(command) => self.apply_training(command),
             Command::Comparison(command) => self.apply_comparison(command),
             Command::Cancel => {

@@ -4,6 +4,7 @@ mod atomic;
 mod calibration_file;
 mod comparison_csv;
 mod loads_csv;
+mod loop_svg;
 mod metrology_csv;
 
 pub use atomic::{WriteError, write_atomically};
@@ -12,4 +13,5 @@ pub use calibration_file::{
 };
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
 pub use loads_csv::write_loads_csv;
+pub use loop_svg::{Drawing, DrawnLine, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;

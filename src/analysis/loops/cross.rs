@@ -70,11 +70,7 @@ pub(super) fn picture(
     })
 }
 
-fn columns(
-    source: &Source,
-    parts: &[Part],
-    channel: Channel,
-) -> Result<Vec<Vec<f64>>, LookError> {
+fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<f64>>, LookError> {
     let column = |part: &Part| -> Result<Vec<f64>, LookError> {
         let recording = source.recording(part.recording);
         let found = match channel {

@@ -99,21 +99,25 @@ impl LoopFigures {
     fn of(shape: Loop) -> Option<Self> {
         let (largest_width, mean_width, area) =
             (shape.largest_width(), shape.mean_width(), shape.area());
-        let over_load = |values: &[f64]| {
-            let points = shape.loads().zip(values).map(|(load, value)| [load, *value]);
-            points.collect()
-        };
+        let figures = [largest_width, mean_width, area];
+        if !figures.iter().all(|figure| figure.is_finite()) {
+            return None;
+        }
         let widths: Vec<f64> = shape.widths().collect();
-        let finite = [largest_width, mean_width, area];
-        finite.iter().all(|figure| figure.is_finite()).then(|| Self {
-            branches: [over_load(&shape.rising), over_load(&shape.falling)],
-            widths: over_load(&widths),
+        Some(Self {
+            branches: [&shape.rising, &shape.falling].map(|branch| over_load(&shape, branch)),
+            widths: over_load(&shape, &widths),
             largest_width,
             mean_width,
             area,
             shape,
         })
     }
+}
+
+fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
+    let points = shape.loads().zip(values);
+    points.map(|(load, value)| [load, *value]).collect()
 }
 
 /// The columns of one curve, part by part.
@@ -153,7 +157,8 @@ pub(super) fn picture(
             output: *output,
             strokes: strokes(&loads, outputs, loops.branches(), frame),
             mean: largest.clone().and_then(|_| {
-                let shapes: Vec<Loop> = full.iter().map(|one| shape(one, &loads, outputs)).collect();
+                let shapes: Vec<Loop> =
+                    full.iter().map(|one| shape(one, &loads, outputs)).collect();
                 let mean = Loop::mean(&shapes).and_then(LoopFigures::of);
                 mean.ok_or(Reason::Overflow { axis })
             }),
@@ -200,7 +205,10 @@ fn columns(
         let mut columns = all(&|part| source.output(part, column, output))?;
         if question.up == Up::Error {
             for (values, loads) in columns.iter_mut().zip(loads) {
-                values.iter_mut().zip(loads).for_each(|(value, load)| *value -= load);
+                values
+                    .iter_mut()
+                    .zip(loads)
+                    .for_each(|(value, load)| *value -= load);
             }
         }
         Ok((Some(output), columns))
@@ -210,7 +218,9 @@ fn columns(
 
 fn check(source: &Source, parts: &[&Part], axis: Axis, columns: &Columns) -> Result<(), Reason> {
     for (part, values) in parts.iter().zip(columns) {
-        let name = source.recording(part.recording).map_or("", |own| own.name());
+        let name = source
+            .recording(part.recording)
+            .map_or("", |own| own.name());
         check_numbers(axis, name, values)?;
     }
     Ok(())

@@ -5,9 +5,7 @@ use super::{LookError, Output, column_of, frame_around};
 use crate::evaluation::Series;
 use crate::evaluation::holds::Drift;
 use crate::evaluation::loops::{Frame, range};
-use crate::evaluation::metrology::{
-    MetrologySettings, Reason, Rest, check_numbers, joined, rests,
-};
+use crate::evaluation::metrology::{MetrologySettings, Reason, Rest, check_numbers, joined, rests};
 use crate::recording::Axis;
 
 /// About so many pairs of extremes are drawn of one rest.
@@ -97,8 +95,13 @@ fn curve(source: &Source, rest: &Rest, axis: Axis, column: usize) -> Result<Rest
     let times = &recording.times()[part.samples.clone()];
     let mut errors = Vec::new();
     for output in Output::ALL {
-        let mut values = source.output(&part, column, output).ok_or(missing.clone())?;
-        values.iter_mut().zip(&loads).for_each(|(value, load)| *value -= load);
+        let mut values = source
+            .output(&part, column, output)
+            .ok_or(missing.clone())?;
+        values
+            .iter_mut()
+            .zip(&loads)
+            .for_each(|(value, load)| *value -= load);
         check_numbers(axis, recording.name(), &values)?;
         errors.push(values);
     }

@@ -90,7 +90,10 @@ fn points(strokes: &[Stroke]) -> usize {
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
-    let picture = picture(&request(&recordings, Question::Loops(loops(Up::Gauge(0), Span::All))));
+    let picture = picture(&request(
+        &recordings,
+        Question::Loops(loops(Up::Gauge(0), Span::All)),
+    ));
     let [curve] = &picture.curves[..] else {
         panic!("one gauge is one curve")
     };
@@ -127,7 +130,10 @@ fn only_what_is_on_screen_is_looked_at() {
         with_play("a", vec![Axis::Fz]),
         with_play("b", vec![Axis::Fz]),
     ]);
-    let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::Visible)));
+    let mut request = request(
+        &recordings,
+        Question::Loops(loops(Up::Error, Span::Visible)),
+    );
     assert_eq!(picture(&request).n_samples, 4000);
     request.visible = Some((50.0, 110.0));
     let part = picture(&request);
@@ -192,7 +198,16 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
 fn a_rest_shows_its_drift_and_time_constant() {
     let n = 1200;
     let times: Vec<f64> = (0..n).map(|k| 0.05 * f64::from(k)).collect();
-    let loads: Vec<f64> = times.iter().map(|t| if *t < 30.0 { (t * 0.7).sin() * 4.0 } else { 4.0 }).collect();
+    let loads: Vec<f64> = times
+        .iter()
+        .map(|t| {
+            if *t < 30.0 {
+                (t * 0.7).sin() * 4.0
+            } else {
+                4.0
+            }
+        })
+        .collect();
     let gauges = times.iter().zip(&loads).map(|(t, load)| {
         let since = (t - 30.0).max(0.0);
         load + 0.5 * (1.0 - (-since / 5.0).exp())
@@ -225,7 +240,10 @@ fn a_rest_shows_its_drift_and_time_constant() {
     assert!((tau - 5.0).abs() < 0.3, "{tau}");
     assert_eq!(curve.outputs[0].fit.len(), 200);
     request.question = question(100.0);
-    assert_eq!(look(&request).unwrap_err(), LookError::NoRest { secs: 100.0 });
+    assert_eq!(
+        look(&request).unwrap_err(),
+        LookError::NoRest { secs: 100.0 }
+    );
 }
 
 #[test]

@@ -20,9 +20,9 @@ pub(super) struct LoopRows<'a> {
 impl<'a> LoopRows<'a> {
     pub(super) fn of(view: &'a AxisView<'a>) -> Self {
         let loops = Loops::of(view.runs.iter().map(|run| run.loads), view.dead_band);
-        let largest = loops.largest().ok_or_else(|| {
-            Reason::no_cycle(view.axis, &loops, view.range(), view.dead_band)
-        });
+        let largest = loops
+            .largest()
+            .ok_or_else(|| Reason::no_cycle(view.axis, &loops, view.range(), view.dead_band));
         let full_cycles = loops.full_cycles();
         Self {
             view,
