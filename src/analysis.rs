@@ -8,6 +8,7 @@
 mod comparison;
 mod fit;
 mod ground;
+pub mod loops;
 mod study;
 mod traces;
 mod training;

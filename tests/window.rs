@@ -959,6 +959,14 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     let on_map = map.suggestion(measure).unwrap().left_out;
     let fresh = measure.of_rmse(&map.scale, &left_out.unwrap()).unwrap();
     assert!((fresh / on_map - 1.0).abs() < 1e-9);
+    for (name, start) in [("map.csv", "f_th"), ("map.svg", "<svg")] {
+        let path = files.path(name);
+        type_into(&mut window, "Save as", path.to_str().unwrap());
+        click(&mut window, Role::Button, "Save");
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(start), "{name}");
+    }
+    assert!(files.path("map_f_th.svg").is_file());
     // What it was made of has not changed, so the same map stays.
     assert!(Arc::ptr_eq(
         &map,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::analysis::{Analysis, Candidate, ComparedRow, HistoryBlock, Request, View};
 use crate::app::{ComparisonCommand, Pane, StudyCommand, StudyRequest, TrainingCommand};
 use crate::calibration::{Calibration, FitSettings};
+use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::recording::delimited::Loaded;
 use crate::recording::{Axis, RecordingSet, Role};
@@ -59,6 +60,8 @@ pub enum Command {
     DismissNotice(usize),
     /// Take all notices away.
     DismissNotices,
+    /// Write a file.
+    SaveFile(FileContent, PathBuf),
     /// What concerns training.
     Training(TrainingCommand),
     /// What concerns the comparison of regressors.
@@ -69,6 +72,15 @@ pub enum Command {
     Cancel,
     /// Do nothing: the answer came another way.
     Nothing,
+}
+
+/// What is to be written into a file, besides calibrations.
+#[derive(Clone, Debug)]
+pub enum FileContent {
+    /// The metrology table as CSV.
+    Metrology(Arc<Metrology>),
+    /// A finished file, such as a picture.
+    Bytes(Arc<[u8]>),
 }
 
 /// What a file held.
@@ -132,6 +144,8 @@ pub enum Effect {
     },
     /// Write a map of thresholds with its curves.
     WriteStudy(Arc<ThresholdMap>, Measure, PathBuf),
+    /// Write a file.
+    WriteFile(FileContent, PathBuf),
     /// Stop background work.
     CancelWork,
 }

@@ -10,7 +10,7 @@ mod state;
 mod study;
 mod training;
 
-pub use command::{Command, Effect, Opened, OpenedFile};
+pub use command::{Command, Effect, FileContent, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
 pub use notice::{Level, Notice};
 pub use state::{AppState, Applied, Pane};

@@ -32,6 +32,10 @@ pub enum Pane {
     Thresholds,
     /// Regressors side by side.
     Compare,
+    /// Outputs over the load.
+    Loops,
+    /// The figures of a certificate.
+    Metrology,
 }
 
 /// Everything the window shows, and nothing of how.
@@ -153,6 +157,7 @@ impl AppState {
                 self.notices.clear();
                 Vec::new()
             }
+            Command::SaveFile(content, path) => vec![Effect::WriteFile(content, path)],
             Command::Training(command) => self.apply_training(command),
             Command::Comparison(command) => self.apply_comparison(command),
             Command::Study(command) => self.apply_study(command),

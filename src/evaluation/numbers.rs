@@ -30,6 +30,26 @@ pub fn round_step(step: f64) -> f64 {
         .unwrap_or(step)
 }
 
+/// The least of 1, 2 and 5 times a power of ten that is at least this; `None` where there is none.
+///
+/// What the marks of an axis are apart.
+#[must_use]
+pub fn mark_step(least: f64) -> Option<f64> {
+    let power = 10_f64.powf(least.log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|step| step * power);
+    let found = steps.into_iter().find(|step| *step >= least);
+    let step = found.unwrap_or(10.0 * power);
+    (step.is_finite() && step > 0.0).then_some(step)
+}
+
+/// A multiple of `step` with as many decimals as the step needs.
+#[must_use]
+pub fn mark_label(value: f64, step: f64) -> String {
+    let decimals = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
+    // Adding zero turns −0 into 0.
+    format!("{:.decimals$}", value + 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +75,15 @@ mod tests {
         ] {
             assert_eq!(round_step(step), expected, "{step}");
         }
+    }
+
+    #[test]
+    fn marks_stand_at_ones_twos_and_fives() {
+        assert_eq!(mark_step(0.03), Some(0.05));
+        assert_eq!(mark_step(1.0), Some(1.0));
+        assert_eq!(mark_step(6.0), Some(10.0));
+        assert_eq!(mark_step(0.0), None);
+        assert_eq!(mark_label(-0.0, 0.05), "0.00");
+        assert_eq!(mark_label(20.0, 10.0), "20");
     }
 }

@@ -4,6 +4,7 @@ mod atomic;
 mod calibration_file;
 mod comparison_csv;
 mod loads_csv;
+mod loop_svg;
 mod metrology_csv;
 pub mod svg;
 mod threshold_csv;
@@ -15,6 +16,9 @@ pub use calibration_file::{
 };
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
 pub use loads_csv::write_loads_csv;
+pub use loop_svg::{Drawing, DrawnLine, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;
 pub use threshold_csv::write_threshold_csv;
-pub use threshold_pictures::{curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map};
+pub use threshold_pictures::{
+    curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, write_threshold_map,
+};

@@ -1,7 +1,10 @@
 //! The errors over both thresholds as pictures: curves along either threshold, and the map.
 
+use std::path::Path;
+
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
-use crate::export::svg::{CurvePlot, HeatMap, Labels, Line};
+use crate::export::svg::{CurvePlot, HeatMap, Labels, Line, write_curves_svg, write_heat_map_svg};
+use crate::export::{WriteError, write_atomically, write_threshold_csv};
 use crate::features::Distance;
 
 /// The name of F_th with its unit.
@@ -102,4 +105,38 @@ pub fn threshold_heat_map(
         values: map.values(set, measure),
         marked: suggestion.map(|found| found.at),
     }
+}
+
+/// Writes a map in the format of the file's ending: `.svg` the picture of the left-out errors with the suggested pair
+/// (beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the curves through that pair), anything else every number as CSV.
+///
+/// # Errors
+/// [`WriteError`] if a file cannot be written.
+pub fn write_threshold_map(
+    map: &ThresholdMap,
+    measure: Measure,
+    path: &Path,
+) -> Result<(), WriteError> {
+    let is_svg = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    if !is_svg {
+        return write_atomically(path, |out| write_threshold_csv(map, out));
+    }
+    let suggestion = map.suggestion(measure).ok();
+    let found = suggestion.as_ref();
+    let picture = threshold_heat_map(map, ScoreSet::LeftOut, measure, found);
+    write_atomically(path, |out| write_heat_map_svg(&picture, out))?;
+    let (f_at, t_at) = found.map_or((0, 0), |found| found.at);
+    for (along, curves) in [
+        ("f_th", curves_over_f_th(map, measure, t_at, found)),
+        ("t_th", curves_over_t_th(map, measure, f_at, found)),
+    ] {
+        let mut name = path.file_stem().unwrap_or_default().to_owned();
+        name.push(format!("_{along}.svg"));
+        write_atomically(&path.with_file_name(name), |out| {
+            write_curves_svg(&curves, out)
+        })?;
+    }
+    Ok(())
 }

@@ -10,17 +10,21 @@ use crate::analysis::{
     Analysis, AnalysisError, Analyst, HistoryBlock, Request, Study, compare, train,
 };
 use crate::app::{
-    AppState, Command, ComparisonCommand, Effect, Level, Notice, Opened, OpenedFile, Pane,
-    StudyCommand, StudyRequest, TrainingCommand,
+    AppState, Command, ComparisonCommand, Effect, FileContent, Level, Notice, Opened, OpenedFile,
+    Pane, StudyCommand, StudyRequest, TrainingCommand,
 };
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     WriteError, read_calibration, write_atomically, write_calibration, write_comparison_csv,
+    write_metrology_csv, write_threshold_map,
 };
 use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::{RecordingSet, delimited, simulated};
 use crate::ui::dialogs::Reply;
+use crate::ui::looking::Looking;
+use crate::ui::loops_pane::LoopsPane;
+use crate::ui::metrology_pane::MetrologyPane;
 use crate::ui::status_line::Running;
 use crate::ui::study_worker;
 use crate::ui::thresholds_pane::{self, MapTexture};
@@ -55,6 +59,9 @@ pub struct Shell {
     fields: Fields,
     panes: TracePanes,
     map: MapTexture,
+    looking: Looking,
+    loops: LoopsPane,
+    metrology: MetrologyPane,
 }
 
 /// What stands in the window's text fields.
@@ -104,6 +111,7 @@ impl Shell {
                 notify: Arc::clone(&notify),
             }),
             analysed: Default::default(),
+            looking: Looking::start(Arc::clone(&notify)),
             notify,
             post,
             reading: Vec::new(),
@@ -124,6 +132,8 @@ impl Shell {
             },
             panes: TracePanes::default(),
             map: MapTexture::default(),
+            loops: LoopsPane::default(),
+            metrology: MetrologyPane::default(),
         }
     }
 
@@ -145,6 +155,7 @@ impl Shell {
             || !self.study.is_idle()
             || self.simulating.is_some()
             || !self.analysis.is_idle()
+            || !self.looking.is_idle()
     }
 
     /// Asks for something as a panel would.
@@ -155,12 +166,14 @@ impl Shell {
     /// Runs one frame inside `ui`, which is the whole window.
     pub fn frame(&mut self, ui: &mut egui::Ui) {
         self.take_finished_work();
+        self.looking.take_answers();
         self.take_dropped_files(ui);
         while let Some(command) = self.commands.pop_front() {
             self.apply(command);
         }
         let mut wishes = Vec::new();
         self.draw(ui, &mut wishes);
+        self.ask();
         if !wishes.is_empty() {
             self.commands.extend(wishes);
             ui.request_repaint();
@@ -168,6 +181,17 @@ impl Shell {
         if self.is_busy() {
             ui.request_repaint_after(PROGRESS_INTERVAL);
         }
+    }
+
+    /// Asks for what the pane in the middle shows; it was drawn, so its choices are those of now.
+    fn ask(&mut self) {
+        let question = match self.state.pane {
+            Pane::Loops => self.loops.question(&self.state),
+            Pane::Metrology => self.metrology.question(&self.state),
+            _ => None,
+        };
+        let visible = self.panes.visible_time();
+        self.looking.ask(&self.state, visible, question);
     }
 
     fn apply(&mut self, command: Command) {
@@ -330,15 +354,22 @@ impl Shell {
                         Command::Study(StudyCommand::Chosen(chosen))
                     }));
             }
-            Effect::WriteStudy(map, measure, path) => self.write(path, move |path| {
-                study_worker::write_threshold_map(&map, measure, path)
-            }),
+            Effect::WriteStudy(map, measure, path) => {
+                self.write(path, move |path| write_threshold_map(&map, measure, path))
+            }
             Effect::StopComparing => self.comparing.iter().for_each(|job| job.progress.cancel()),
             Effect::WriteComparison(rows, path) => self.write(path, move |path| {
                 write_atomically(path, |out| write_comparison_csv(&rows, out))
             }),
+            Effect::WriteFile(content, path) => self.write(path, move |path| {
+                write_atomically(path, |out| match &content {
+                    FileContent::Metrology(table) => write_metrology_csv(table, out),
+                    FileContent::Bytes(bytes) => out.write_all(bytes),
+                })
+            }),
             Effect::CancelWork => {
                 self.analysis.cancel();
+                self.looking.cancel();
                 // It cannot be stopped, but nobody waits for it any more.
                 self.simulating = None;
                 self.study.cancel();
@@ -441,6 +472,16 @@ impl Shell {
                         "Compare",
                         "Every regressor without and with the past",
                     ),
+                    (
+                        Pane::Loops,
+                        "Loops",
+                        "Hysteresis loops, cross-plots, and drift at rest",
+                    ),
+                    (
+                        Pane::Metrology,
+                        "Metrology",
+                        "The figures of a certificate, Conv. beside Comp.",
+                    ),
                 ] {
                     let tab = ui.selectable_label(state.pane == pane, label);
                     if tab.on_hover_text(explanation).clicked() {
@@ -455,6 +496,14 @@ impl Shell {
                     thresholds_pane::thresholds_pane(ui, state, fields, map, out);
                 }
                 Pane::Compare => compare_pane::compare_pane(ui, state, &mut self.fields, out),
+                Pane::Loops => {
+                    let reply = || Reply {
+                        commands: self.post.clone(),
+                        notify: Arc::clone(&self.notify),
+                    };
+                    self.loops.show(ui, state, &self.looking, &reply, out);
+                }
+                Pane::Metrology => self.metrology.show(ui, state, &self.looking, out),
             }
         });
     }

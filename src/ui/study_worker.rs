@@ -67,11 +67,3 @@ fn study(
     }
     Ok(())
 }
-
-pub fn write_threshold_map(
-    _: &crate::evaluation::threshold_study::ThresholdMap,
-    _: crate::evaluation::threshold_study::Measure,
-    _: &std::path::Path,
-) -> Result<(), crate::export::WriteError> {
-    Ok(())
-}

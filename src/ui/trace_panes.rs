@@ -36,6 +36,11 @@ pub struct TracePanes {
 }
 
 impl TracePanes {
+    /// The stretch of time on screen; `None` where it is all of it.
+    pub fn visible_time(&self) -> Option<(f64, f64)> {
+        self.time
+    }
+
     /// Forgets what was chosen for other recordings.
     fn follow(&mut self, traces: &TraceSet) {
         let same = self

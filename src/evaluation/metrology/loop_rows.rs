@@ -20,7 +20,9 @@ pub(super) struct LoopRows<'a> {
 impl<'a> LoopRows<'a> {
     pub(super) fn of(view: &'a AxisView<'a>) -> Self {
         let loops = Loops::of(view.runs.iter().map(|run| run.loads), view.dead_band);
-        let largest = loops.largest().ok_or_else(|| no_cycle(view, &loops));
+        let largest = loops
+            .largest()
+            .ok_or_else(|| Reason::no_cycle(view.axis, &loops, view.range(), view.dead_band));
         let full_cycles = loops.full_cycles();
         Self {
             view,
@@ -199,29 +201,6 @@ impl<'a> LoopRows<'a> {
 
 fn samples_of(cycle: &Cycle) -> std::ops::Range<usize> {
     cycle.first.samples.start..cycle.second.samples.end
-}
-
-/// Why an axis has no cycle.
-fn no_cycle(view: &AxisView<'_>, loops: &Loops) -> Reason {
-    let axis = view.axis;
-    let mut ways = loops
-        .branches()
-        .iter()
-        .flatten()
-        .map(|branch| branch.rising);
-    match ways.next() {
-        None => {
-            let (low, high) = view.range();
-            Reason::ConstantLoad {
-                axis,
-                low,
-                high,
-                dead_band: view.dead_band,
-            }
-        }
-        Some(rises) if ways.all(|other| other == rises) => Reason::OneBranch { axis, rises },
-        Some(_) => Reason::NoCycle { axis },
-    }
 }
 
 /// A straight line through outputs over loads.

@@ -198,12 +198,12 @@ impl<'a> Measured<'a> {
 }
 
 /// The range that holds both.
-fn joined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+pub(crate) fn joined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
 /// Finite numbers, none so large that its square would not be.
-fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
+pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
     let usable = |value: &f64| value.abs() <= LARGEST;
     match values.iter().position(|value| !usable(value)) {
         None => Ok(()),

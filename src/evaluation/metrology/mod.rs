@@ -39,6 +39,7 @@ use crate::calibration::AppliedLoads;
 use crate::evaluation::numbers::significant;
 use crate::recording::{Axis, Recording};
 
+pub(crate) use measured::{check_numbers, joined};
 pub use quantity::{Definition, Quantity};
 pub use reason::Reason;
 pub use rests::{Rest, rests};

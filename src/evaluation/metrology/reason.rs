@@ -1,6 +1,7 @@
 //! Why a figure is not there, as a sentence that stands in its place.
 
 use crate::evaluation::holds::NoTimeConstant;
+use crate::evaluation::loops::Loops;
 use crate::evaluation::numbers::significant;
 use crate::recording::Axis;
 
@@ -75,6 +76,25 @@ pub enum Reason {
     },
     #[error("the numbers of {} are too large to compute with", .axis.symbol())]
     Overflow { axis: Axis },
+}
+
+impl Reason {
+    /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.
+    #[must_use]
+    pub fn no_cycle(axis: Axis, loops: &Loops, range: (f64, f64), dead_band: f64) -> Self {
+        let branches = loops.branches().iter().flatten();
+        let mut ways = branches.map(|branch| branch.rising);
+        match ways.next() {
+            None => Self::ConstantLoad {
+                axis,
+                low: range.0,
+                high: range.1,
+                dead_band,
+            },
+            Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
+            Some(_) => Self::NoCycle { axis },
+        }
+    }
 }
 
 /// Three digits, and no zeros behind the point that say nothing.

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use egui_plot::{
-    FilledArea, GridInput, GridMark, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse,
-    PlotUi, Span, VLine,
+    FilledArea, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span, VLine,
 };
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::evaluation::Series;
 use crate::recording::Axis;
 use crate::ui::palette::{self, Trace};
+use crate::ui::plots::{GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
 use crate::ui::trace_panes::{TracePanes, overlay};
 
 /// The share of a cell's height that the traces get; the errors get the rest.
@@ -23,13 +23,8 @@ const VALUE_AXIS_WIDTH: f32 = 52.0;
 const LEAST_TIME_STEP_POINTS: f64 = 82.0;
 /// Labels of a value axis are at least this far apart.
 const LEAST_VALUE_STEP_POINTS: f64 = 24.0;
-/// The plot hands its grid the width of this many points as `base_step_size`; set below so that both agree.
-const GRID_BASE_POINTS: f64 = 8.0;
 /// A pair of extremes is drawn for each stretch of this width; lines are about as wide.
 const POINTS_PER_BUCKET: f32 = 1.5;
-/// How far one notch of the wheel zooms.
-const ZOOM_PER_POINT: f64 = 0.004;
-
 /// Which of an axis' two panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -161,34 +156,6 @@ fn pane(
         overlay::tooltip(ui, &response.response, traces, axis, k);
     }
     sample
-}
-
-/// Grid lines at multiples of 1, 2 or 5 times a power of ten, at least `least_points` apart on screen.
-fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
-    let least = input.base_step_size / GRID_BASE_POINTS * least_points;
-    let power = 10_f64.powf(least.log10().floor());
-    let found = [1.0, 2.0, 5.0]
-        .into_iter()
-        .find(|step| step * power >= least);
-    let step_size = found.unwrap_or(10.0) * power;
-    if !(step_size.is_finite() && step_size > 0.0) {
-        return Vec::new();
-    }
-    let first = (input.bounds.0 / step_size).ceil() as i64;
-    let last = (input.bounds.1 / step_size).floor() as i64;
-    (first..=last)
-        .map(|at| GridMark {
-            value: at as f64 * step_size,
-            step_size,
-        })
-        .collect()
-}
-
-/// As many decimals as the step needs.
-fn tick_label(mark: GridMark) -> String {
-    let decimals = (-mark.step_size.log10().floor()).clamp(0.0, 12.0) as usize;
-    // Adding zero turns −0 into 0.
-    format!("{:.decimals$}", mark.value + 0.0)
 }
 
 fn title(axis: Axis, kind: Kind) -> String {

@@ -1,0 +1,260 @@
+//! What the loop pane and the metrology pane draw: loops, cross-plots, rests, the table of figures.
+//!
+//! A [`Viewer`] answers one [`Question`] at a time. Between questions it remembers only the loads that the calibration
+//! gives, so that another axis, a zoom or another dead band costs a pass over what is drawn and nothing more.
+//!
+//! Guarantees: every number in an answer is finite; the number of points depends on the picture, not on the number of
+//! samples; what the data cannot give is a sentence.
+
+mod cross;
+mod picture;
+mod rest;
+mod source;
+
+use std::sync::Arc;
+
+use crate::analysis::TraceSet;
+use crate::calibration::{Calibration, CalibrationError};
+use crate::evaluation::loops::Frame;
+use crate::evaluation::metrology::{
+    Metrology, MetrologyError, MetrologySettings, Reason, Run, table,
+};
+use crate::progress::{Cancelled, Progress};
+use crate::recording::{Axis, RecordingSet, Role};
+
+use source::Source;
+
+pub use cross::{Channel, CrossPicture, CrossQuestion, LoadKind};
+pub use picture::{LoopCurve, LoopFigures, LoopPicture, LoopQuestion, Up};
+pub use rest::{RestCurve, RestOutput, RestPicture, RestQuestion};
+
+/// At most about so many points are drawn of one curve.
+const MOST_POINTS: usize = 5000;
+/// What a picture leaves free around its points, as a share of its width and height.
+const MARGIN: f64 = 0.04;
+
+/// Conventional or compensated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// Conv.
+    Conventional,
+    /// Comp.
+    Compensated,
+}
+
+impl Output {
+    /// Both, in this order everywhere.
+    pub const ALL: [Self; 2] = [Self::Conventional, Self::Compensated];
+}
+
+/// Which samples are looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Span {
+    /// What the trace panes show: their recordings, and the stretch of time on screen.
+    #[default]
+    Visible,
+    /// All of this recording.
+    One(usize),
+    /// All recordings.
+    All,
+}
+
+/// Which recordings the table of figures is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableOf {
+    /// The test recordings.
+    Test,
+    /// The training recordings.
+    Train,
+    /// All.
+    #[default]
+    All,
+}
+
+impl TableOf {
+    fn includes(self, role: Role) -> bool {
+        match self {
+            Self::Test => role == Role::Test,
+            Self::Train => role == Role::Train,
+            Self::All => true,
+        }
+    }
+}
+
+/// What is asked for the metrology pane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableQuestion {
+    /// Which recordings.
+    pub of: TableOf,
+    /// The choices behind the figures.
+    pub settings: MetrologySettings,
+}
+
+/// What is to be looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Question {
+    /// Loops of one axis.
+    Loops(LoopQuestion),
+    /// Any channel over any other.
+    Cross(CrossQuestion),
+    /// Where the load rests.
+    Rests(RestQuestion),
+    /// The table of figures.
+    Table(TableQuestion),
+}
+
+impl Question {
+    /// Whether the answer depends on what the trace panes show.
+    #[must_use]
+    pub fn follows_screen(&self) -> bool {
+        let span = match self {
+            Self::Loops(question) => question.span,
+            Self::Cross(question) => question.span,
+            Self::Rests(_) | Self::Table(_) => Span::All,
+        };
+        span == Span::Visible
+    }
+}
+
+/// A question with what it is about.
+#[derive(Clone, Debug)]
+pub struct LookRequest {
+    /// What gives the loads.
+    pub calibration: Arc<Calibration>,
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// Every so many-th sample is used, as in the analysis.
+    pub decimation: usize,
+    /// What the trace panes draw.
+    pub traces: Arc<TraceSet>,
+    /// The stretch of their time on screen; `None` for all of it.
+    pub visible: Option<(f64, f64)>,
+    /// The question.
+    pub question: Question,
+}
+
+/// An answer.
+#[derive(Clone, Debug)]
+pub enum Look {
+    /// Loops of one axis.
+    Loops(LoopPicture),
+    /// Any channel over any other.
+    Cross(CrossPicture),
+    /// Where the load rests.
+    Rests(RestPicture),
+    /// The table of figures, with the question.
+    Table(Arc<Metrology>, TableQuestion),
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum LookError {
+    #[error("no sample is chosen; choose a recording, or show more of the traces")]
+    NoSamples,
+    #[error("no recording has that role; give one a role, or choose all recordings")]
+    NoRecordings,
+    #[error("there is no channel of that name in these recordings; choose another")]
+    NoChannel,
+    #[error(
+        "no recording holds its load still for {secs} s (every axis within 1 % of full scale, or ten times its noise); record one that does, or choose a shorter time"
+    )]
+    NoRest { secs: f64 },
+    #[error(transparent)]
+    Reason(#[from] Reason),
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    #[error(transparent)]
+    Metrology(#[from] MetrologyError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Answers questions one after another, keeping the loads of the last calibration.
+#[derive(Debug, Default)]
+pub struct Viewer {
+    source: Option<Source>,
+}
+
+impl Viewer {
+    /// Answers one question.
+    ///
+    /// # Errors
+    /// [`LookError`] where there is nothing to show; what was remembered stays good.
+    pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
+        if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
+            // Taken away first: two sets of loads need not fit in memory at once.
+            self.source = None;
+            self.source = Some(Source::of(request));
+        }
+        let source = self.source.as_mut().expect("was just made");
+        match &request.question {
+            Question::Loops(question) => {
+                let parts = source.parts(question.span, request, progress)?;
+                picture::picture(source, &parts, question).map(Look::Loops)
+            }
+            Question::Cross(question) => {
+                let parts = source.parts(question.span, request, progress)?;
+                cross::picture(source, &parts, question).map(Look::Cross)
+            }
+            Question::Rests(question) => {
+                source.parts(Span::All, request, progress)?;
+                rest::picture(source, question).map(Look::Rests)
+            }
+            Question::Table(question) => table_of(source, question, request, progress),
+        }
+    }
+}
+
+fn table_of(
+    source: &mut Source,
+    question: &TableQuestion,
+    request: &LookRequest,
+    progress: &Progress,
+) -> Result<Look, LookError> {
+    let entries = request.recordings.entries().iter().enumerate();
+    let chosen: Vec<usize> = entries
+        .filter(|(_, entry)| question.of.includes(entry.role))
+        .map(|(at, _)| at)
+        .collect();
+    if chosen.is_empty() {
+        return Err(LookError::NoRecordings);
+    }
+    source.apply(chosen.iter().copied(), progress)?;
+    let runs: Vec<Run<'_>> = chosen.iter().filter_map(|at| source.run(*at)).collect();
+    let calibration = &source.calibration;
+    let figures = table(
+        &runs,
+        &calibration.axes,
+        &calibration.full_scale,
+        &question.settings,
+    )?;
+    Ok(Look::Table(Arc::new(figures), question.clone()))
+}
+
+/// The place of an axis in the calibration, with its full scale.
+fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
+    let at = calibration.axes.iter().position(|own| *own == axis);
+    let at = at.ok_or(Reason::NoReference { axis })?;
+    let full_scale = calibration.full_scale.get(at).copied().unwrap_or(0.0);
+    Ok((at, full_scale))
+}
+
+/// A frame around these ranges with a margin; never empty.
+fn frame_around(loads: (f64, f64), outputs: (f64, f64)) -> Frame {
+    let wider = |(low, high): (f64, f64)| {
+        let margin = if high > low {
+            MARGIN * (high - low)
+        } else {
+            0.1 * f64::max(high.abs(), 1e-3)
+        };
+        (low - margin, high + margin)
+    };
+    Frame {
+        loads: wider(loads),
+        outputs: wider(outputs),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,133 @@
+//! Where the load rests, and how the outputs drift there.
+
+use super::source::{Part, Source};
+use super::{LookError, Output, column_of, frame_around};
+use crate::evaluation::Series;
+use crate::evaluation::holds::Drift;
+use crate::evaluation::loops::{Frame, range};
+use crate::evaluation::metrology::{MetrologySettings, Reason, Rest, check_numbers, joined, rests};
+use crate::recording::Axis;
+
+/// About so many pairs of extremes are drawn of one rest.
+const BUCKETS: usize = 500;
+/// So many points a fitted curve has.
+const FIT_POINTS: usize = 200;
+
+/// What is asked about rests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RestQuestion {
+    /// Whose error is drawn.
+    pub axis: Axis,
+    /// Which rest, in the order of recordings and time; beyond the last one, the last.
+    pub rest: usize,
+    /// The shortest rest.
+    pub hold_secs: f64,
+}
+
+/// All rests, and one of them ready to be drawn.
+#[derive(Clone, Debug)]
+pub struct RestPicture {
+    /// What was asked.
+    pub question: RestQuestion,
+    /// All of them; at least one.
+    pub rests: Vec<Rest>,
+    /// The mean load of the axis in each of them.
+    pub levels: Vec<Option<f64>>,
+    /// Which one is drawn.
+    pub chosen: usize,
+    /// Its curve, or why there is none.
+    pub curve: Result<RestCurve, Reason>,
+}
+
+/// The errors over one rest.
+#[derive(Clone, Debug)]
+pub struct RestCurve {
+    /// What holds everything: seconds since the rest began, and the error.
+    pub whole: Frame,
+    /// Conventional and compensated.
+    pub outputs: [RestOutput; 2],
+}
+
+/// The error of one output over one rest.
+#[derive(Clone, Debug)]
+pub struct RestOutput {
+    /// Points `[seconds, error]`.
+    pub points: Vec<[f64; 2]>,
+    /// The fitted exponential; `None` where no time passes.
+    pub drift: Option<Drift>,
+    /// Points of the fit.
+    pub fit: Vec<[f64; 2]>,
+}
+
+pub(super) fn picture(source: &Source, question: &RestQuestion) -> Result<RestPicture, LookError> {
+    let calibration = &source.calibration;
+    let (column, _) = column_of(calibration, question.axis)?;
+    let settings = MetrologySettings {
+        hold_secs: question.hold_secs,
+        ..MetrologySettings::default()
+    };
+    let runs = source.runs();
+    let found = rests(&runs, &calibration.axes, &calibration.full_scale, &settings)?;
+    let last = found.len().checked_sub(1).ok_or(LookError::NoRest {
+        secs: question.hold_secs,
+    })?;
+    let chosen = question.rest.min(last);
+    let curve = curve(source, &found[chosen], question.axis, column);
+    Ok(RestPicture {
+        question: question.clone(),
+        levels: (found.iter())
+            .map(|rest| rest.level.get(column).copied().flatten())
+            .collect(),
+        rests: found,
+        chosen,
+        curve,
+    })
+}
+
+fn curve(source: &Source, rest: &Rest, axis: Axis, column: usize) -> Result<RestCurve, Reason> {
+    let part = Part {
+        recording: rest.place.recording,
+        samples: rest.place.samples.clone(),
+    };
+    let missing = Reason::NoReference { axis };
+    let loads = source.loads(&part, axis).ok_or(missing.clone())?;
+    let recording = source.recording(part.recording).ok_or(missing.clone())?;
+    let times = &recording.times()[part.samples.clone()];
+    let mut errors = Vec::new();
+    for output in Output::ALL {
+        let mut values = source
+            .output(&part, column, output)
+            .ok_or(missing.clone())?;
+        values
+            .iter_mut()
+            .zip(&loads)
+            .for_each(|(value, load)| *value -= load);
+        check_numbers(axis, recording.name(), &values)?;
+        errors.push(values);
+    }
+    let ranges = errors.iter().map(|values| range(values)).reduce(joined);
+    let (first, last) = (rest.place.from_secs, rest.place.to_secs);
+    Ok(RestCurve {
+        whole: frame_around((0.0, last - first), ranges.unwrap_or((0.0, 0.0))),
+        outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values)),
+    })
+}
+
+fn output_of(times: &[f64], errors: &[f64]) -> RestOutput {
+    let since = |k: usize| times[k.min(times.len() - 1)] - times[0];
+    let mut points = Vec::new();
+    let series = Series::new(errors.into());
+    series.reduce(0..errors.len(), BUCKETS, |at, value| {
+        points.push([since(at as usize), value]);
+    });
+    let drift = Drift::of(times, errors);
+    let fit = drift.iter().flat_map(|drift| {
+        let step = drift.duration_secs / (FIT_POINTS - 1) as f64;
+        (0..FIT_POINTS).map(move |at| [step * at as f64, drift.at(step * at as f64)])
+    });
+    RestOutput {
+        points,
+        fit: fit.collect(),
+        drift,
+    }
+}

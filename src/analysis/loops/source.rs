@@ -1,0 +1,186 @@
+//! The samples behind a picture: recordings as the analysis uses them, with the loads that the calibration gives.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{LookError, LookRequest, Output, Span};
+use crate::calibration::{AppliedLoads, Calibration};
+use crate::evaluation::metrology::Run;
+use crate::progress::Progress;
+use crate::recording::{Axis, Recording, RecordingSet};
+
+/// A stretch of one recording.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) recording: usize,
+    pub(super) samples: Range<usize>,
+}
+
+/// All recordings, with the loads of those that were asked for.
+#[derive(Debug)]
+pub(super) struct Source {
+    set: Arc<RecordingSet>,
+    decimation: usize,
+    pub(super) calibration: Arc<Calibration>,
+    recordings: Vec<Arc<Recording>>,
+    applied: Vec<Option<AppliedLoads>>,
+}
+
+impl Source {
+    pub(super) fn of(request: &LookRequest) -> Self {
+        let recordings: Vec<_> = (request.recordings.entries().iter())
+            .map(|entry| match request.decimation {
+                0 | 1 => Arc::clone(&entry.recording),
+                step => Arc::new(entry.recording.decimated(step)),
+            })
+            .collect();
+        Self {
+            set: Arc::clone(&request.recordings),
+            decimation: request.decimation,
+            calibration: Arc::clone(&request.calibration),
+            applied: recordings.iter().map(|_| None).collect(),
+            recordings,
+        }
+    }
+
+    pub(super) fn holds(&self, request: &LookRequest) -> bool {
+        Arc::ptr_eq(&self.set, &request.recordings)
+            && Arc::ptr_eq(&self.calibration, &request.calibration)
+            && self.decimation == request.decimation
+    }
+
+    /// The chosen samples, with their loads at hand.
+    pub(super) fn parts(
+        &mut self,
+        span: Span,
+        request: &LookRequest,
+        progress: &Progress,
+    ) -> Result<Vec<Part>, LookError> {
+        let whole = |recording: usize| Part {
+            recording,
+            samples: 0..usize::MAX,
+        };
+        let wanted = match span {
+            Span::All => (0..self.recordings.len()).map(whole).collect(),
+            Span::One(recording) => vec![whole(recording)],
+            Span::Visible => on_screen(request),
+        };
+        let there = wanted.into_iter().filter_map(|part| {
+            let n = self.recordings.get(part.recording)?.n_samples();
+            let samples = part.samples.start.min(n)..part.samples.end.min(n);
+            (!samples.is_empty()).then_some(Part { samples, ..part })
+        });
+        let parts: Vec<Part> = there.collect();
+        if parts.is_empty() {
+            return Err(LookError::NoSamples);
+        }
+        self.apply(parts.iter().map(|part| part.recording), progress)?;
+        Ok(parts)
+    }
+
+    /// Makes the loads of these recordings that are not there yet.
+    pub(super) fn apply(
+        &mut self,
+        recordings: impl Iterator<Item = usize>,
+        progress: &Progress,
+    ) -> Result<(), LookError> {
+        let missing: Vec<usize> = recordings
+            .filter(|at| self.applied.get(*at).is_some_and(Option::is_none))
+            .collect();
+        progress.add_total(missing.len() as u64);
+        let made = (missing.par_iter())
+            .map(|at| {
+                progress.check()?;
+                let applied = self.calibration.apply(&self.recordings[*at])?;
+                progress.advance(1);
+                // Which past sample it was plays no part here.
+                Ok(AppliedLoads {
+                    past: Vec::new(),
+                    ..applied
+                })
+            })
+            .collect::<Result<Vec<_>, LookError>>()?;
+        for (at, applied) in missing.into_iter().zip(made) {
+            self.applied[at] = Some(applied);
+        }
+        Ok(())
+    }
+
+    pub(super) fn recording(&self, at: usize) -> Option<&Arc<Recording>> {
+        self.recordings.get(at)
+    }
+
+    /// A recording with its loads, where they were made.
+    pub(super) fn run(&self, at: usize) -> Option<Run<'_>> {
+        Some(Run::new(
+            self.recordings.get(at)?,
+            self.applied.get(at)?.as_ref()?,
+        ))
+    }
+
+    /// All recordings whose loads were made.
+    pub(super) fn runs(&self) -> Vec<Run<'_>> {
+        let all = 0..self.recordings.len();
+        all.filter_map(|at| self.run(at)).collect()
+    }
+
+    /// The reference load of an axis; `None` where the recording has none.
+    pub(super) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
+        let recording = self.recordings.get(part.recording)?;
+        let at = recording.axes().iter().position(|own| *own == axis)?;
+        Some(column(
+            recording.loads(),
+            recording.axes().len(),
+            at,
+            &part.samples,
+        ))
+    }
+
+    /// A gauge channel; `None` where there is none of that number.
+    pub(super) fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
+        let recording = self.recordings.get(part.recording)?;
+        let width = recording.n_gauges();
+        (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
+    }
+
+    /// What the calibration gives for the axis in this column.
+    pub(super) fn output(&self, part: &Part, column_at: usize, output: Output) -> Option<Vec<f64>> {
+        let applied = self.applied.get(part.recording)?.as_ref()?;
+        let values = match output {
+            Output::Conventional => &applied.conventional,
+            Output::Compensated => &applied.compensated,
+        };
+        let width = self.calibration.axes.len();
+        Some(column(values, width, column_at, &part.samples))
+    }
+}
+
+fn column(values: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
+    let rows = values.chunks_exact(width);
+    let rows = rows.skip(samples.start).take(samples.len());
+    rows.map(|row| row[at]).collect()
+}
+
+/// What the trace panes show.
+fn on_screen(request: &LookRequest) -> Vec<Part> {
+    let traces = &request.traces;
+    let visible = match request.visible {
+        None => 0..traces.times.len(),
+        Some((from, to)) => {
+            let start = traces.times.partition_point(|time| *time < from);
+            start..traces.times.partition_point(|time| *time <= to)
+        }
+    };
+    let segments = traces.segments.iter().map(|segment| {
+        let first = segment.samples.start;
+        let start = visible.start.max(first);
+        let end = visible.end.min(segment.samples.end).max(start);
+        Part {
+            recording: segment.recording,
+            samples: start - first..end - first,
+        }
+    });
+    segments.collect()
+}

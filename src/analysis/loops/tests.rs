@@ -1,0 +1,275 @@
+//! Known loops, and what must hold for every question.
+
+use super::*;
+use crate::analysis::{Analysis, Request, View, analyse};
+use crate::calibration::FitSettings;
+use crate::evaluation::loops::Stroke;
+use crate::recording::{Entry, Recording, Source as Origin};
+
+/// The half-width of the play in the gauge.
+const RADIUS: f64 = 0.5;
+
+/// A load that goes up and down between ±10 at 20 Hz, one gauge that follows it with play, another that follows at once.
+fn with_play(name: &str, axes: Vec<Axis>) -> Recording {
+    let loads: Vec<f64> = (0..2000)
+        .map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin())
+        .collect();
+    let mut play = 0.0_f64;
+    let gauges = loads.iter().flat_map(|load| {
+        play = play.clamp(load - RADIUS, load + RADIUS);
+        [play, 0.5 * load]
+    });
+    Recording::new(
+        name,
+        Origin::File(name.into()),
+        (0..2000).map(|k| 0.05 * f64::from(k)).collect(),
+        vec!["S1".to_owned(), "S2".to_owned()],
+        gauges.collect(),
+        axes.clone(),
+        if axes.is_empty() { Vec::new() } else { loads },
+    )
+    .unwrap()
+}
+
+fn set(recordings: Vec<Recording>) -> Arc<RecordingSet> {
+    let mut set = RecordingSet::default();
+    for recording in recordings {
+        set.push(Entry::new(recording, Role::Train)).unwrap();
+    }
+    Arc::new(set)
+}
+
+fn analysed(recordings: &Arc<RecordingSet>) -> Analysis {
+    let request = Request {
+        view: View::All,
+        ..Request::fit(Arc::clone(recordings), FitSettings::default())
+    };
+    analyse(&request, &Progress::default()).unwrap()
+}
+
+fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
+    let analysis = analysed(recordings);
+    LookRequest {
+        calibration: analysis.calibration,
+        recordings: Arc::clone(recordings),
+        decimation: 1,
+        traces: analysis.traces,
+        visible: None,
+        question,
+    }
+}
+
+fn loops(up: Up, span: Span) -> LoopQuestion {
+    LoopQuestion {
+        axis: Axis::Fz,
+        up,
+        span,
+        dead_band: None,
+        frame: None,
+    }
+}
+
+fn look(request: &LookRequest) -> Result<Look, LookError> {
+    Viewer::default().look(request, &Progress::default())
+}
+
+#[track_caller]
+fn picture(request: &LookRequest) -> LoopPicture {
+    match look(request).unwrap() {
+        Look::Loops(picture) => picture,
+        other => panic!("not loops: {other:?}"),
+    }
+}
+
+fn points(strokes: &[Stroke]) -> usize {
+    strokes.iter().map(|stroke| stroke.points.len()).sum()
+}
+
+/// Falling, the play gauge stands at load + r, rising at load − r: a width of 2 r, but for the ends, where it turns over
+/// 2 r of load. 5 periods begin at zero and have 10 turns, so 9 full cycles and two halves at the ends.
+#[test]
+fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    let picture = picture(&request(
+        &recordings,
+        Question::Loops(loops(Up::Gauge(0), Span::All)),
+    ));
+    let [curve] = &picture.curves[..] else {
+        panic!("one gauge is one curve")
+    };
+    for figures in [&curve.mean, &curve.largest] {
+        let figures = figures.as_ref().unwrap();
+        assert!((figures.largest_width - 2.0 * RADIUS).abs() < 0.01);
+        // A parallelogram: 4 r (A − r).
+        assert!((figures.area - 4.0 * RADIUS * (10.0 - RADIUS)).abs() < 0.2);
+        assert_eq!(figures.widths.len(), 101);
+    }
+    assert_eq!((picture.n_cycles, picture.n_full_cycles), (10, 8));
+    assert!((picture.output_scale - 9.5).abs() < 0.01);
+    assert!(points(&curve.strokes) <= 2000 + 2 * curve.strokes.len());
+}
+
+#[test]
+fn conventional_and_compensated_stand_side_by_side_and_errors_are_less_the_load() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    let mut request = request(&recordings, Question::Loops(loops(Up::Load, Span::All)));
+    let load = picture(&request);
+    request.question = Question::Loops(loops(Up::Error, Span::All));
+    let error = picture(&request);
+    for (at, output) in Output::ALL.into_iter().enumerate() {
+        assert_eq!(load.curves[at].output, Some(output));
+        let widths = [&load, &error].map(|one| one.curves[at].mean.as_ref().unwrap().mean_width);
+        assert!((widths[0] - widths[1]).abs() < 1e-9, "{widths:?}");
+    }
+    assert_eq!(load.output_scale, 10.0);
+}
+
+#[test]
+fn only_what_is_on_screen_is_looked_at() {
+    let recordings = set(vec![
+        with_play("a", vec![Axis::Fz]),
+        with_play("b", vec![Axis::Fz]),
+    ]);
+    let mut request = request(
+        &recordings,
+        Question::Loops(loops(Up::Error, Span::Visible)),
+    );
+    assert_eq!(picture(&request).n_samples, 4000);
+    request.visible = Some((50.0, 110.0));
+    let part = picture(&request);
+    assert_eq!((part.n_recordings, part.n_samples), (2, 1201));
+    request.visible = Some((1e4, 2e4));
+    assert_eq!(look(&request).unwrap_err(), LookError::NoSamples);
+    request.question = Question::Loops(loops(Up::Error, Span::One(1)));
+    assert_eq!(picture(&request).n_samples, 2000);
+    request.question = Question::Loops(loops(Up::Error, Span::One(7)));
+    assert_eq!(look(&request).unwrap_err(), LookError::NoSamples);
+}
+
+#[test]
+fn a_dead_band_above_the_load_leaves_a_sentence_and_a_line_to_see() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    let question = LoopQuestion {
+        dead_band: Some(50.0),
+        ..loops(Up::Error, Span::All)
+    };
+    let picture = picture(&request(&recordings, Question::Loops(question)));
+    let reason = picture.curves[0].mean.clone().unwrap_err();
+    assert!(matches!(reason, Reason::ConstantLoad { .. }), "{reason}");
+    assert!(points(&picture.curves[0].strokes) > 100);
+}
+
+#[test]
+fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
+    let recordings = set(vec![
+        with_play("a", vec![Axis::Fz]),
+        with_play("bare", Vec::new()),
+    ]);
+    let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::One(1))));
+    let axis = Axis::Fz;
+    let missing = LookError::Reason(Reason::NoReference { axis });
+    assert_eq!(look(&request).unwrap_err(), missing);
+    let cross = |up| CrossQuestion {
+        across: Channel::Gauge(1),
+        up,
+        span: Span::One(1),
+        frame: None,
+    };
+    request.question = Question::Cross(cross(Channel::Load(LoadKind::Calculated, axis)));
+    assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
+    for up in [
+        Channel::Time,
+        Channel::Gauge(0),
+        Channel::Load(LoadKind::Output(Output::Compensated), axis),
+    ] {
+        request.question = Question::Cross(cross(up));
+        let Ok(Look::Cross(found)) = look(&request) else {
+            panic!("no picture of {up:?}")
+        };
+        assert_eq!(found.n_samples, 2000);
+        assert!(points(&found.strokes) > 100);
+    }
+    request.question = Question::Cross(cross(Channel::Gauge(2)));
+    assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
+}
+
+/// Half a minute at 4 with an error that creeps by 0.5 with τ = 5 s in the gauge.
+#[test]
+fn a_rest_shows_its_drift_and_time_constant() {
+    let n = 1200;
+    let times: Vec<f64> = (0..n).map(|k| 0.05 * f64::from(k)).collect();
+    let loads: Vec<f64> = times
+        .iter()
+        .map(|t| {
+            if *t < 30.0 {
+                (t * 0.7).sin() * 4.0
+            } else {
+                4.0
+            }
+        })
+        .collect();
+    let gauges = times.iter().zip(&loads).map(|(t, load)| {
+        let since = (t - 30.0).max(0.0);
+        load + 0.5 * (1.0 - (-since / 5.0).exp())
+    });
+    let recording = Recording::new(
+        "rest",
+        Origin::Simulated,
+        times.clone(),
+        vec!["S1".to_owned()],
+        gauges.collect(),
+        vec![Axis::Fz],
+        loads.clone(),
+    );
+    let recordings = set(vec![recording.unwrap()]);
+    let question = |hold_secs| {
+        Question::Rests(RestQuestion {
+            axis: Axis::Fz,
+            rest: 9,
+            hold_secs,
+        })
+    };
+    let mut request = request(&recordings, question(5.0));
+    let Ok(Look::Rests(found)) = look(&request) else {
+        panic!("no rest")
+    };
+    assert_eq!((found.rests.len(), found.chosen), (1, 0));
+    assert_eq!(found.levels, [Some(4.0)]);
+    let curve = found.curve.unwrap();
+    let tau = curve.outputs[0].drift.as_ref().unwrap().tau_secs().unwrap();
+    assert!((tau - 5.0).abs() < 0.3, "{tau}");
+    assert_eq!(curve.outputs[0].fit.len(), 200);
+    request.question = question(100.0);
+    assert_eq!(
+        look(&request).unwrap_err(),
+        LookError::NoRest { secs: 100.0 }
+    );
+}
+
+#[test]
+fn the_table_is_of_the_recordings_with_the_chosen_role() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    let question = |of| {
+        Question::Table(TableQuestion {
+            of,
+            settings: MetrologySettings::default(),
+        })
+    };
+    let mut request = request(&recordings, question(TableOf::Train));
+    let Ok(Look::Table(table, _)) = look(&request) else {
+        panic!("no table")
+    };
+    assert_eq!((table.n_recordings, table.n_samples), (1, 2000));
+    request.question = question(TableOf::Test);
+    assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
+}
+
+#[test]
+fn a_cancelled_look_says_so() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    let progress = Progress::default();
+    progress.cancel();
+    let request = request(&recordings, Question::Loops(loops(Up::Load, Span::All)));
+    let looked = Viewer::default().look(&request, &progress);
+    assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
+}

@@ -1,0 +1,274 @@
+//! A plot of lines over two scales, and how it becomes a picture that stays sharp at any size (SVG 1.1).
+
+use std::io;
+
+use crate::evaluation::numbers::{mark_label, mark_step};
+
+/// Size of the picture in its own units.
+const SIZE: (f64, f64) = (800.0, 600.0);
+/// Where the plot stands in it: left, top, right, bottom.
+const PLOT: [f64; 4] = [80.0, 44.0, 780.0, 540.0];
+/// About so far apart marks stand at least, along and up.
+const MARKS: (f64, f64) = (80.0, 45.0);
+
+/// One of the two scales.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// What is measured, with its unit.
+    pub label: String,
+    /// Least and greatest value on the picture.
+    pub range: (f64, f64),
+}
+
+/// A line in one or more pieces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnLine<'a> {
+    /// What it is; lines with an empty name are not in the legend.
+    pub name: String,
+    /// Red, green, blue.
+    pub color: [u8; 3],
+    /// From 0, invisible, to 1.
+    pub opacity: f32,
+    /// In points of the screen.
+    pub width: f32,
+    /// Whether it is broken into dashes.
+    pub dashed: bool,
+    /// Points `[across, up]`; pieces are not joined.
+    pub pieces: Vec<&'a [[f64; 2]]>,
+}
+
+/// A plot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing<'a> {
+    /// What it shows.
+    pub title: String,
+    /// What goes across.
+    pub across: Scale,
+    /// What goes up.
+    pub up: Scale,
+    /// In the order of drawing.
+    pub lines: Vec<DrawnLine<'a>>,
+}
+
+/// Writes a plot as SVG, with marks, labels and a legend.
+///
+/// # Errors
+/// Whatever `out` fails with.
+pub fn write_drawing_svg(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+    let [left, top, right, bottom] = PLOT;
+    let (width, height) = SIZE;
+    writeln!(
+        out,
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="sans-serif" font-size="13">"#
+    )?;
+    writeln!(out, r#"<rect width="100%" height="100%" fill="white"/>"#)?;
+    writeln!(
+        out,
+        r#"<clipPath id="plot"><rect x="{left}" y="{top}" width="{}" height="{}"/></clipPath>"#,
+        right - left,
+        bottom - top
+    )?;
+    text(out, ((left + right) / 2.0, 20.0), "middle", &drawing.title)?;
+    marks(drawing, out)?;
+    for line in &drawing.lines {
+        write_line(drawing, line, out)?;
+    }
+    writeln!(
+        out,
+        r##"<rect x="{left}" y="{top}" width="{}" height="{}" fill="none" stroke="#444"/>"##,
+        right - left,
+        bottom - top
+    )?;
+    text(
+        out,
+        ((left + right) / 2.0, height - 16.0),
+        "middle",
+        &drawing.across.label,
+    )?;
+    writeln!(
+        out,
+        r#"<text transform="translate(20 {}) rotate(-90)" text-anchor="middle">{}</text>"#,
+        (top + bottom) / 2.0,
+        escaped(&drawing.up.label)
+    )?;
+    legend(drawing, out)?;
+    writeln!(out, "</svg>")
+}
+
+/// A value's place on the picture; kept where a reader of SVG still computes well.
+fn place(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
+    let share = (value - low) / (high - low);
+    (start + (end - start) * share).clamp(-1e4, 1e4)
+}
+
+fn x(drawing: &Drawing<'_>, value: f64) -> f64 {
+    place(value, drawing.across.range, PLOT[0], PLOT[2])
+}
+
+fn y(drawing: &Drawing<'_>, value: f64) -> f64 {
+    place(value, drawing.up.range, PLOT[3], PLOT[1])
+}
+
+/// Grid lines with their numbers.
+fn marks(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+    let [left, top, right, bottom] = PLOT;
+    for (value, label) in marks_of(drawing.across.range, (right - left) / MARKS.0) {
+        let at = x(drawing, value);
+        grid_line(out, (at, top), (at, bottom))?;
+        text(out, (at, bottom + 18.0), "middle", &label)?;
+    }
+    for (value, label) in marks_of(drawing.up.range, (bottom - top) / MARKS.1) {
+        let at = y(drawing, value);
+        grid_line(out, (left, at), (right, at))?;
+        text(out, (left - 6.0, at + 4.0), "end", &label)?;
+    }
+    Ok(())
+}
+
+/// At most about `most` marks on a scale.
+fn marks_of((low, high): (f64, f64), most: f64) -> Vec<(f64, String)> {
+    let Some(step) = mark_step((high - low) / most) else {
+        return Vec::new();
+    };
+    let all = (low / step).ceil() as i64..=(high / step).floor() as i64;
+    all.map(|at| at as f64 * step)
+        .map(|value| (value, mark_label(value, step)))
+        .collect()
+}
+
+fn grid_line(out: &mut dyn io::Write, from: (f64, f64), to: (f64, f64)) -> io::Result<()> {
+    writeln!(
+        out,
+        r##"<line x1="{:.1}" y1="{:.1}" x2="{:.1}" y2="{:.1}" stroke="#ddd"/>"##,
+        from.0, from.1, to.0, to.1
+    )
+}
+
+fn text(out: &mut dyn io::Write, at: (f64, f64), anchor: &str, words: &str) -> io::Result<()> {
+    writeln!(
+        out,
+        r#"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
+        at.0,
+        at.1,
+        escaped(words)
+    )
+}
+
+fn style(line: &DrawnLine<'_>) -> String {
+    let [red, green, blue] = line.color;
+    let dashes = if line.dashed {
+        r#" stroke-dasharray="7 4""#
+    } else {
+        ""
+    };
+    format!(
+        r##"fill="none" stroke="#{red:02x}{green:02x}{blue:02x}" stroke-opacity="{}" stroke-width="{}" stroke-linejoin="round"{dashes}"##,
+        line.opacity, line.width
+    )
+}
+
+fn write_line(
+    drawing: &Drawing<'_>,
+    line: &DrawnLine<'_>,
+    out: &mut dyn io::Write,
+) -> io::Result<()> {
+    write!(out, r#"<path clip-path="url(#plot)" {} d=""#, style(line))?;
+    for piece in &line.pieces {
+        for (at, [across, up]) in piece.iter().enumerate() {
+            let letter = if at == 0 { 'M' } else { 'L' };
+            write!(
+                out,
+                "{letter}{:.1} {:.1}",
+                x(drawing, *across),
+                y(drawing, *up)
+            )?;
+        }
+    }
+    writeln!(out, r#""/>"#)
+}
+
+/// One row of named lines above the plot.
+fn legend(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+    let named: Vec<_> = drawing
+        .lines
+        .iter()
+        .filter(|line| !line.name.is_empty())
+        .collect();
+    let room = (PLOT[2] - PLOT[0]) / named.len().max(1) as f64;
+    for (at, line) in named.into_iter().enumerate() {
+        let start = PLOT[0] + room * at as f64;
+        writeln!(out, r#"<path {} d="M{start:.1} 34h26"/>"#, style(line))?;
+        text(out, (start + 32.0, 38.0), "start", &line.name)?;
+    }
+    Ok(())
+}
+
+/// Text that cannot be taken for markup.
+fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            // XML has no place for these at all.
+            control if control.is_control() => safe.push(' '),
+            other => safe.push(other),
+        }
+    }
+    safe
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(title: &str, range: (f64, f64)) -> String {
+        let points = [[0.0, 0.0], [10.0, 1.0]];
+        let scale = |label: &str| Scale {
+            label: label.to_owned(),
+            range,
+        };
+        let drawing = Drawing {
+            title: title.to_owned(),
+            across: scale("Fx [N]"),
+            up: scale("error [N]"),
+            lines: vec![DrawnLine {
+                name: "Conv.".to_owned(),
+                color: [213, 94, 0],
+                opacity: 1.0,
+                width: 1.5,
+                dashed: true,
+                pieces: vec![&points],
+            }],
+        };
+        let mut out = Vec::new();
+        write_drawing_svg(&drawing, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    /// 0 to 10 goes from 80 to 780 across and from 540 to 44 up, so the point (10, 1) stands at (780, 490.4).
+    #[test]
+    fn points_stand_where_the_scales_say() {
+        let svg = svg("Loops", (0.0, 10.0));
+        assert!(svg.contains(r#"d="M80.0 540.0L780.0 490.4""#), "{svg}");
+        assert!(svg.contains("#d55e00") && svg.contains("stroke-dasharray"));
+        assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Conv.</text>"));
+        assert!(svg.contains(">10</text>") || svg.contains(">8</text>"));
+    }
+
+    #[test]
+    fn names_cannot_break_the_picture() {
+        let svg = svg("a<b>&\"c\"\u{1}", (0.0, 1.0));
+        assert!(
+            svg.contains("a&lt;b&gt;&amp;&quot;c&quot; </text>"),
+            "{svg}"
+        );
+    }
+
+    #[test]
+    fn an_empty_scale_gives_a_picture_without_numbers_that_are_none() {
+        assert!(!svg("", (1.0, 1.0)).contains("inf"));
+    }
+}

@@ -1,0 +1,439 @@
+//! Outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, drift at rest.
+//!
+//! The pane only chooses and draws; what it draws is made in the background.
+
+mod cross_view;
+mod loop_view;
+mod rest_view;
+mod save;
+
+use crate::analysis::loops::{
+    Channel, CrossQuestion, LoadKind, LoopQuestion, Output, Question, RestQuestion, Span, Up,
+};
+use crate::app::{AppState, Command};
+use crate::export::Drawing;
+use crate::recording::Axis;
+use crate::ui::Reply;
+use crate::ui::looking::Looking;
+use crate::ui::palette::Trace;
+use crate::ui::plots::{self, Zoom};
+
+/// Beside the plot, so much is for figures.
+const FIGURES_WIDTH: f32 = 292.0;
+/// The longest time that a rest can be asked to last (s).
+const LONGEST_REST_SECS: f64 = 1e5;
+
+/// What the pane shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Mode {
+    #[default]
+    Loops,
+    Cross,
+    Rests,
+}
+
+impl Mode {
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Loops,
+            "Loop",
+            "An output over the true load of one axis",
+        ),
+        (Self::Cross, "Cross-plot", "Any channel over any other"),
+        (
+            Self::Rests,
+            "Drift",
+            "How the error drifts while the load stands still: creep and zero return",
+        ),
+    ];
+}
+
+/// Which loop the figures are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum FiguresOf {
+    #[default]
+    Mean,
+    Largest,
+}
+
+/// What the pane remembers between frames.
+#[derive(Debug)]
+pub struct LoopsPane {
+    mode: Mode,
+    axis: Axis,
+    up: Up,
+    span: Span,
+    /// Chosen dead band, in the axis' unit; `None` takes it from the noise.
+    dead_band: Option<f64>,
+    conventional: bool,
+    compensated: bool,
+    figures_of: FiguresOf,
+    across: Channel,
+    cross_up: Channel,
+    rest: usize,
+    hold_secs: f64,
+    /// One for each mode.
+    zooms: [Zoom; 3],
+    path: String,
+}
+
+impl Default for LoopsPane {
+    fn default() -> Self {
+        Self {
+            mode: Mode::default(),
+            axis: Axis::Fz,
+            up: Up::default(),
+            span: Span::default(),
+            dead_band: None,
+            conventional: true,
+            compensated: true,
+            figures_of: FiguresOf::default(),
+            across: Channel::Load(LoadKind::Calculated, Axis::Fz),
+            cross_up: Channel::Gauge(0),
+            rest: 0,
+            hold_secs: 5.0,
+            zooms: [None; 3],
+            path: "loops.svg".to_owned(),
+        }
+    }
+}
+
+impl LoopsPane {
+    /// What must be answered for the pane to be drawn.
+    pub fn question(&self, state: &AppState) -> Option<Question> {
+        state.analysis.as_ref()?;
+        let frame = *self.zoom();
+        Some(match self.mode {
+            Mode::Loops => Question::Loops(LoopQuestion {
+                axis: self.axis,
+                up: self.up,
+                span: self.span,
+                dead_band: self.dead_band,
+                frame,
+            }),
+            Mode::Cross => Question::Cross(CrossQuestion {
+                across: self.across,
+                up: self.cross_up,
+                span: self.span,
+                frame,
+            }),
+            Mode::Rests => Question::Rests(RestQuestion {
+                axis: self.axis,
+                rest: self.rest,
+                hold_secs: self.hold_secs,
+            }),
+        })
+    }
+
+    /// Draws the pane.
+    pub fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        state: &AppState,
+        looking: &Looking,
+        reply: &dyn Fn() -> Reply,
+        out: &mut Vec<Command>,
+    ) {
+        if state.analysis.is_none() {
+            nothing_yet(ui, state);
+            return;
+        }
+        self.follow(state);
+        ui.horizontal_wrapped(|ui| self.choices(ui, state, looking));
+        ui.separator();
+        if let Some(problem) = &looking.seen.problem {
+            ui.colored_label(ui.visuals().warn_fg_color, problem);
+        }
+        let seen = &looking.seen;
+        match self.mode {
+            Mode::Loops => loop_view::show(ui, self, state, seen.loops.as_ref(), reply, out),
+            Mode::Cross => cross_view::show(ui, self, state, seen.cross.as_ref(), reply, out),
+            Mode::Rests => rest_view::show(ui, self, seen.rests.as_ref(), reply, out),
+        }
+    }
+
+    /// Keeps choices to what the recordings have.
+    fn follow(&mut self, state: &AppState) {
+        let axes = state.axes();
+        let n_gauges = state.recordings.layout().gauge_names.len();
+        if let Some(first) = axes.first()
+            && !axes.contains(&self.axis)
+        {
+            self.axis = *first;
+            self.dead_band = None;
+            self.zooms = [None; 3];
+        }
+        if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
+            self.up = Up::default();
+        }
+        if matches!(self.span, Span::One(at) if at >= state.recordings.entries().len()) {
+            self.span = Span::default();
+        }
+        let first = axes.first().copied();
+        for channel in [&mut self.across, &mut self.cross_up] {
+            match channel {
+                Channel::Gauge(gauge) if *gauge >= n_gauges => *channel = Channel::Time,
+                Channel::Load(_, axis) if !axes.contains(axis) => *axis = first.unwrap_or(*axis),
+                _ => {}
+            }
+        }
+    }
+
+    fn zoom(&self) -> &Zoom {
+        &self.zooms[self.mode as usize]
+    }
+
+    fn zoom_mut(&mut self) -> &mut Zoom {
+        &mut self.zooms[self.mode as usize]
+    }
+
+    fn choices(&mut self, ui: &mut egui::Ui, state: &AppState, looking: &Looking) {
+        for (mode, label, explanation) in Mode::ALL {
+            ui.selectable_value(&mut self.mode, mode, label)
+                .on_hover_text(explanation);
+        }
+        ui.separator();
+        let before = (
+            self.axis,
+            self.up,
+            self.span,
+            self.across,
+            self.cross_up,
+            self.rest,
+        );
+        match self.mode {
+            Mode::Loops => {
+                self.axis_choice(ui, state);
+                self.up_choice(ui, state);
+                self.span_choice(ui, state);
+                let automatic = looking.seen.loops.as_ref();
+                self.dead_band_choice(ui, automatic.map(|picture| picture.automatic_dead_band));
+            }
+            Mode::Cross => {
+                channel_choice(ui, state, "across", &mut self.across);
+                channel_choice(ui, state, "up", &mut self.cross_up);
+                self.span_choice(ui, state);
+            }
+            Mode::Rests => {
+                self.axis_choice(ui, state);
+                let label = ui.label("at least");
+                let field = egui::DragValue::new(&mut self.hold_secs)
+                    .range(0.1..=LONGEST_REST_SECS)
+                    .speed(0.1)
+                    .suffix(" s");
+                ui.add(field).labelled_by(label.id).on_hover_text(
+                    "Every axis stays within 1 % of its full scale, or ten times its noise, for so long",
+                );
+            }
+        }
+        let after = (
+            self.axis,
+            self.up,
+            self.span,
+            self.across,
+            self.cross_up,
+            self.rest,
+        );
+        if after != before {
+            self.zooms[self.mode as usize] = None;
+        }
+        if after.0 != before.0 {
+            self.dead_band = None; // it was in the other axis' unit
+        }
+        if self.mode != Mode::Cross
+            && !(self.mode == Mode::Loops && matches!(self.up, Up::Gauge(_)))
+        {
+            ui.separator();
+            for (shown, trace) in [
+                (&mut self.conventional, Trace::Conventional),
+                (&mut self.compensated, Trace::Compensated),
+            ] {
+                let color = trace.color(ui.visuals());
+                let text = egui::RichText::new(trace.label()).color(color).strong();
+                ui.checkbox(shown, text).on_hover_text(trace.explanation());
+            }
+        }
+    }
+
+    fn is_shown(&self, output: Output) -> bool {
+        match output {
+            Output::Conventional => self.conventional,
+            Output::Compensated => self.compensated,
+        }
+    }
+
+    fn axis_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
+        for axis in state.axes() {
+            ui.selectable_value(&mut self.axis, *axis, axis.symbol())
+                .on_hover_text("Take this axis");
+        }
+        ui.separator();
+    }
+
+    fn up_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
+        let gauges = &state.recordings.layout().gauge_names;
+        egui::ComboBox::from_label("up")
+            .selected_text(up_name(self.up, gauges))
+            .width(70.0)
+            .show_ui(ui, |ui| {
+                let all = [Up::Error, Up::Load].into_iter();
+                for up in all.chain((0..gauges.len()).map(Up::Gauge)) {
+                    ui.selectable_value(&mut self.up, up, up_name(up, gauges));
+                }
+            });
+    }
+
+    fn span_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
+        let entries = state.recordings.entries();
+        let name = |span: Span| match span {
+            Span::Visible => "As in Traces",
+            Span::All => "All recordings",
+            Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
+        };
+        egui::ComboBox::from_label("of")
+            .selected_text(name(self.span))
+            .width(104.0)
+            .truncate()
+            .show_ui(ui, |ui| {
+                let all = [Span::Visible, Span::All].into_iter();
+                for span in all.chain((0..entries.len()).map(Span::One)) {
+                    ui.selectable_value(&mut self.span, span, name(span));
+                }
+            })
+            .response
+            .on_hover_text(
+                "As in Traces: the recordings and the stretch of time that the trace panes show",
+            );
+    }
+
+    fn dead_band_choice(&mut self, ui: &mut egui::Ui, automatic: Option<f64>) {
+        let explanation = "A reversal counts once the load has come back by more than this; automatic: ten times the \
+                           noise of the load, and at least 2 % of its range";
+        let label = ui.label("Dead band").on_hover_text(explanation);
+        let mut value = self.dead_band.or(automatic).unwrap_or(0.0);
+        let field = egui::DragValue::new(&mut value)
+            .range(0.0..=f64::MAX)
+            .speed(0.01)
+            .max_decimals(4)
+            .suffix(format!(" {}", self.axis.unit()));
+        if ui.add(field).labelled_by(label.id).changed() {
+            self.dead_band = Some(value);
+        }
+        let mut auto = self.dead_band.is_none();
+        // "auto" alone is the ridge's.
+        let tick = ui
+            .checkbox(&mut auto, "from noise")
+            .on_hover_text(explanation);
+        if tick.changed() {
+            self.dead_band = (!auto).then_some(value);
+        }
+    }
+
+    /// The plot to the left, whatever `figures` draws to the right, the row for saving under them.
+    fn lay_out(
+        &mut self,
+        ui: &mut egui::Ui,
+        drawing: &Drawing<'_>,
+        print: &Drawing<'_>,
+        reply: &dyn Fn() -> Reply,
+        out: &mut Vec<Command>,
+        figures: impl FnOnce(&mut egui::Ui, &mut Self),
+    ) {
+        let height = (ui.available_height() - 2.0).max(160.0);
+        let width = (ui.available_width() - FIGURES_WIDTH - 12.0).max(200.0);
+        ui.horizontal_top(|ui| {
+            let left = egui::vec2(width, height);
+            let picture = ui
+                .allocate_ui_with_layout(left, egui::Layout::top_down(egui::Align::Min), |ui| {
+                    ui.set_width(width);
+                    let mode = self.mode as usize;
+                    let id = ["loop", "cross-plot", "drift"][mode];
+                    plots::plot(ui, id, height, drawing, &mut self.zooms[mode]);
+                })
+                .response
+                .rect;
+            ui.vertical(|ui| {
+                ui.set_width(FIGURES_WIDTH);
+                egui::ScrollArea::vertical()
+                    .id_salt("figures")
+                    .auto_shrink([false, false])
+                    .show(ui, |ui| {
+                        save::row(ui, &mut self.path, print, picture, reply, out);
+                        ui.separator();
+                        figures(ui, self);
+                    });
+            });
+        });
+    }
+}
+
+fn nothing_yet(ui: &mut egui::Ui, state: &AppState) {
+    ui.centered_and_justified(|ui| match &state.problem {
+        Some(problem) => ui.label(problem),
+        None => ui.label("Nothing is fitted yet."),
+    });
+}
+
+fn up_name(up: Up, gauges: &[String]) -> String {
+    match up {
+        Up::Load => "Load".to_owned(),
+        Up::Error => "Error".to_owned(),
+        Up::Gauge(gauge) => gauges.get(gauge).cloned().unwrap_or_default(),
+    }
+}
+
+fn channel_name(channel: Channel, gauges: &[String]) -> String {
+    let load = |kind| match kind {
+        LoadKind::Calculated => Trace::Calculated,
+        LoadKind::Output(output) => trace_of(output),
+    };
+    match channel {
+        Channel::Time => "Time".to_owned(),
+        Channel::Gauge(gauge) => gauges.get(gauge).cloned().unwrap_or_default(),
+        Channel::Load(kind, axis) => format!("{} {}", axis.symbol(), load(kind).label()),
+    }
+}
+
+fn channel_unit(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Time => "s",
+        Channel::Gauge(_) => "raw",
+        Channel::Load(_, axis) => axis.unit(),
+    }
+}
+
+fn channel_choice(ui: &mut egui::Ui, state: &AppState, label: &str, channel: &mut Channel) {
+    let gauges = &state.recordings.layout().gauge_names;
+    let kinds = [
+        LoadKind::Calculated,
+        LoadKind::Output(Output::Conventional),
+        LoadKind::Output(Output::Compensated),
+    ];
+    let loads = (state.axes().iter()).flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
+    let all = (0..gauges.len()).map(Channel::Gauge).chain(loads);
+    egui::ComboBox::from_label(label)
+        .selected_text(channel_name(*channel, gauges))
+        .width(96.0)
+        .show_ui(ui, |ui| {
+            for one in std::iter::once(Channel::Time).chain(all) {
+                ui.selectable_value(channel, one, channel_name(one, gauges));
+            }
+        });
+}
+
+fn trace_of(output: Output) -> Trace {
+    match output {
+        Output::Conventional => Trace::Conventional,
+        Output::Compensated => Trace::Compensated,
+    }
+}
+
+/// Red, green, blue.
+fn rgb(color: egui::Color32) -> [u8; 3] {
+    [color.r(), color.g(), color.b()]
+}
+
+/// The light theme's colours, which pictures for print are in.
+fn for_print() -> egui::Visuals {
+    egui::Visuals::light()
+}

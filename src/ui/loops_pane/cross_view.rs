@@ -1,0 +1,74 @@
+//! Any channel over any other.
+
+use super::{LoopsPane, channel_name, channel_unit, for_print, rgb};
+use crate::analysis::loops::{Channel, CrossPicture};
+use crate::app::{AppState, Command};
+use crate::export::{Drawing, DrawnLine, Scale};
+use crate::ui::Reply;
+use crate::ui::palette::look_back;
+use crate::ui::plots::Zoom;
+
+pub(super) fn show(
+    ui: &mut egui::Ui,
+    pane: &mut LoopsPane,
+    state: &AppState,
+    picture: Option<&CrossPicture>,
+    reply: &dyn Fn() -> Reply,
+    out: &mut Vec<Command>,
+) {
+    let Some(picture) = picture else {
+        ui.weak("No cross-plot to draw yet.");
+        return;
+    };
+    let gauges = &state.recordings.layout().gauge_names;
+    let zoom = *pane.zoom();
+    let drawing = drawing(picture, gauges, &ui.visuals().clone(), zoom);
+    let print = self::drawing(picture, gauges, &for_print(), zoom);
+    pane.lay_out(ui, &drawing, &print, reply, out, |ui, _| {
+        ui.strong(format!(
+            "{} over {}",
+            drawing.up.label, drawing.across.label
+        ));
+        ui.weak(format!("{} samples", picture.n_samples));
+        if [picture.question.across, picture.question.up].contains(&Channel::Time) {
+            ui.weak(
+                "Time is that on each recording's own clock, so recordings lie over each other.",
+            );
+        }
+    });
+}
+
+fn drawing<'a>(
+    picture: &'a CrossPicture,
+    gauges: &[String],
+    visuals: &egui::Visuals,
+    zoom: Zoom,
+) -> Drawing<'a> {
+    let frame = zoom.unwrap_or(picture.whole);
+    let label = |channel: Channel| {
+        let name = channel_name(channel, gauges);
+        format!("{name} [{}]", channel_unit(channel))
+    };
+    let (across, up) = (label(picture.question.across), label(picture.question.up));
+    Drawing {
+        title: format!("{up} over {across}"),
+        across: Scale {
+            label: across,
+            range: frame.loads,
+        },
+        up: Scale {
+            label: up,
+            range: frame.outputs,
+        },
+        lines: vec![DrawnLine {
+            name: String::new(),
+            color: rgb(look_back(visuals)),
+            opacity: 0.75,
+            width: 1.1,
+            dashed: false,
+            pieces: (picture.strokes.iter())
+                .map(|stroke| &stroke.points[..])
+                .collect(),
+        }],
+    }
+}

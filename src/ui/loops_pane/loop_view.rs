@@ -1,0 +1,305 @@
+//! Loops of one axis, the width over the load, and the table of figures.
+
+use egui::RichText;
+
+use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
+use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPicture, Output, Up};
+use crate::app::{AppState, Command};
+use crate::evaluation::metrics::percent_change;
+use crate::evaluation::metrology::Reason;
+use crate::export::{Drawing, DrawnLine, Scale};
+use crate::ui::Reply;
+use crate::ui::numbers::{percent, significant};
+use crate::ui::palette::look_back;
+use crate::ui::plots;
+
+/// Height of the plot of widths.
+const WIDTHS_HEIGHT: f32 = 150.0;
+
+pub(super) fn show(
+    ui: &mut egui::Ui,
+    pane: &mut LoopsPane,
+    state: &AppState,
+    picture: Option<&LoopPicture>,
+    reply: &dyn Fn() -> Reply,
+    out: &mut Vec<Command>,
+) {
+    let Some(picture) = picture else {
+        ui.weak("No loop to draw yet.");
+        return;
+    };
+    let gauges = &state.recordings.layout().gauge_names;
+    let view = View {
+        picture,
+        up: up_label(picture, gauges),
+        figures_of: pane.figures_of,
+        shown: (picture.curves.iter())
+            .filter(|curve| curve.output.is_none_or(|output| pane.is_shown(output)))
+            .collect(),
+    };
+    let visuals = ui.visuals().clone();
+    let zoom = *pane.zoom();
+    let drawing = view.loops(&visuals, zoom);
+    let print = view.loops(&for_print(), zoom);
+    pane.lay_out(ui, &drawing, &print, reply, out, |ui, pane| {
+        ui.horizontal(|ui| {
+            for (of, label, explanation) in [
+                (
+                    FiguresOf::Mean,
+                    "Mean loop",
+                    "Of all cycles that cover at least 80 % of the largest one's range, over the loads that all of them have",
+                ),
+                (
+                    FiguresOf::Largest,
+                    "Largest cycle",
+                    "The one cycle whose branches share the widest range of loads",
+                ),
+            ] {
+                ui.selectable_value(&mut pane.figures_of, of, label)
+                    .on_hover_text(explanation);
+            }
+        });
+        view.counts(ui);
+        view.figures(ui);
+        if view.shown.iter().any(|curve| view.of(curve).is_ok()) {
+            let widths = view.widths(&visuals);
+            let mut zoom = None; // always all of it
+            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, &widths, &mut zoom);
+        }
+    });
+}
+
+/// A picture as it is looked at.
+struct View<'a> {
+    picture: &'a LoopPicture,
+    up: String,
+    figures_of: FiguresOf,
+    shown: Vec<&'a LoopCurve>,
+}
+
+impl<'a> View<'a> {
+    fn of(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
+        match self.figures_of {
+            FiguresOf::Mean => curve.mean.as_ref(),
+            FiguresOf::Largest => curve.largest.as_ref(),
+        }
+    }
+
+    fn across(&self) -> String {
+        let axis = self.picture.question.axis;
+        format!("{} Calc. [{}]", axis.symbol(), axis.unit())
+    }
+
+    /// All branches thin, the loop that the figures are of above them.
+    fn loops(&self, visuals: &egui::Visuals, zoom: plots::Zoom) -> Drawing<'a> {
+        let frame = zoom.unwrap_or(self.picture.whole);
+        let branches = self.shown.iter().flat_map(|curve| {
+            [true, false].map(|rising| DrawnLine {
+                name: String::new(),
+                color: color(curve.output, visuals),
+                opacity: if rising { 0.6 } else { 0.3 },
+                width: 1.0,
+                dashed: false,
+                pieces: (curve.strokes.iter())
+                    .filter(|stroke| stroke.rising == rising)
+                    .map(|stroke| &stroke.points[..])
+                    .collect(),
+            })
+        });
+        let loops = self.shown.iter().flat_map(|curve| {
+            let figures = self.of(curve).into_iter();
+            figures.flat_map(|figures| {
+                let ways = figures.branches.iter().zip(["rising", "falling"]);
+                ways.map(|(branch, way)| DrawnLine {
+                    name: format!("{} {way}", name(curve.output)),
+                    color: color(curve.output, visuals),
+                    opacity: 1.0,
+                    width: 2.4,
+                    dashed: way == "falling",
+                    pieces: vec![&branch[..]],
+                })
+            })
+        });
+        Drawing {
+            title: format!("{} over {}", self.up, self.across()),
+            across: Scale {
+                label: self.across(),
+                range: frame.loads,
+            },
+            up: Scale {
+                label: self.up.clone(),
+                range: frame.outputs,
+            },
+            lines: branches.chain(loops).collect(),
+        }
+    }
+
+    /// The width over the load.
+    fn widths(&self, visuals: &egui::Visuals) -> Drawing<'a> {
+        let found: Vec<_> = (self.shown.iter())
+            .filter_map(|curve| Some((curve.output, self.of(curve).ok()?)))
+            .collect();
+        let widths = || found.iter().flat_map(|(_, figures)| &figures.widths);
+        let low = widths().map(|point| point[1]).fold(0.0, f64::min);
+        let high = widths().map(|point| point[1]).fold(0.0, f64::max);
+        let margin = 0.06 * (high - low).max(1e-12);
+        Drawing {
+            title: "Width over load".to_owned(),
+            across: Scale {
+                label: self.across(),
+                range: self.picture.whole.loads,
+            },
+            up: Scale {
+                label: format!("width [{}]", self.unit()),
+                range: (low - margin, high + margin),
+            },
+            lines: (found.iter())
+                .map(|(output, figures)| DrawnLine {
+                    name: String::new(),
+                    color: color(*output, visuals),
+                    opacity: 1.0,
+                    width: 1.6,
+                    dashed: false,
+                    pieces: vec![&figures.widths[..]],
+                })
+                .collect(),
+        }
+    }
+
+    fn unit(&self) -> &'static str {
+        match self.picture.question.up {
+            Up::Gauge(_) => "raw",
+            Up::Load | Up::Error => self.picture.question.axis.unit(),
+        }
+    }
+
+    fn counts(&self, ui: &mut egui::Ui) {
+        let picture = self.picture;
+        let unit = picture.question.axis.unit();
+        let words = format!(
+            "{} cycles, {} full · {} samples of {} recording{}",
+            picture.n_cycles,
+            picture.n_full_cycles,
+            picture.n_samples,
+            picture.n_recordings,
+            if picture.n_recordings == 1 { "" } else { "s" },
+        );
+        ui.weak(words).on_hover_text(format!(
+            "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, the falling ones paler. \
+             Thick lines: the loop that the figures are of, its falling branch dashed",
+            significant(picture.dead_band, 3),
+            significant(picture.full_scale, 4),
+        ));
+    }
+
+    fn figures(&self, ui: &mut egui::Ui) {
+        let mut reasons: Vec<&Reason> = Vec::new();
+        for curve in &self.shown {
+            if let Err(reason) = self.of(curve)
+                && !reasons.contains(&reason)
+            {
+                reasons.push(reason);
+            }
+        }
+        for reason in reasons {
+            ui.label(reason.to_string());
+        }
+        let found: Vec<_> = (self.shown.iter())
+            .filter_map(|curve| Some((curve.output, self.of(curve).ok()?)))
+            .collect();
+        if found.is_empty() {
+            return;
+        }
+        let (up, axis) = (self.unit(), self.picture.question.axis);
+        let scale = self.picture.output_scale;
+        let area_scale = scale * self.picture.full_scale;
+        let scale_name = match self.picture.question.up {
+            Up::Gauge(_) => "% of half its span",
+            Up::Load | Up::Error => "% FS",
+        };
+        let area_unit = match self.picture.question.up {
+            Up::Gauge(_) => format!("raw·{}", axis.unit()),
+            Up::Load | Up::Error if axis.is_force() => "N²".to_owned(),
+            Up::Load | Up::Error => "N²·m²".to_owned(),
+        };
+        egui::Grid::new("loop figures")
+            .striped(true)
+            .spacing([10.0, 3.0])
+            .show(ui, |ui| {
+                ui.label("");
+                for (output, _) in &found {
+                    let [red, green, blue] = color(*output, ui.visuals());
+                    let name = name(*output);
+                    ui.label(RichText::new(name).color(egui::Color32::from_rgb(red, green, blue)));
+                }
+                if found.len() == 2 {
+                    ui.label("change").on_hover_text("From Conv. to Comp.");
+                }
+                ui.end_row();
+                let rows: [(&str, &str, String, &str, f64, fn(&LoopFigures) -> f64); 3] = [
+                    (
+                        "Largest width",
+                        "Largest |falling − rising| at equal load",
+                        up.to_owned(),
+                        scale_name,
+                        scale,
+                        |one| one.largest_width,
+                    ),
+                    (
+                        "Mean width",
+                        "Mean |falling − rising| over the range of loads",
+                        up.to_owned(),
+                        scale_name,
+                        scale,
+                        |one| one.mean_width,
+                    ),
+                    (
+                        "Area",
+                        "What the loop encloses: positive where the output lags behind the load; in percent of full scale times full scale",
+                        area_unit,
+                        "% FS²",
+                        area_scale,
+                        |one| one.area,
+                    ),
+                ];
+                for (title, explanation, unit, percent_name, scale, pick) in rows {
+                    ui.label(format!("{title} [{unit}]")).on_hover_text(explanation);
+                    let values: Vec<f64> = found.iter().map(|(_, one)| pick(one)).collect();
+                    for value in &values {
+                        ui.label(significant(*value, 4));
+                    }
+                    if let [before, after] = values[..] {
+                        ui.label(percent(percent_change(before.abs(), after.abs())));
+                    }
+                    ui.end_row();
+                    ui.weak(format!("  {percent_name}"));
+                    for value in &values {
+                        let share = (scale > 0.0).then(|| significant(100.0 * value / scale, 3));
+                        ui.weak(share.unwrap_or_else(|| "–".to_owned()));
+                    }
+                    ui.end_row();
+                }
+            });
+        ui.add_space(4.0);
+    }
+}
+
+fn name(output: Option<Output>) -> &'static str {
+    output.map_or("Gauge", |output| trace_of(output).label())
+}
+
+fn color(output: Option<Output>, visuals: &egui::Visuals) -> [u8; 3] {
+    rgb(match output {
+        Some(output) => trace_of(output).color(visuals),
+        None => look_back(visuals),
+    })
+}
+
+fn up_label(picture: &LoopPicture, gauges: &[String]) -> String {
+    let axis = picture.question.axis;
+    match picture.question.up {
+        Up::Load => format!("{} [{}]", axis.symbol(), axis.unit()),
+        Up::Error => format!("{} error [{}]", axis.symbol(), axis.unit()),
+        Up::Gauge(gauge) => format!("{} [raw]", gauges.get(gauge).map_or("gauge", |name| name)),
+    }
+}

@@ -1,0 +1,357 @@
+//! The figures of a certificate: rows with their definitions at hand, Conv. beside Comp. for every axis.
+
+use egui::RichText;
+
+use crate::analysis::loops::{Question, TableOf, TableQuestion};
+use crate::app::{AppState, Command, FileContent};
+use crate::evaluation::metrology::{
+    Cell, Figure, Metrology, MetrologySettings, Quantity, Reason, Row,
+};
+use crate::recording::Role;
+use crate::ui::looking::Looking;
+use crate::ui::numbers::significant;
+use crate::ui::palette::Trace;
+
+/// The longest time that a rest can be asked to last (s).
+const LONGEST_REST_SECS: f64 = 1e5;
+/// Columns of figures are at least this wide.
+const FIGURE_WIDTH: f32 = 38.0;
+
+/// What the figures are shown in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Shown {
+    #[default]
+    PercentFs,
+    Units,
+}
+
+/// What the pane remembers between frames.
+#[derive(Debug)]
+pub struct MetrologyPane {
+    /// `None` follows the recordings: the test recordings where there are some, else all.
+    of: Option<TableOf>,
+    settings: MetrologySettings,
+    shown: Shown,
+    path: String,
+}
+
+impl Default for MetrologyPane {
+    fn default() -> Self {
+        Self {
+            of: None,
+            settings: MetrologySettings::default(),
+            shown: Shown::default(),
+            path: "metrology.csv".to_owned(),
+        }
+    }
+}
+
+const OUTPUTS: [(Trace, fn(&Cell) -> &Figure); 2] = [
+    (Trace::Conventional, |cell| &cell.conventional),
+    (Trace::Compensated, |cell| &cell.compensated),
+];
+
+impl MetrologyPane {
+    /// What must be answered for the pane to be drawn.
+    pub fn question(&self, state: &AppState) -> Option<Question> {
+        state.analysis.as_ref()?;
+        Some(Question::Table(TableQuestion {
+            of: self.of(state),
+            settings: self.settings.clone(),
+        }))
+    }
+
+    fn of(&self, state: &AppState) -> TableOf {
+        let entries = state.recordings.entries();
+        let tests = entries.iter().any(|entry| entry.role == Role::Test);
+        let usual = if tests { TableOf::Test } else { TableOf::All };
+        self.of.unwrap_or(usual)
+    }
+
+    /// Draws the pane.
+    pub fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        state: &AppState,
+        looking: &Looking,
+        out: &mut Vec<Command>,
+    ) {
+        let table = looking.seen.table.as_ref().map(|(table, _)| table);
+        ui.horizontal_wrapped(|ui| {
+            self.choices(ui, state);
+            ui.separator();
+            ui.add_enabled_ui(table.is_some(), |ui| {
+                if ui
+                    .button("Copy table")
+                    .on_hover_text("As tab-separated text")
+                    .clicked()
+                    && let Some(table) = table
+                {
+                    ui.copy_text(as_text(table, self.shown));
+                }
+                let label = ui.label("CSV");
+                let field = egui::TextEdit::singleline(&mut self.path).desired_width(120.0);
+                ui.add(field).labelled_by(label.id);
+                let save = ui.button("Save").on_hover_text(
+                    "With units, % of full scale, places, reasons, definitions and sources",
+                );
+                let path = self.path.trim();
+                if save.clicked()
+                    && !path.is_empty()
+                    && let Some(table) = table
+                {
+                    let content = FileContent::Metrology(table.clone());
+                    out.push(Command::SaveFile(content, path.into()));
+                }
+            });
+        });
+        ui.separator();
+        if let Some(problem) = &looking.seen.problem {
+            ui.colored_label(ui.visuals().warn_fg_color, problem);
+        }
+        let Some(table) = table else {
+            ui.weak("No table yet.");
+            return;
+        };
+        egui::ScrollArea::both()
+            .auto_shrink([false, false])
+            .show(ui, |ui| {
+                grid(ui, table, self.shown);
+                crosstalk(ui, table);
+                notes(ui, table);
+            });
+    }
+
+    fn choices(&mut self, ui: &mut egui::Ui, state: &AppState) {
+        let mut of = self.of(state);
+        for (one, label, explanation) in [
+            (TableOf::Test, "Test", "The test recordings"),
+            (TableOf::Train, "Train", "The training recordings"),
+            (TableOf::All, "All", "All recordings"),
+        ] {
+            ui.selectable_value(&mut of, one, label)
+                .on_hover_text(explanation);
+        }
+        if of != self.of(state) {
+            self.of = Some(of);
+        }
+        ui.separator();
+        ui.selectable_value(&mut self.shown, Shown::PercentFs, "% FS")
+            .on_hover_text("In percent of full scale");
+        ui.selectable_value(&mut self.shown, Shown::Units, "N, N·m")
+            .on_hover_text("In the unit of the axis");
+        ui.separator();
+        let label = ui
+            .label("Rest")
+            .on_hover_text("A load that stands still for so long is a rest");
+        let field = egui::DragValue::new(&mut self.settings.hold_secs)
+            .range(0.1..=LONGEST_REST_SECS)
+            .speed(0.1)
+            .suffix(" s");
+        ui.add(field).labelled_by(label.id);
+    }
+}
+
+fn is_crosstalk(row: &Row) -> bool {
+    matches!(row.quantity, Quantity::Crosstalk(_))
+}
+
+fn heading(ui: &mut egui::Ui, table: &Metrology, title: &str) {
+    ui.strong(title);
+    for (at, axis) in table.axes.iter().enumerate() {
+        let scales = format!(
+            "Full scale {} {unit}, dead band {} {unit}",
+            significant(table.full_scale[at], 4),
+            significant(table.dead_bands[at], 3),
+            unit = axis.unit(),
+        );
+        ui.strong(axis.symbol()).on_hover_text(scales);
+        ui.label("");
+    }
+    ui.end_row();
+    ui.label("");
+    for _ in &table.axes {
+        for (trace, _) in OUTPUTS {
+            let color = trace.color(ui.visuals());
+            ui.label(RichText::new(trace.label()).small().color(color))
+                .on_hover_text(trace.explanation());
+        }
+    }
+    ui.end_row();
+}
+
+fn grid(ui: &mut egui::Ui, table: &Metrology, shown: Shown) {
+    table_grid("metrology").show(ui, |ui| {
+        let unit = match shown {
+            Shown::PercentFs => "% of full scale",
+            Shown::Units => "N and N·m",
+        };
+        heading(ui, table, unit);
+        for row in table.rows.iter().filter(|row| !is_crosstalk(row)) {
+            let mut name = row.definition.name.clone();
+            if row.quantity.is_time() {
+                name.push_str(" [s]");
+            }
+            defined(ui, row, &name);
+            for cell in &row.cells {
+                figures(ui, cell, shown);
+            }
+            ui.end_row();
+        }
+    });
+}
+
+fn table_grid(id: &str) -> egui::Grid {
+    egui::Grid::new(id)
+        .striped(true)
+        .min_col_width(FIGURE_WIDTH)
+        .spacing([6.0, 3.0])
+}
+
+/// A row's name, with what it means.
+fn defined(ui: &mut egui::Ui, row: &Row, name: &str) {
+    let about = &row.definition;
+    ui.label(name).on_hover_ui(|ui| {
+        ui.set_max_width(420.0);
+        ui.strong(&about.name);
+        ui.label(about.definition);
+        ui.label(format!("Source: {}", about.source));
+        if !about.free_running.is_empty() {
+            ui.weak(format!("Free-running: {}", about.free_running));
+        }
+    });
+}
+
+/// Conv. and Comp. of one axis; what both lack is said once.
+fn figures(ui: &mut egui::Ui, cell: &Cell, shown: Shown) {
+    let same = cell.conventional.is_err() && cell.conventional == cell.compensated;
+    for (at, (trace, figure)) in OUTPUTS.into_iter().enumerate() {
+        if same && at == 1 {
+            ui.label("");
+        } else {
+            one_figure(ui, cell, figure(cell), trace, shown);
+        }
+    }
+}
+
+fn one_figure(ui: &mut egui::Ui, cell: &Cell, figure: &Figure, trace: Trace, shown: Shown) {
+    match figure {
+        Ok(value) => {
+            let number = match shown {
+                Shown::PercentFs => value.percent_fs.unwrap_or(value.value),
+                Shown::Units => value.value,
+            };
+            let response = ui.label(significant(number, 3));
+            response.on_hover_ui(|ui| {
+                ui.strong(format!("{} {}", cell.axis.symbol(), trace.label()));
+                let percent = value.percent_fs.map_or_else(String::new, |percent| {
+                    format!(" = {} % of full scale", significant(percent, 4))
+                });
+                ui.label(format!(
+                    "{} {}{percent}",
+                    significant(value.value, 4),
+                    cell.unit
+                ));
+                if let Some(place) = &value.place {
+                    ui.weak(format!(
+                        "{}, {} s to {} s",
+                        place.name,
+                        significant(place.from_secs, 5),
+                        significant(place.to_secs, 5)
+                    ));
+                }
+            });
+        }
+        Err(reason) => {
+            let weak = RichText::new(short(reason)).small().weak();
+            ui.label(weak).on_hover_text(reason.to_string());
+        }
+    }
+}
+
+/// A word or two that stand for the sentence.
+fn short(reason: &Reason) -> &'static str {
+    match reason {
+        Reason::NoReference { .. } => "no ref.",
+        Reason::ConstantLoad { .. } => "constant",
+        Reason::OneBranch { .. } => "1 branch",
+        Reason::NoCycle { .. } => "no cycle",
+        Reason::NoRisingBranch { .. } => "no rise",
+        Reason::TooFewLoads { .. } => "few loads",
+        Reason::TooFewCycles { .. } => "1 cycle",
+        Reason::NoFullScale { .. } => "no FS",
+        Reason::NoHold { .. } => "no hold",
+        Reason::NoZero { .. } => "no zero",
+        Reason::NoReturn { .. } => "no return",
+        Reason::NoRecovery { .. } => "no zero",
+        Reason::NoTimeConstant(_) => "no τ",
+        Reason::LoadedAxis { .. } => "·",
+        Reason::OnlyAxis { .. } => "only axis",
+        Reason::NeverAlone { .. } => "not alone",
+        Reason::NotFinite { .. } => "not finite",
+        Reason::Overflow { .. } => "too large",
+    }
+}
+
+/// A row for each loaded axis, columns for the axes that read it, always in % of full scale.
+fn crosstalk(ui: &mut egui::Ui, table: &Metrology) {
+    if table.axes.len() < 2 {
+        return;
+    }
+    ui.add_space(8.0);
+    table_grid("crosstalk").show(ui, |ui| {
+        heading(ui, table, "Crosstalk, % of full scale");
+        for row in table.rows.iter().filter(|row| is_crosstalk(row)) {
+            let from = row.definition.name.trim_start_matches("Crosstalk ");
+            defined(ui, row, from);
+            for cell in &row.cells {
+                figures(ui, cell, Shown::PercentFs);
+            }
+            ui.end_row();
+        }
+    });
+}
+
+fn notes(ui: &mut egui::Ui, table: &Metrology) {
+    ui.add_space(6.0);
+    ui.weak(format!(
+        "{} recordings, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
+         at a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do \
+         not replace a certificate's measurement.",
+        table.n_recordings, table.n_samples
+    ));
+    for note in &table.notes {
+        ui.colored_label(ui.visuals().warn_fg_color, format!("Note: {note}"));
+    }
+}
+
+/// The rows as tab-separated text, in what is shown.
+fn as_text(table: &Metrology, shown: Shown) -> String {
+    let mut head = vec!["quantity".to_owned()];
+    for axis in &table.axes {
+        let unit = match shown {
+            Shown::PercentFs => "% FS",
+            Shown::Units => axis.unit(),
+        };
+        head.extend(
+            OUTPUTS.map(|(trace, _)| format!("{} {} [{unit}]", axis.symbol(), trace.label())),
+        );
+    }
+    let rows = table.rows.iter().map(|row| {
+        let figure = |figure: &Figure| match (figure, shown) {
+            (Ok(value), Shown::PercentFs) => value.percent_fs.unwrap_or(value.value).to_string(),
+            (Ok(value), Shown::Units) => value.value.to_string(),
+            (Err(reason), _) => reason.to_string(),
+        };
+        let cells = row.cells.iter();
+        let cells = cells.flat_map(|cell| OUTPUTS.map(|(_, pick)| figure(pick(cell))));
+        let unit = if row.quantity.is_time() { " [s]" } else { "" };
+        let name = format!("{}{unit}", row.definition.name);
+        std::iter::once(name)
+            .chain(cells)
+            .collect::<Vec<_>>()
+            .join("\t")
+    });
+    let lines: Vec<String> = std::iter::once(head.join("\t")).chain(rows).collect();
+    lines.join("\n")
+}

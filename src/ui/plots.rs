@@ -1,0 +1,184 @@
+//! What all plots share: marks at round numbers, zoom by wheel and drag, and lines in many pieces.
+
+use egui::{Color32, Shape, Stroke};
+use egui_plot::{
+    CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry, PlotItem,
+    PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
+};
+
+use crate::evaluation::loops::Frame;
+use crate::evaluation::numbers::{mark_label, mark_step};
+use crate::export::{Drawing, DrawnLine};
+use crate::ui::numbers::significant;
+
+/// The plot hands its grid the width of this many points as `base_step_size`; set so that both agree.
+pub const GRID_BASE_POINTS: f64 = 8.0;
+/// How far one notch of the wheel zooms.
+pub const ZOOM_PER_POINT: f64 = 0.004;
+/// Labels are at least this far apart, across and up.
+const LEAST_STEP_POINTS: (f64, f64) = (64.0, 26.0);
+/// Room for the labels of the value axis.
+const VALUE_AXIS_WIDTH: f32 = 48.0;
+
+/// Grid lines at multiples of 1, 2 or 5 times a power of ten, at least `least_points` apart on screen.
+pub fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
+    let least = input.base_step_size / GRID_BASE_POINTS * least_points;
+    let Some(step_size) = mark_step(least) else {
+        return Vec::new();
+    };
+    let first = (input.bounds.0 / step_size).ceil() as i64;
+    let last = (input.bounds.1 / step_size).floor() as i64;
+    (first..=last)
+        .map(|at| GridMark {
+            value: at as f64 * step_size,
+            step_size,
+        })
+        .collect()
+}
+
+/// As many decimals as the step needs.
+pub fn tick_label(mark: GridMark) -> String {
+    mark_label(mark.value, mark.step_size)
+}
+
+/// The part of a plot that was chosen by hand; `None` shows all.
+pub type Zoom = Option<Frame>;
+
+/// Draws a plot whose scales are what is on screen; changes `zoom` as the wheel, a drag or a double click say.
+pub fn plot(
+    ui: &mut egui::Ui,
+    id: &str,
+    height: f32,
+    drawing: &Drawing<'_>,
+    zoom: &mut Zoom,
+) -> egui::Rect {
+    let (across, up) = (drawing.across.range, drawing.up.range);
+    let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
+    let response = Plot::new(id)
+        .height(height)
+        .allow_scroll(false)
+        .allow_zoom(true)
+        .allow_drag(true)
+        .allow_axis_zoom_drag(true)
+        .allow_double_click_reset(false)
+        .show_x(false)
+        .show_y(false)
+        .show_crosshair(false)
+        .y_axis_min_width(VALUE_AXIS_WIDTH)
+        .x_axis_label(drawing.across.label.clone())
+        .y_axis_label(drawing.up.label.clone())
+        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
+        .x_grid_spacer(|input| grid(input, LEAST_STEP_POINTS.0))
+        .y_grid_spacer(|input| grid(input, LEAST_STEP_POINTS.1))
+        .x_axis_formatter(|mark, _| tick_label(mark))
+        .y_axis_formatter(|mark, _| tick_label(mark))
+        .coordinates_formatter(
+            Corner::LeftBottom,
+            CoordinatesFormatter::new(|point, _| {
+                format!("{}, {}", significant(point.x, 4), significant(point.y, 4))
+            }),
+        )
+        .set_margin_fraction(egui::Vec2::ZERO)
+        .show(ui, |plot| {
+            plot.set_plot_bounds(bounds);
+            for line in &drawing.lines {
+                plot.add(Pieces::of(line));
+            }
+        });
+    response.response.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, drawing.title.clone())
+    });
+    follow_gestures(ui, &response, bounds, zoom);
+    response.response.rect
+}
+
+fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, zoom: &mut Zoom) {
+    if response.response.double_clicked() {
+        *zoom = None;
+        return;
+    }
+    let now = *response.transform.bounds();
+    let mut chosen = (now != set).then_some((now.min(), now.max()));
+    if let Some(pointer) = response.response.hover_pos() {
+        let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
+        if wheel != 0.0 {
+            let at = response.transform.value_from_position(pointer);
+            let at = [at.x, at.y];
+            let factor = (-ZOOM_PER_POINT * wheel).exp();
+            let moved = |ends: [f64; 2]| [0, 1].map(|i| at[i] + (ends[i] - at[i]) * factor);
+            chosen = Some((moved(now.min()), moved(now.max())));
+        }
+    }
+    if let Some((min, max)) = chosen {
+        let wide = [0, 1].iter().all(|i| {
+            let size = min[*i].abs().max(max[*i].abs());
+            (max[*i] - min[*i]).is_finite() && max[*i] - min[*i] > 1e-9 * size
+        });
+        if wide {
+            *zoom = Some(Frame {
+                loads: (min[0], max[0]),
+                outputs: (min[1], max[1]),
+            });
+        }
+    }
+}
+
+/// All pieces of a line as one item: a plot with thousands of items is slow.
+struct Pieces<'a> {
+    base: PlotItemBase,
+    line: &'a DrawnLine<'a>,
+    stroke: Stroke,
+}
+
+impl<'a> Pieces<'a> {
+    fn of(line: &'a DrawnLine<'a>) -> Self {
+        let [red, green, blue] = line.color;
+        let color = Color32::from_rgb(red, green, blue).gamma_multiply(line.opacity);
+        Self {
+            base: PlotItemBase::new(line.name.clone()),
+            line,
+            stroke: Stroke::new(line.width, color),
+        }
+    }
+}
+
+impl PlotItem for Pieces<'_> {
+    fn shapes(&self, _ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
+        for piece in &self.line.pieces {
+            let points: Vec<egui::Pos2> = (piece.iter())
+                .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
+                .collect();
+            if self.line.dashed {
+                shapes.extend(Shape::dashed_line(&points, self.stroke, 7.0, 4.0));
+            } else {
+                shapes.push(Shape::line(points, self.stroke));
+            }
+        }
+    }
+
+    fn initialize(&mut self, _x_range: std::ops::RangeInclusive<f64>) {}
+
+    fn color(&self) -> Color32 {
+        self.stroke.color
+    }
+
+    fn allow_hover(&self) -> bool {
+        false
+    }
+
+    fn geometry(&self) -> PlotGeometry<'_> {
+        PlotGeometry::None
+    }
+
+    fn bounds(&self) -> PlotBounds {
+        PlotBounds::NOTHING
+    }
+
+    fn base(&self) -> &PlotItemBase {
+        &self.base
+    }
+
+    fn base_mut(&mut self) -> &mut PlotItemBase {
+        &mut self.base
+    }
+}
