@@ -9,11 +9,11 @@ use super::arrays::{Array, Content, arrays};
 use crate::calibration::Calibration;
 
 const MI_INT8: u32 = 1;
-const MI_UINT16: u32 = 4;
 const MI_INT32: u32 = 5;
 const MI_UINT32: u32 = 6;
 const MI_DOUBLE: u32 = 9;
 const MI_MATRIX: u32 = 14;
+const MI_UTF16: u32 = 17;
 const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
 
@@ -57,7 +57,7 @@ fn variable(array: &Array) -> io::Result<Vec<u8>> {
             let data = column_by_column(texts.len(), columns, |row, column| {
                 texts[row].get(column).unwrap_or(&blank).to_le_bytes()
             });
-            (MX_CHAR, texts.len(), columns, MI_UINT16, data)
+            (MX_CHAR, texts.len(), columns, MI_UTF16, data)
         }
     };
     let mut parts = Vec::new();

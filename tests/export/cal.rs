@@ -80,11 +80,10 @@ fn files_with_something_missing_or_unknown_are_refused() {
         ("1e-3", "nan", "nan"),
         ("1e-3", "1,5", "1,5"),
         ("NumGages", "NumGauges", "NumGages"),
-        ("values=", "Values=", "values"),
+        ("values=\" 0.5", "Values=\" 0.5", "values"),
         ("max=\"50\"", "max=\"-50\"", "max"),
         ("UserAxis Name=\"Fx\"", "Axis Name=\"Fx\"", "UserAxis"),
         ("</Calibration>", "</Calibrated>", "XML"),
-        ("<?xml", "Dear diary <", "edited.cal"),
     ] {
         let whole = foreign();
         assert!(whole.contains(from), "{from}");
@@ -95,4 +94,7 @@ fn files_with_something_missing_or_unknown_are_refused() {
             "{to}: {told}"
         );
     }
+    fs::write(&path, "t,S1,Fx\n0,1,2\n").unwrap();
+    let told = read_calibration(&path).unwrap_err().to_string();
+    assert!(told.contains("no element FTSensor"), "{told}");
 }

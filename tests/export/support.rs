@@ -202,7 +202,7 @@ pub fn assert_loads(
         ]
         .concat();
         for (at, (actual, expected)) in actual.iter().zip(expected).enumerate() {
-            let off = (actual - expected).abs() / calibration.full_scale[at % n_axes];
+            let off = (actual - expected).abs() / calibration.full_scale[at % n_axes].max(1e-3);
             assert!(
                 off <= tolerance,
                 "{what}, sample {k}, number {at}: {actual} is not {expected}, off by {off:e}"
