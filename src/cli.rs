@@ -19,7 +19,8 @@ use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    ReadCalibrationError, WriteError, read_calibration, write_atomically, write_loads_csv,
+    CalibrationFormat, ReadCalibrationError, WriteError, name_gauges, read_calibration,
+    write_atomically, write_loads_csv,
 };
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, MapFileError};
@@ -97,7 +98,7 @@ pub struct ReadArgs {
 pub struct Apply {
     #[command(flatten)]
     read: ReadArgs,
-    /// A calibration in JSON.
+    /// A calibration: .json, or an ATI-style .cal, whose gauges are taken in the order of the recording.
     calibration: PathBuf,
     /// Recordings with the gauges that it was made for.
     #[arg(required = true, value_name = "FILE")]
@@ -105,6 +106,9 @@ pub struct Apply {
     /// Where `<name>_loads.csv` goes; made if it is not there.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
 }
 
 /// Why a job could not be done.
@@ -136,8 +140,10 @@ pub enum JobError {
     Output(#[from] io::Error),
     #[error("the split is {0}; it must lie between 0 and 1, and leave both sides a sample")]
     Split(f64),
-    #[error("{}: the ending says no format; use .json or .csv", .path.display())]
+    #[error("{}: the ending says no format; use one of {}", .path.display(), CalibrationFormat::listed())]
     Ending { path: PathBuf },
+    #[error("{} is there already; choose another name, or give --force to write over it", .path.display())]
+    Exists { path: PathBuf },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
@@ -265,8 +271,18 @@ fn check_not_over<'a>(
     Ok(())
 }
 
+/// What is there stays there unless the user says so.
+fn check_new(outputs: &[PathBuf], force: bool) -> Result<(), JobError> {
+    match outputs.iter().find(|path| !force && path.exists()) {
+        Some(path) => Err(JobError::Exists { path: path.clone() }),
+        None => Ok(()),
+    }
+}
+
 fn run_apply(args: &Apply) -> Result<(), JobError> {
-    let calibration = read_calibration(&args.calibration)?;
+    let mut calibration = read_calibration(&args.calibration)?;
+    let names_gauges =
+        CalibrationFormat::from_path(&args.calibration).is_none_or(CalibrationFormat::names_gauges);
     let outputs: Vec<PathBuf> = args
         .files
         .iter()
@@ -286,9 +302,15 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
         }
     }
     check_not_over(args.files.iter().chain([&args.calibration]), &outputs)?;
+    check_new(&outputs, args.force)?;
     make_directory(&args.out)?;
     for (path, output) in args.files.iter().zip(&outputs) {
         for recordings in read_all(std::slice::from_ref(path), &args.read)? {
+            if let Some(recording) = recordings.first()
+                && !names_gauges
+            {
+                name_gauges(&mut calibration, recording.gauge_names());
+            }
             write_atomically_applied(&calibration, path, &recordings, output)?;
         }
         writeln!(io::stdout(), "{}", output.display())?;

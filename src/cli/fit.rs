@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_not_over, tell};
+use super::{JobError, check_new, check_not_over, tell};
 use crate::analysis::{Request, train};
 use crate::calibration::{Calibration, EpochReport, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
@@ -35,9 +35,13 @@ pub struct FitArgs {
         allow_negative_numbers = true
     )]
     decimate: usize,
-    /// Write the calibration: .json (complete) or .csv (the matrices); may be given several times.
+    /// Write the calibration; the ending says how, may be given several times. Complete: .json. Running it elsewhere: .h (C99),
+    /// .rs, .py. Matrices and scales: .yaml .csv .npz .mat; .cal (conventional alone); .onnx (networks).
     #[arg(long, value_name = "FILE")]
     export: Vec<PathBuf>,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -52,6 +56,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     }
     let files = args.recordings.train.iter().chain(&args.recordings.test);
     check_not_over(files, &args.export)?;
+    check_new(&args.export, args.force)?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
     let settings = args

@@ -1,36 +1,15 @@
-//! Calibrations as files: JSON holds everything and reads back to the same predictions, CSV holds the matrices.
+//! Calibrations as files: JSON holds everything and reads back to the same predictions; the other formats hold what they can.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::cal::{self, CalError};
 use crate::calibration::{Calibration, CalibrationError};
-use crate::export::{WriteError, write_atomically};
+use crate::export::{CalibrationFormat, WriteError, write_atomically};
 
 /// A larger file is no calibration.
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
-
-/// How a calibration is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CalibrationFormat {
-    /// Everything; can be read back.
-    Json,
-    /// The matrices, rows and columns named.
-    Csv,
-}
-
-impl CalibrationFormat {
-    /// The format that a file's ending asks for.
-    #[must_use]
-    pub fn from_path(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        match ending.as_str() {
-            "json" => Some(Self::Json),
-            "csv" => Some(Self::Csv),
-            _ => None,
-        }
-    }
-}
 
 /// Why a calibration could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +25,10 @@ pub enum ReadCalibrationError {
         source: serde_json::Error,
     },
     #[error("{}: {source}", .path.display())]
+    Cal { path: PathBuf, source: CalError },
+    #[error("{}: such a file is not read back, it is not a calibration in JSON or an ATI-style .cal; take the .json of the same fit", .path.display())]
+    WriteOnly { path: PathBuf },
+    #[error("{}: {source}", .path.display())]
     Calibration {
         path: PathBuf,
         source: CalibrationError,
@@ -55,20 +38,18 @@ pub enum ReadCalibrationError {
 /// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending as JSON.
 ///
 /// # Errors
-/// [`WriteError`] if the file cannot be written.
+/// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a
+/// [`FormatError`](crate::export::FormatError) is its source then).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
-    write_atomically(path, |out| {
-        match CalibrationFormat::from_path(path).unwrap_or(CalibrationFormat::Json) {
-            CalibrationFormat::Json => {
-                serde_json::to_writer_pretty(&mut *out, calibration)?;
-                writeln!(out)
-            }
-            CalibrationFormat::Csv => write_csv(calibration, out),
-        }
-    })
+    let format = CalibrationFormat::from_path(path).unwrap_or(CalibrationFormat::Json);
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    write_atomically(path, |out| format.write(calibration, &name, out))
 }
 
-/// Reads a calibration from JSON and checks it.
+/// Reads a calibration and checks it: a `.cal` file as [`CalibrationFormat::Cal`], any other as JSON.
+///
+/// A `.cal` file gives a conventional calibration without offset, whose gauges are called SG0, SG1 and so on; see
+/// [`name_gauges`](crate::export::name_gauges).
 ///
 /// # Errors
 /// [`ReadCalibrationError`] if it cannot be read, is not one, or is not whole.
@@ -80,40 +61,19 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
         return Err(ReadCalibrationError::TooLarge { path: at(), bytes });
     }
     let content = fs::read(path).map_err(io)?;
-    let calibration: Calibration = serde_json::from_slice(&content)
-        .map_err(|source| ReadCalibrationError::Json { path: at(), source })?;
+    let calibration = match CalibrationFormat::from_path(path) {
+        Some(CalibrationFormat::Cal) => cal::read(&content)
+            .map_err(|source| ReadCalibrationError::Cal { path: at(), source })?,
+        Some(format) if !format.reads_back() => {
+            return Err(ReadCalibrationError::WriteOnly { path: at() });
+        }
+        _ => serde_json::from_slice::<Calibration>(&content)
+            .map_err(|source| ReadCalibrationError::Json { path: at(), source })?,
+    };
     calibration
         .validate()
         .map_err(|source| ReadCalibrationError::Calibration { path: at(), source })?;
     Ok(calibration)
-}
-
-fn write_csv(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    let features = calibration.feature_names();
-    let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
-    csv.write_record(head.iter().chain(&features))?;
-    let blocks = calibration.describe();
-    let compensated = calibration.compensated.as_ref();
-    let maps = std::iter::once(("conventional", "", &calibration.conventional))
-        .chain(compensated.map(|map| ("compensated", &*blocks, map)));
-    for (name, blocks, map) in maps {
-        // Whoever opens the table elsewhere must see that no real sensor stands behind it.
-        let name = match calibration.simulated {
-            true => format!("{name} (simulated sensor)"),
-            false => name.to_owned(),
-        };
-        let axes = calibration.axes.iter().zip(&calibration.units);
-        for ((axis, unit), row) in axes.zip(&map.matrix) {
-            let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
-            let numbers = features.iter().map(|feature| {
-                let column = map.features.iter().position(|own| own == feature);
-                column.map_or(String::new(), |column| row[column].to_string())
-            });
-            csv.write_record(head.into_iter().chain(numbers))?;
-        }
-    }
-    csv.flush()
 }
 
 #[cfg(test)]

@@ -1,20 +1,32 @@
-//! What leaves the program: calibration files, tables and pictures, each written whole or not at all.
+//! What leaves the program: calibration files, source code that runs them, tables and pictures, each written whole or not at
+//! all.
 
+mod arrays;
 mod atomic;
+mod cal;
+mod calibration_csv;
 mod calibration_file;
+mod code;
 mod comparison_csv;
+mod facts;
+mod format;
 mod loads_csv;
 mod loop_svg;
+mod mat;
 mod metrology_csv;
+mod npz;
+mod onnx;
 pub mod svg;
+mod text;
 mod threshold_csv;
 mod threshold_pictures;
+mod yaml;
 
 pub use atomic::{WriteError, write_atomically};
-pub use calibration_file::{
-    CalibrationFormat, ReadCalibrationError, read_calibration, write_calibration,
-};
+pub use cal::{CalError, name_gauges};
+pub use calibration_file::{ReadCalibrationError, read_calibration, write_calibration};
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
+pub use format::{CalibrationFormat, FormatError};
 pub use loads_csv::write_loads_csv;
 pub use loop_svg::{Drawing, DrawnLine, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;

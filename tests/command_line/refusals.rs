@@ -113,10 +113,17 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
                 "--train a.csv --export gone/c.json",
                 &["gone/c.json", "no directory gone"],
             ),
-            ("--train a.csv --export folder.json", &["folder.json"]),
+            (
+                "--train a.csv --export folder.json --force",
+                &["folder.json", "directory"],
+            ),
+            (
+                "--train a.csv --export kept.json --force",
+                &["kept.json", "read-only"],
+            ),
             (
                 "--train a.csv --export kept.json",
-                &["kept.json", "read-only"],
+                &["kept.json", "already", "--force"],
             ),
             ("--train gone.csv --export kept.json", &["gone.csv"]),
             ("--train a.csv --export ./a.csv", &["./a.csv", "read"]),
@@ -162,6 +169,7 @@ fn apply_refuses_what_does_not_fit_together() {
             ("gone.json a.csv --out new", &["gone.json"]),
             ("a.csv b.csv --out new", &["a.csv", "not a calibration"]),
             (". a.csv --out new", &["cannot read"]),
+            ("c.json b.csv a.csv --out .", &["a_loads.csv", "--force"]),
             ("c.json a.csv --out b.csv", &["directory", "b.csv"]),
             (
                 "c.json a.csv a_loads.csv --out .",

@@ -1,0 +1,34 @@
+//! The matrices of a calibration as a table, rows and columns named.
+
+use std::io;
+
+use crate::calibration::Calibration;
+
+/// Writes one row per calibration and axis.
+pub(super) fn write(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let features = calibration.feature_names();
+    let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
+    csv.write_record(head.iter().chain(&features))?;
+    let blocks = calibration.describe();
+    let compensated = calibration.compensated.as_ref();
+    let maps = std::iter::once(("conventional", "", &calibration.conventional))
+        .chain(compensated.map(|map| ("compensated", &*blocks, map)));
+    for (name, blocks, map) in maps {
+        // Whoever opens the table elsewhere must see that no real sensor stands behind it.
+        let name = match calibration.simulated {
+            true => format!("{name} (simulated sensor)"),
+            false => name.to_owned(),
+        };
+        let axes = calibration.axes.iter().zip(&calibration.units);
+        for ((axis, unit), row) in axes.zip(&map.matrix) {
+            let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
+            let numbers = features.iter().map(|feature| {
+                let column = map.features.iter().position(|own| own == feature);
+                column.map_or(String::new(), |column| row[column].to_string())
+            });
+            csv.write_record(head.into_iter().chain(numbers))?;
+        }
+    }
+    csv.flush()
+}

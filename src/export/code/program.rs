@@ -1,0 +1,170 @@
+//! A calibration as a machine without this program runs it: its numbers, folded so that few steps are left.
+//!
+//! Guarantees: exact but for rounding. Gauges count from a centre near their mean that single precision holds exactly, and
+//! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
+
+use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
+use crate::features::Design;
+
+/// The steps of one update, with their numbers.
+///
+/// A *row* is: gauges less centre; for each look-back, lag, low-pass and play operator one set of gauges less the present
+/// gauges; monomials. The load is `linear` of the row plus what was `learned`.
+#[derive(Clone, Debug)]
+pub(in crate::export) struct Program {
+    pub centre: Vec<f64>,
+    /// On gauges less centre.
+    pub conventional: Affine,
+    /// F_th squared and t_th (s) of each look-back.
+    pub look_backs: Vec<(f64, f64)>,
+    /// The axes that the look-back measures, with what their load is multiplied by.
+    pub measured: Vec<(usize, f64)>,
+    pub lags_secs: Vec<f64>,
+    pub taus_secs: Vec<f64>,
+    /// In the unit of each gauge, one set per operator.
+    pub radii: Vec<Vec<f64>>,
+    /// Degree of the polynomial, 1 for none.
+    pub degree: u8,
+    /// What makes standardised gauges of gauges less centre: factor and constant.
+    pub standardise: Vec<(f64, f64)>,
+    pub n_columns: usize,
+    pub linear: Option<Affine>,
+    pub learned: Option<LearnedProgram>,
+}
+
+/// `load = matrix · row + base`.
+#[derive(Clone, Debug)]
+pub(in crate::export) struct Affine {
+    pub matrix: Vec<Vec<f64>>,
+    pub base: Vec<f64>,
+}
+
+/// What is added to the linear part; its inputs are `row · factor + constant`.
+#[derive(Clone, Debug)]
+pub(in crate::export) struct LearnedProgram {
+    pub inputs: Vec<(f64, f64)>,
+    pub regression: Learned,
+}
+
+impl Program {
+    pub fn new(calibration: &Calibration) -> Self {
+        let design = calibration.design();
+        let features = &calibration.features;
+        let scale = &calibration.gauge_scale;
+        let n_columns = design.n_columns() - usize::from(design.offset);
+        // Rounded, so that a build in single precision subtracts the same number.
+        let centre: Vec<f64> = scale.shift.iter().map(|s| f64::from(*s as f32)).collect();
+        let standardise = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
+            .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
+            .collect();
+        let mut measured: Vec<(usize, f64)> = calibration
+            .distance_weights()
+            .into_iter()
+            .enumerate()
+            .filter(|(_, weight)| *weight != 0.0)
+            .collect();
+        if measured.is_empty() {
+            measured.push((0, 0.0)); // nothing ever differs, and no array is empty
+        }
+        let mut program = Self {
+            conventional: on_rows(&calibration.conventional, &centre, centre.len()),
+            look_backs: features
+                .look_backs
+                .iter()
+                .map(|look_back| (look_back.f_th * look_back.f_th, look_back.t_th_secs))
+                .collect(),
+            measured,
+            lags_secs: features.fixed_lags_secs.clone(),
+            taus_secs: features.creep_secs.clone(),
+            radii: (features.play_radii.iter())
+                .map(|radius| scale.deviation.iter().map(|sd| radius * sd).collect())
+                .collect(),
+            degree: features.polynomial.max(1),
+            standardise,
+            n_columns,
+            linear: (calibration.compensated.as_ref())
+                .map(|map| on_rows(map, &centre, centre.len() * (1 + features.n_histories()))),
+            learned: None,
+            centre,
+        };
+        program.learned = calibration
+            .learned
+            .as_ref()
+            .map(|regression| LearnedProgram {
+                inputs: program.inputs(&design, regression),
+                regression: regression.clone(),
+            });
+        program
+    }
+
+    /// How long the past is kept (s); zero where no block needs it.
+    pub fn window_secs(&self) -> f64 {
+        let t_th_secs = self.look_backs.iter().map(|(_, t_th_secs)| t_th_secs);
+        t_th_secs.chain(&self.lags_secs).fold(0.0, |a, b| a.max(*b))
+    }
+
+    /// Whether samples are kept.
+    pub fn keeps_samples(&self) -> bool {
+        !(self.look_backs.is_empty() && self.lags_secs.is_empty())
+    }
+
+    /// Multiplications of one update beside the search; the search visits the kept samples at worst.
+    pub fn n_products(&self) -> usize {
+        let n_axes = self.conventional.base.len();
+        let learned = match self.learned.as_ref().map(|learned| &learned.regression) {
+            Some(Learned::Network(network)) => network.n_parameters(),
+            Some(Learned::Kernel(kernel)) => kernel.landmarks.len() * (self.n_columns + n_axes),
+            None => 0,
+        };
+        n_axes * (self.centre.len() + self.n_columns) + learned
+    }
+
+    /// From a row to what the regression takes: first standardised as features, then as its inputs.
+    fn inputs(&self, design: &Design, regression: &Learned) -> Vec<(f64, f64)> {
+        let (shift, factor) = match regression {
+            Learned::Network(Network {
+                input_shift,
+                input_inverse_scale,
+                ..
+            }) => (input_shift, input_inverse_scale),
+            Learned::Kernel(Kernel {
+                input_shift,
+                input_scale,
+                ..
+            }) => (input_shift, input_scale),
+        };
+        let g = self.centre.len();
+        let histories_end = g * (1 + design.features.n_histories());
+        (shift.iter().zip(factor).enumerate())
+            .map(|(column, (shift, factor))| {
+                let (first, constant) = match column {
+                    gauge if gauge < g => self.standardise[gauge],
+                    history if history < histories_end => (self.standardise[history % g].0, 0.0),
+                    _ => (1.0, 0.0),
+                };
+                (first * factor, (constant - shift) * factor)
+            })
+            .collect()
+    }
+}
+
+/// A map on raw columns as one on rows; `histories_end` is where the monomials begin.
+fn on_rows(map: &LinearMap, centre: &[f64], histories_end: usize) -> Affine {
+    let g = centre.len();
+    let has_offset = map.features.last().is_some_and(|name| name == "offset");
+    let mut affine = Affine {
+        matrix: Vec::new(),
+        base: Vec::new(),
+    };
+    for raw in &map.matrix {
+        let mut row = raw.clone();
+        let offset = if has_offset { row.pop() } else { None };
+        for column in g..histories_end {
+            row[column % g] += row[column];
+        }
+        let at_centre: f64 = row.iter().zip(centre).map(|(slope, at)| slope * at).sum();
+        affine.base.push(offset.unwrap_or(0.0) + at_centre);
+        affine.matrix.push(row);
+    }
+    affine
+}

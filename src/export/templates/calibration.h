@@ -1,0 +1,523 @@
+/*
+ * A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
+ *
+@for facts
+ * @{fact}
+@end
+ *
+ * Use: one state for each sensor, static since it may be large.
+ *
+ *     static @{prefix}_state state;
+ *     @{prefix}_init(&state);
+ *     for each sample:
+ *         @{prefix}_update(&@{PREFIX}_CALIBRATION, &state, time, gauges, load, NULL);
+ *
+ * Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in
+ * the order and units above. The first sample after init starts relaxed: nothing has happened before it. A sample that is not
+ * a finite number, or whose time is before the last, is ignored: the last load is given again.
+ *
+ * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so.
+@if ring
+ * LOOPSCOPE_RATE_HZ is the fastest rate of samples, a whole number: 1000 unless you define it. The past that the blocks
+ * need, @{window_secs} s, must fit the ring of @{PREFIX}_RING samples; if samples come faster the oldest are lost, and the
+ * answer is that of a shorter t_th or of a lag that has not yet passed.
+@end
+ * Both must be the same wherever this file is included.
+ *
+ * Memory of the state: about @{bytes_double} bytes in double, @{bytes_float} in float@{at_rate}.
+ * Cost of an update: @{products} multiplications@{search_cost}, whatever the sample; no heap, no recursion.
+@if look_back
+ * In float a load that just touches F_th may find another past sample than in double.
+@end
+ */
+#ifndef @{PREFIX}_H
+#define @{PREFIX}_H
+
+#include <math.h>
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#ifndef LOOPSCOPE_REAL
+#define LOOPSCOPE_REAL double
+#endif
+@if ring
+#ifndef LOOPSCOPE_RATE_HZ
+#define LOOPSCOPE_RATE_HZ 1000
+#endif
+@end
+
+#define @{PREFIX}_GAUGES @{n_gauges}
+#define @{PREFIX}_AXES @{n_axes}
+/* Gauges and what the blocks append. */
+#define @{PREFIX}_COLUMNS @{n_columns}
+@if ring
+#define @{PREFIX}_WINDOW_MS @{window_ms}LL
+/* Samples in the window with a sixteenth to spare, and a box that is being written over; whole boxes. */
+#define @{PREFIX}_IN_WINDOW ((@{PREFIX}_WINDOW_MS * (LOOPSCOPE_RATE_HZ) + 999) / 1000)
+#define @{PREFIX}_BOXES ((@{PREFIX}_IN_WINDOW * 17 / 16 + 2 + 255) / 256 + 1)
+#define @{PREFIX}_RING (@{PREFIX}_BOXES * 256)
+@end
+
+typedef LOOPSCOPE_REAL @{prefix}_real;
+
+/* The coefficients. */
+typedef struct {
+    @{prefix}_real centre[@{n_gauges}];                        /* gauges count from here */
+    @{prefix}_real conventional[@{n_axes}][@{n_gauges}];
+    @{prefix}_real conventional_base[@{n_axes}];
+@if look_back
+    @{prefix}_real measured_weight[@{n_measured}];             /* of the axes that F_th is measured on */
+    int measured_axis[@{n_measured}];
+    @{prefix}_real f_th_squared[@{n_look_backs}];
+    double t_th_secs[@{n_look_backs}];
+@end
+@if lag
+    double lag_secs[@{n_lags}];
+@end
+@if creep
+    double tau_secs[@{n_taus}];
+@end
+@if play
+    @{prefix}_real radius[@{n_plays}][@{n_gauges}];
+@end
+@if polynomial
+    @{prefix}_real standard_factor[@{n_gauges}];
+    @{prefix}_real standard_constant[@{n_gauges}];
+@end
+@if linear
+    @{prefix}_real linear[@{n_axes}][@{n_columns}];
+    @{prefix}_real linear_base[@{n_axes}];
+@end
+@if learned
+    @{prefix}_real input_factor[@{n_columns}];
+    @{prefix}_real input_constant[@{n_columns}];
+@end
+@if network
+@for layers
+    float weights_@{layer}[@{n_weights}];                      /* one row for each input */
+    float biases_@{layer}[@{outputs}];
+@end
+    @{prefix}_real target_scale[@{n_axes}];
+    @{prefix}_real target_shift[@{n_axes}];
+@end
+@if kernel
+    @{prefix}_real landmarks[@{n_landmarks}][@{n_columns}];
+    @{prefix}_real kernel_weights[@{n_axes}][@{n_landmarks}];
+    @{prefix}_real kernel_offset[@{n_axes}];
+    @{prefix}_real kernel_factor;
+@end
+} @{prefix}_calibration;
+
+/* What is remembered between samples. */
+typedef struct {
+    int started;
+    double time;                                   /* of the last good sample, and its loads */
+    @{prefix}_real load[@{n_axes}];
+    @{prefix}_real conventional[@{n_axes}];
+    @{prefix}_real load_zero[@{n_axes}];
+    @{prefix}_real conventional_zero[@{n_axes}];
+@if ring
+    long newest;                                   /* where the newest sample stands, and how many are kept */
+    long kept;
+    double times[@{PREFIX}_RING];
+    @{prefix}_real gauges[@{PREFIX}_RING][@{n_gauges}];
+@end
+@if look_back
+    @{prefix}_real points[@{PREFIX}_RING][@{n_measured}];
+    @{prefix}_real small_boxes[@{PREFIX}_BOXES * 16][2 * @{n_measured}];    /* low, high over 16 samples */
+    @{prefix}_real large_boxes[@{PREFIX}_BOXES][2 * @{n_measured}];         /* and over 256 */
+@end
+@if lag
+    long behind[@{n_lags}];                             /* how far back the first sample younger than the lag is */
+@end
+@if creep
+    double creep[@{n_taus}][@{n_gauges}];                    /* double: in float the small steps of a slow one would be lost */
+@end
+@if play
+    @{prefix}_real play[@{n_plays}][@{n_gauges}];
+@end
+} @{prefix}_state;
+
+static const @{prefix}_calibration @{PREFIX}_CALIBRATION = {
+    @{centre},
+    @{conventional},
+    @{conventional_base},
+@if look_back
+    @{measured_weight},
+    @{measured_axis},
+    @{f_th_squared},
+    @{t_th_secs},
+@end
+@if lag
+    @{lag_secs},
+@end
+@if creep
+    @{tau_secs},
+@end
+@if play
+    @{radius},
+@end
+@if polynomial
+    @{standard_factor},
+    @{standard_constant},
+@end
+@if linear
+    @{linear_matrix},
+    @{linear_base},
+@end
+@if learned
+    @{input_factor},
+    @{input_constant},
+@end
+@if network
+@for layers
+    @{weights},
+    @{biases},
+@end
+    @{target_scale},
+    @{target_shift},
+@end
+@if kernel
+    @{landmarks},
+    @{kernel_weights},
+    @{kernel_offset},
+    @{kernel_factor},
+@end
+};
+
+/* Starts anew: no past, no zero. */
+static inline void @{prefix}_init(@{prefix}_state *s)
+{
+    int axis;
+@if lag
+    int lag;
+    for (lag = 0; lag < @{n_lags}; lag++)
+        s->behind[lag] = 0;
+@end
+@if ring
+    s->newest = 0;
+    s->kept = 0;
+@end
+    s->started = 0;
+    s->time = 0.0;
+    for (axis = 0; axis < @{n_axes}; axis++) {
+        s->load[axis] = 0;
+        s->conventional[axis] = 0;
+        s->load_zero[axis] = 0;
+        s->conventional_zero[axis] = 0;
+    }
+}
+
+/* Tares: from now on the load of the last sample counts as zero. The past is kept. */
+static inline void @{prefix}_bias(@{prefix}_state *s)
+{
+    int axis;
+    for (axis = 0; axis < @{n_axes}; axis++) {
+        s->load_zero[axis] = s->load[axis];
+        s->conventional_zero[axis] = s->conventional[axis];
+    }
+}
+
+static inline @{prefix}_real @{prefix}_dot(const @{prefix}_real *a, const @{prefix}_real *b, int n)
+{
+    @{prefix}_real sum = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+static inline int @{prefix}_is_good(const @{prefix}_state *s, double time, const @{prefix}_real *gauges)
+{
+    int g;
+    if (!isfinite(time) || (s->started && time < s->time))
+        return 0;
+    for (g = 0; g < @{n_gauges}; g++)
+        if (!isfinite(gauges[g]))
+            return 0;
+    return 1;
+}
+@if ring
+
+/* Where the sample stands that came so many before the newest. */
+static inline long @{prefix}_slot(const @{prefix}_state *s, long back)
+{
+    return s->newest >= back ? s->newest - back : s->newest - back + (long)@{PREFIX}_RING;
+}
+@end
+@if look_back
+
+static inline void @{prefix}_widen(@{prefix}_real *box, const @{prefix}_real *point, int is_first)
+{
+    int i;
+    for (i = 0; i < @{n_measured}; i++) {
+        if (is_first || point[i] < box[2 * i])
+            box[2 * i] = point[i];
+        if (is_first || point[i] > box[2 * i + 1])
+            box[2 * i + 1] = point[i];
+    }
+}
+
+/* Squared distance to the farthest corner: no sample in the box is farther. */
+static inline @{prefix}_real @{prefix}_farthest(const @{prefix}_real *box, const @{prefix}_real *point)
+{
+    @{prefix}_real sum = 0;
+    int i;
+    for (i = 0; i < @{n_measured}; i++) {
+        @{prefix}_real low = point[i] - box[2 * i], high = box[2 * i + 1] - point[i];
+        @{prefix}_real reach = low > high ? low : high;
+        sum += reach * reach;
+    }
+    return sum;
+}
+
+/* Going back from the newest sample, the first that differs by F_th and is no older than t_th; else the newest. */
+static inline long @{prefix}_past(const @{prefix}_state *s, @{prefix}_real f_th_squared, double t_th_secs)
+{
+    const @{prefix}_real *point = s->points[s->newest];
+    double now = s->times[s->newest];
+    long end = s->newest + 1, left = s->kept;
+    while (left > 0) {
+        long step = 1;
+        if (end == 0)
+            end = (long)@{PREFIX}_RING;
+        if (now - s->times[end - 1] > t_th_secs)
+            break;
+        if (end % 256 == 0 && @{prefix}_farthest(s->large_boxes[end / 256 - 1], point) < f_th_squared) {
+            step = 256;
+        } else if (end % 16 == 0 && @{prefix}_farthest(s->small_boxes[end / 16 - 1], point) < f_th_squared) {
+            step = 16;
+        } else {
+            @{prefix}_real sum = 0;
+            int i;
+            for (i = 0; i < @{n_measured}; i++) {
+                @{prefix}_real d = s->points[end - 1][i] - point[i];
+                sum += d * d;
+            }
+            if (sum >= f_th_squared)
+                return end - 1;
+        }
+        end -= step;
+        left -= step;
+    }
+    return s->newest;
+}
+@end
+@if ring
+
+/* Keeps the sample; the oldest box goes when its place is needed. */
+static inline void @{prefix}_keep(const @{prefix}_calibration *c, @{prefix}_state *s, double time, const @{prefix}_real *centred)
+{
+    int i;
+    s->newest = s->kept == 0 || s->newest + 1 == (long)@{PREFIX}_RING ? 0 : s->newest + 1;
+    if (s->newest % 256 == 0 && s->kept > (long)@{PREFIX}_RING - 256)
+        s->kept = (long)@{PREFIX}_RING - 256;
+    s->kept += 1;
+    s->times[s->newest] = time;
+    for (i = 0; i < @{n_gauges}; i++)
+        s->gauges[s->newest][i] = centred[i];
+@if look_back
+    for (i = 0; i < @{n_measured}; i++)
+        s->points[s->newest][i] = s->conventional[c->measured_axis[i]] * c->measured_weight[i];
+    @{prefix}_widen(s->small_boxes[s->newest / 16], s->points[s->newest], s->newest % 16 == 0);
+    @{prefix}_widen(s->large_boxes[s->newest / 256], s->points[s->newest], s->newest % 256 == 0);
+@end
+@if !look_back
+    (void)c;
+@end
+}
+@end
+@if lag
+
+/* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
+static inline void @{prefix}_lagged(@{prefix}_state *s, int lag, double wanted, @{prefix}_real *out)
+{
+    long behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
+    int g;
+    while (behind > 0 && s->times[@{prefix}_slot(s, behind)] <= wanted)
+        behind--;
+    s->behind[lag] = behind;
+    if (behind + 1 >= s->kept) {
+        for (g = 0; g < @{n_gauges}; g++)
+            out[g] = 0;
+    } else {
+        long older = @{prefix}_slot(s, behind + 1), younger = @{prefix}_slot(s, behind);
+        double start = s->times[older], end = s->times[younger];
+        @{prefix}_real share = end > start ? (@{prefix}_real)((wanted - start) / (end - start)) : 0;
+        for (g = 0; g < @{n_gauges}; g++) {
+            @{prefix}_real before = s->gauges[older][g], after = s->gauges[younger][g];
+            out[g] = before + share * (after - before) - s->gauges[s->newest][g];
+        }
+    }
+}
+@end
+@if network
+
+/* One layer; weights stand input by input, so that a compiler can do many outputs at once. */
+static inline void @{prefix}_layer(const float *weights, const float *biases, int n_inputs, int n_outputs, int is_rectified,
+                                const @{prefix}_real *in, @{prefix}_real *out)
+{
+    int i, o;
+    for (o = 0; o < n_outputs; o++)
+        out[o] = biases[o];
+    for (i = 0; i < n_inputs; i++) {
+        const float *row = weights + (size_t)i * (size_t)n_outputs;
+        @{prefix}_real x = in[i];
+        for (o = 0; o < n_outputs; o++)
+            out[o] += x * row[o];
+    }
+    for (o = 0; is_rectified && o < n_outputs; o++)
+        out[o] = out[o] > 0 ? out[o] : 0;
+}
+@end
+
+/*
+ * Takes the next sample and writes its load, and its conventional load (of the present gauges alone) unless that is NULL.
+ */
+static inline void @{prefix}_update(const @{prefix}_calibration *c, @{prefix}_state *s, double time,
+                                 const @{prefix}_real gauges[@{n_gauges}], @{prefix}_real load[@{n_axes}],
+                                 @{prefix}_real conventional[@{n_axes}])
+{
+    int axis;
+    if (@{prefix}_is_good(s, time, gauges)) {
+        /* Gauges less centre, then for each history gauges less the present ones, then monomials. */
+        @{prefix}_real row[@{n_columns}];
+        int g;
+@if appends
+        @{prefix}_real *next = row + @{n_gauges};
+@end
+        for (g = 0; g < @{n_gauges}; g++)
+            row[g] = gauges[g] - c->centre[g];
+        for (axis = 0; axis < @{n_axes}; axis++)
+            s->conventional[axis] = c->conventional_base[axis] + @{prefix}_dot(c->conventional[axis], row, @{n_gauges});
+@if ring
+        @{prefix}_keep(c, s, time, row);
+@end
+@if look_back
+        {
+            int at;
+            for (at = 0; at < @{n_look_backs}; at++) {
+                long past = @{prefix}_past(s, c->f_th_squared[at], c->t_th_secs[at]);
+                for (g = 0; g < @{n_gauges}; g++)
+                    *next++ = s->gauges[past][g] - row[g];
+            }
+        }
+@end
+@if lag
+        {
+            int at;
+            for (at = 0; at < @{n_lags}; at++) {
+                @{prefix}_lagged(s, at, time - c->lag_secs[at], next);
+                next += @{n_gauges};
+            }
+        }
+@end
+@if creep
+        {
+            int at;
+            for (at = 0; at < @{n_taus}; at++) {
+                double share = s->started ? -expm1((s->time - time) / c->tau_secs[at]) : 1.0;
+                for (g = 0; g < @{n_gauges}; g++) {
+                    double state = s->started ? s->creep[at][g] : (double)row[g];
+                    state += share * ((double)row[g] - state);
+                    s->creep[at][g] = state;
+                    *next++ = (@{prefix}_real)(state - (double)row[g]);
+                }
+            }
+        }
+@end
+@if play
+        {
+            int at;
+            for (at = 0; at < @{n_plays}; at++) {
+                for (g = 0; g < @{n_gauges}; g++) {
+                    @{prefix}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
+                    @{prefix}_real position = s->started ? s->play[at][g] : row[g];
+                    position = position > high ? high : position;
+                    position = position < low ? low : position;
+                    s->play[at][g] = position;
+                    *next++ = position - row[g];
+                }
+            }
+        }
+@end
+@if polynomial
+        {
+            @{prefix}_real z[@{n_gauges}];
+            int other;
+            for (g = 0; g < @{n_gauges}; g++)
+                z[g] = row[g] * c->standard_factor[g] + c->standard_constant[g];
+            for (g = 0; g < @{n_gauges}; g++)
+                for (other = g; other < @{n_gauges}; other++)
+                    *next++ = z[g] * z[other];
+@if cubes
+            for (g = 0; g < @{n_gauges}; g++)
+                *next++ = z[g] * z[g] * z[g];
+@end
+        }
+@end
+        for (axis = 0; axis < @{n_axes}; axis++) {
+@if linear
+            s->load[axis] = c->linear_base[axis] + @{prefix}_dot(c->linear[axis], row, @{n_columns});
+@end
+@if !linear
+            s->load[axis] = 0;
+@end
+        }
+@if learned
+        {
+            int column;
+            for (column = 0; column < @{n_columns}; column++)
+                row[column] = row[column] * c->input_factor[column] + c->input_constant[column];
+        }
+@end
+@if network
+        {
+            @{prefix}_real values[2][@{widest}];
+            int input;
+            for (input = 0; input < @{n_columns}; input++)
+                values[0][input] = row[input];
+@for layers
+            @{prefix}_layer(c->weights_@{layer}, c->biases_@{layer}, @{inputs}, @{outputs}, @{rectified}, values[@{from}], values[@{to}]);
+@end
+            for (axis = 0; axis < @{n_axes}; axis++)
+                s->load[axis] += c->target_shift[axis] + c->target_scale[axis] * values[@{answer}][axis];
+        }
+@end
+@if kernel
+        {
+            int landmark;
+            for (axis = 0; axis < @{n_axes}; axis++)
+                s->load[axis] += c->kernel_offset[axis];
+            for (landmark = 0; landmark < @{n_landmarks}; landmark++) {
+                @{prefix}_real squares = 0, similarity;
+                int column;
+                for (column = 0; column < @{n_columns}; column++) {
+                    @{prefix}_real d = row[column] - c->landmarks[landmark][column];
+                    squares += d * d;
+                }
+                similarity = sizeof(squares) == sizeof(float) ? (@{prefix}_real)expf((float)(c->kernel_factor * squares))
+                                                              : (@{prefix}_real)exp(c->kernel_factor * squares);
+                for (axis = 0; axis < @{n_axes}; axis++)
+                    s->load[axis] += c->kernel_weights[axis][landmark] * similarity;
+            }
+        }
+@end
+        s->time = time;
+        s->started = 1;
+    }
+    for (axis = 0; axis < @{n_axes}; axis++) {
+        load[axis] = s->load[axis] - s->load_zero[axis];
+        if (conventional != NULL)
+            conventional[axis] = s->conventional[axis] - s->conventional_zero[axis];
+    }
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

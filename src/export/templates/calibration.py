@@ -1,0 +1,232 @@
+# A calibration of a force/torque sensor: gauges in, load out, one sample at a time. Needs NumPy.
+#
+@for facts
+# @{fact}
+@end
+#
+# Use:
+#
+#     state = State()
+#     load, conventional = state.update(time, gauges)    # sample by sample
+#     load, conventional = apply(times, gauges)          # a whole recording
+#
+# Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
+# order and units above. The first sample starts relaxed: nothing has happened before it. A sample that is not a finite number,
+# or whose time is before the last, is ignored: the last load is given again.
+#
+# Cost of an update: @{products} multiplications@{search_cost}.
+
+import numpy as np
+
+GAUGES = @{n_gauges}
+AXES = @{n_axes}
+
+CENTRE = np.array(@{centre})
+CONVENTIONAL = np.array(@{conventional})
+CONVENTIONAL_BASE = np.array(@{conventional_base})
+@if look_back
+MEASURED_AXIS = np.array(@{measured_axis})
+MEASURED_WEIGHT = np.array(@{measured_weight})
+F_TH_SQUARED = @{f_th_squared}
+T_TH_SECS = @{t_th_secs}
+@end
+@if lag
+LAG_SECS = @{lag_secs}
+@end
+@if creep
+TAU_SECS = @{tau_secs}
+@end
+@if play
+RADIUS = np.array(@{radius})
+@end
+@if polynomial
+STANDARD_FACTOR = np.array(@{standard_factor})
+STANDARD_CONSTANT = np.array(@{standard_constant})
+FIRST, SECOND = np.triu_indices(GAUGES)
+@end
+@if linear
+LINEAR = np.array(@{linear_matrix})
+LINEAR_BASE = np.array(@{linear_base})
+@end
+@if learned
+INPUT_FACTOR = np.array(@{input_factor})
+INPUT_CONSTANT = np.array(@{input_constant})
+@end
+@if network
+LAYERS = [  # weights (one row for each input), biases
+@for layers
+    (np.array(@{weights}).reshape(@{inputs}, @{outputs}),
+     np.array(@{biases})),
+@end
+]
+TARGET_SCALE = np.array(@{target_scale})
+TARGET_SHIFT = np.array(@{target_shift})
+@end
+@if kernel
+LANDMARKS = np.array(@{landmarks})
+KERNEL_WEIGHTS = np.array(@{kernel_weights})
+KERNEL_OFFSET = np.array(@{kernel_offset})
+KERNEL_FACTOR = @{kernel_factor}
+@end
+
+
+class State:
+    """What is remembered between samples."""
+
+    def __init__(self):
+        self.time = -np.inf
+        self.load = np.zeros(AXES)
+        self.conventional = np.zeros(AXES)
+        self.load_zero = np.zeros(AXES)
+        self.conventional_zero = np.zeros(AXES)
+        self.started = False
+@if ring
+        # The kept samples stand one after another; when the room is full, the old ones are dropped or the room is doubled.
+        self.kept = 0
+        self.times = np.empty(1024)
+        self.gauges = np.empty((1024, GAUGES))
+@end
+@if look_back
+        self.points = np.empty((1024, len(MEASURED_AXIS)))
+@end
+
+    def bias(self):
+        """Tares: from now on the load of the last sample counts as zero. The past is kept."""
+        self.load_zero = self.load
+        self.conventional_zero = self.conventional
+
+    def update(self, time, gauges):
+        """Takes the next sample; returns its load and its conventional load (of the present gauges alone)."""
+        gauges = np.asarray(gauges, dtype=float)
+        if gauges.shape != (GAUGES,):
+            raise ValueError(f"{gauges.shape} gauges are given where {GAUGES} are needed")
+        if np.isfinite(time) and time >= self.time and np.all(np.isfinite(gauges)):
+            self._take(float(time), gauges - CENTRE)
+            self.time = float(time)
+            self.started = True
+        return self.load - self.load_zero, self.conventional - self.conventional_zero
+
+    def _take(self, time, present):
+        self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
+        # Gauges less centre, then for each history gauges less the present ones, then monomials.
+        row = [present]
+@if ring
+        self._keep(time, present)
+@end
+@if look_back
+        for f_th_squared, t_th_secs in zip(F_TH_SQUARED, T_TH_SECS):
+            row.append(self.gauges[self._past(time, f_th_squared, t_th_secs)] - present)
+@end
+@if lag
+        for lag_secs in LAG_SECS:
+            row.append(self._lagged(time - lag_secs, present) - present)
+@end
+@if creep
+        if not self.started:
+            self.creep = np.tile(present, (len(TAU_SECS), 1))
+        for state, tau_secs in zip(self.creep, TAU_SECS):
+            if self.started:
+                state += -np.expm1((self.time - time) / tau_secs) * (present - state)
+            row.append(state - present)
+@end
+@if play
+        if not self.started:
+            self.play = np.tile(present, (len(RADIUS), 1))
+        self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
+        row.extend(self.play - present)
+@end
+@if polynomial
+        z = present * STANDARD_FACTOR + STANDARD_CONSTANT
+        row.append(z[FIRST] * z[SECOND])
+@if cubes
+        row.append(z**3)
+@end
+@end
+        self.load = _answer(np.concatenate(row))
+@if ring
+
+    def _keep(self, time, present):
+        if self.kept == len(self.times):
+            self._make_room(time)
+        self.times[self.kept] = time
+        self.gauges[self.kept] = present
+@if look_back
+        self.points[self.kept] = self.conventional[MEASURED_AXIS] * MEASURED_WEIGHT
+@end
+        self.kept += 1
+
+    def _make_room(self, time):
+        # One sample older than the window stays: a lag may still fall right after it.
+        old = max(np.searchsorted(self.times, time - @{window_secs}) - 2, 0)
+        size = len(self.times) * (2 if old < self.kept // 2 else 1)
+        self.kept -= old
+
+        def moved(values):
+            room = np.empty((size,) + values.shape[1:])
+            room[: self.kept] = values[old:]
+            return room
+
+        self.times = moved(self.times)
+        self.gauges = moved(self.gauges)
+@if look_back
+        self.points = moved(self.points)
+@end
+@end
+@if look_back
+
+    def _past(self, time, f_th_squared, t_th_secs):
+        """Going back, the first sample that differs by F_th and is no older than t_th; else the newest."""
+        end = self.kept
+        point = self.points[end - 1]
+        while end > 0 and time - self.times[end - 1] <= t_th_secs:
+            start = max(end - 256, 0)
+            squares = np.square(self.points[start:end] - point).sum(axis=1)
+            young = time - self.times[start:end] <= t_th_secs
+            found = np.flatnonzero((squares >= f_th_squared) & young)
+            if len(found):
+                return start + found[-1]
+            end = start
+        return self.kept - 1
+@end
+@if lag
+
+    def _lagged(self, wanted, present):
+        """Gauges at the lag, interpolated; the present ones before it has passed."""
+        younger = np.searchsorted(self.times[: self.kept], wanted, side="right")
+        if younger == 0 or younger == self.kept:
+            return present
+        start, end = self.times[younger - 1], self.times[younger]
+        before, after = self.gauges[younger - 1], self.gauges[younger]
+        return before + (wanted - start) / (end - start) * (after - before)
+@end
+
+
+def _answer(row):
+@if linear
+    load = LINEAR_BASE + LINEAR @ row
+@end
+@if !linear
+    load = np.zeros(AXES)
+@end
+@if learned
+    row = row * INPUT_FACTOR + INPUT_CONSTANT
+@end
+@if network
+    for at, (weights, biases) in enumerate(LAYERS):
+        row = row @ weights + biases
+        if at + 1 < len(LAYERS):
+            row = np.maximum(row, 0.0)
+    load = load + TARGET_SHIFT + TARGET_SCALE * row
+@end
+@if kernel
+    similarities = np.exp(KERNEL_FACTOR * np.square(LANDMARKS - row).sum(axis=1))
+    load = load + KERNEL_OFFSET + KERNEL_WEIGHTS @ similarities
+@end
+    return load
+
+
+def apply(times, gauges):
+    """The loads and conventional loads of a whole recording, whose history starts with its first sample."""
+    state = State()
+    loads = [state.update(time, row) for time, row in zip(times, gauges)]
+    return np.array([load for load, _ in loads]), np.array([conventional for _, conventional in loads])

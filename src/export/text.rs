@@ -1,0 +1,125 @@
+//! Text from files (names of gauges and recordings) made harmless where it is written.
+
+/// The text on one line without anything that cannot be seen: control and direction marks become their codes.
+pub(super) fn printable(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_hidden(c) {
+            out.extend(c.escape_unicode());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
+fn is_hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+}
+
+/// [`printable`] text that neither opens nor ends a comment of C, and makes no trigraph.
+pub(super) fn for_block_comment(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in printable(text).chars() {
+        if matches!(
+            (out.chars().next_back(), c),
+            (Some('*'), '/') | (Some('/'), '*') | (Some('?'), '?')
+        ) {
+            out.push(' ');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// A name that every language takes, made of a file's name.
+pub(super) fn identifier(name: &str) -> String {
+    let mut out: String = name
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+        .take(40)
+        .collect();
+    if !out.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        out.insert_str(0, "cal_");
+    }
+    out
+}
+
+/// Text between the tags or quotes of XML; what XML cannot hold at all becomes its code in words.
+pub(super) fn for_xml(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in printable(text).chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&apos;"),
+            '\u{fffe}' | '\u{ffff}' => out.push('?'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// [`for_xml`] for a comment, in which two hyphens may not meet.
+pub(super) fn for_xml_comment(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in for_xml(text).chars() {
+        if c == '-' && out.ends_with('-') {
+            out.push(' ');
+        }
+        out.push(c);
+    }
+    if out.ends_with('-') {
+        out.push(' ');
+    }
+    out
+}
+
+/// A double-quoted scalar of YAML, the quotes included.
+pub(super) fn for_yaml(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if is_hidden(c) => out.push_str(&format!("\\U{:08x}", u32::from(c))),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_ends_a_comment_or_a_line() {
+        let nasty = "a*/ b /*/ ??/ \n\r\u{1b}[31m \u{202e}x 力";
+        let safe = for_block_comment(nasty);
+        for unwanted in ["*/", "/*", "??", "\n", "\r", "\u{1b}", "\u{202e}"] {
+            assert!(!safe.contains(unwanted), "{safe}");
+        }
+        assert!(safe.contains("\\u{1b}[31m") && safe.ends_with("力"));
+        assert_eq!(for_xml_comment("a--> <b-"), "a- -&gt; &lt;b- ");
+    }
+
+    #[test]
+    fn a_file_name_becomes_a_name_of_the_language() {
+        assert_eq!(identifier("left arm-2"), "left_arm_2");
+        assert_eq!(identifier("2nd"), "cal_2nd");
+        assert_eq!(identifier("_x"), "cal__x");
+        assert_eq!(identifier(""), "cal_");
+        assert_eq!(identifier("力"), "cal__");
+    }
+
+    #[test]
+    fn quotes_and_hidden_characters_are_escaped() {
+        assert_eq!(for_xml("<\"&'>"), "&lt;&quot;&amp;&apos;&gt;");
+        assert_eq!(for_yaml("a\"b\\c\n力"), "\"a\\\"b\\\\c\\U0000000a力\"");
+    }
+}

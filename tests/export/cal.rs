@@ -1,0 +1,100 @@
+//! ATI-style `.cal` files: written and read.
+
+use std::fs;
+
+use loopscope::calibration::Regressor;
+use loopscope::export::{name_gauges, read_calibration};
+use loopscope::recording::Axis;
+
+use crate::support::{RECORDING, calibration, every_block, export};
+
+/// The offset is all that is lost of the conventional load.
+#[test]
+fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("c.cal");
+    let calibration = calibration(every_block(), Regressor::Linear);
+    let text = export(&calibration, &path);
+    assert!(text.contains("leaves out: all history"));
+    let mut read = read_calibration(&path).unwrap();
+    assert_eq!(read.gauges[5], "SG5");
+    assert_eq!(read.full_scale, calibration.full_scale);
+    name_gauges(&mut read, RECORDING.gauge_names());
+    let (actual, expected) = (
+        read.apply(&RECORDING).unwrap(),
+        calibration.apply(&RECORDING).unwrap(),
+    );
+    assert_eq!(actual.conventional, actual.compensated);
+    for (at, (actual, expected)) in actual
+        .conventional
+        .iter()
+        .zip(&expected.conventional)
+        .enumerate()
+    {
+        let offset = calibration.conventional.matrix[at % 6].last().unwrap();
+        assert!((actual + offset - expected).abs() < 1e-9);
+    }
+}
+
+/// A file of another maker: millimetres, padding blanks, other elements.
+fn foreign() -> String {
+    let row = |name: &str, values: &str| {
+        format!("<UserAxis Name=\"{name}\" values=\" {values} \" max=\"50\"/>\n")
+    };
+    let rows: String = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]
+        .iter()
+        .enumerate()
+        .map(|(at, name)| row(name, &format!("{at}.5   -1 0  0 0 1e-3")))
+        .collect();
+    format!(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!-- any -->\n<FTSensor Serial=\"A&amp;B\" NumGages=\"6\" CalFileVersion=\"1.1\">\n\
+         <Calibration ForceUnits=\"N\" TorqueUnits=\"N-mm\">\n<Axis Name=\"Fx\" values=\"9 9 9 9 9 9\" max=\"1\" scale=\"3\"/>\n{rows}\
+         </Calibration></FTSensor>\n"
+    )
+}
+
+#[test]
+fn moments_in_newton_millimetres_become_newton_metres() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("foreign.cal");
+    fs::write(&path, foreign()).unwrap();
+    let read = read_calibration(&path).unwrap();
+    assert_eq!(read.axes, Axis::ALL);
+    assert_eq!(
+        read.conventional.matrix[0],
+        [0.5, -1.0, 0.0, 0.0, 0.0, 1e-3]
+    );
+    assert!((read.conventional.matrix[3][0] - 3.5e-3).abs() < 1e-18);
+    assert_eq!((read.full_scale[2], read.full_scale[3]), (50.0, 0.05));
+}
+
+#[test]
+fn files_with_something_missing_or_unknown_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("edited.cal");
+    for (from, to, word) in [
+        ("N-mm", "N-inch", "TorqueUnits"),
+        ("Name=\"Tz\"", "Name=\"tz\"", "Tx Ty Tz"),
+        ("Name=\"Fy\"", "Name=\"Fx\"", "twice"),
+        ("1e-3", "", "values of Fx"),
+        ("1e-3", "nan", "nan"),
+        ("1e-3", "1,5", "1,5"),
+        ("NumGages", "NumGauges", "NumGages"),
+        ("values=\" 0.5", "Values=\" 0.5", "values"),
+        ("max=\"50\"", "max=\"-50\"", "max"),
+        ("UserAxis Name=\"Fx\"", "Axis Name=\"Fx\"", "UserAxis"),
+        ("</Calibration>", "</Calibrated>", "XML"),
+    ] {
+        let whole = foreign();
+        assert!(whole.contains(from), "{from}");
+        fs::write(&path, whole.replacen(from, to, 1)).unwrap();
+        let told = read_calibration(&path).unwrap_err().to_string();
+        assert!(
+            told.contains("edited.cal") && told.contains(word),
+            "{to}: {told}"
+        );
+    }
+    fs::write(&path, "t,S1,Fx\n0,1,2\n").unwrap();
+    let told = read_calibration(&path).unwrap_err().to_string();
+    assert!(told.contains("no element FTSensor"), "{told}");
+}

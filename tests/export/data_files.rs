@@ -1,0 +1,197 @@
+//! Files of numbers, read by the libraries they are for; and what formats refuse.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use loopscope::calibration::{Calibration, Regressor};
+use loopscope::export::{CalibrationFormat, read_calibration, write_calibration};
+use loopscope::features::{FeatureSettings, Thresholds};
+
+use crate::support::{RECORDING, calibration, every_block, export, is_there, samples, succeed};
+
+/// Runs Python in `directory`, beside the JSON of the same calibration as `truth`.
+#[track_caller]
+fn python(directory: &Path, code: &str) {
+    let head = "import json, numpy as np\ntruth = json.load(open('c.json'))\n";
+    succeed(
+        Command::new("python3")
+            .current_dir(directory)
+            .arg("-c")
+            .arg(format!("{head}{code}")),
+    );
+}
+
+fn exported(calibration: &Calibration, name: &str) -> tempfile::TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    export(calibration, &directory.path().join("c.json"));
+    write_calibration(calibration, &directory.path().join(name)).unwrap();
+    directory
+}
+
+/// With names that need escaping.
+fn odd_names() -> Calibration {
+    let mut calibration = calibration(every_block(), Regressor::HybridNetwork);
+    calibration.trained_on = vec![
+        "a \"b\" \\ c: [d]".to_owned(),
+        "力\u{7}\n# no comment".to_owned(),
+    ];
+    calibration
+}
+
+/// Arrays that both libraries must give back.
+const SAME_ARRAYS: &str = "
+for name in ['conventional', 'compensated']:
+    assert np.array_equal(read[name], np.array(truth[name]['matrix'])), name
+assert np.array_equal(np.ravel(read['full_scale']), truth['full_scale'])
+assert np.array_equal(np.ravel(read['t_th_secs']), [15, 4])
+layers = truth['learned']['network']['layers']
+for at, layer in enumerate(layers):
+    weights = np.array(layer['weights'], dtype=np.float32)
+    assert np.array_equal(np.float32(read[f'weights_{at}']), weights.T), at
+";
+
+#[test]
+fn numpy_reads_every_array() {
+    if !is_there("python3", &["-c", "import numpy"]) {
+        return;
+    }
+    let directory = exported(&odd_names(), "c.npz");
+    let texts = "assert list(read['trained_on']) == truth['trained_on']\nassert list(read['gauges']) == truth['gauges']\n";
+    let load = "import zipfile\nassert zipfile.ZipFile('c.npz').testzip() is None\nread = np.load('c.npz')\n";
+    python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
+}
+
+#[test]
+fn scipy_reads_every_array() {
+    if !is_there("python3", &["-c", "import scipy.io"]) {
+        return;
+    }
+    let directory = exported(&odd_names(), "c.mat");
+    let texts = "assert [t.rstrip() for t in read['gauges']] == truth['gauges']\n\
+                 assert [t.rstrip(' ') for t in read['trained_on']] == truth['trained_on']\n";
+    let load = "import scipy.io\nread = scipy.io.loadmat('c.mat')\n";
+    python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
+}
+
+#[test]
+fn a_reader_of_yaml_gets_the_same_numbers_and_names() {
+    if !is_there("python3", &["-c", "import yaml, numpy"]) {
+        return;
+    }
+    let directory = exported(&odd_names(), "c.yaml");
+    python(
+        directory.path(),
+        "import yaml
+read = yaml.safe_load(open('c.yaml', encoding='utf-8'))
+for name in ['conventional', 'compensated']:
+    own = read[name]
+    assert np.array_equal(np.reshape(own['matrix'], (own['rows'], own['columns'])), truth[name]['matrix'])
+    assert own['features'] == truth[name]['features']
+assert read['trained_on'] == truth['trained_on']
+assert read['blocks']['look_backs'] == truth['features']['look_backs']
+assert read['gauge_scale'] == truth['gauge_scale']
+assert 'network' in read['about']['leaves_out']
+",
+    );
+}
+
+/// The row is made by the exported Python file, the load by the model: single precision, 1e-4 of full scale.
+#[test]
+fn a_runtime_of_onnx_gives_the_same_loads() {
+    if !is_there("python3", &["-c", "import onnxruntime"]) {
+        return;
+    }
+    for regressor in [Regressor::Network, Regressor::HybridNetwork] {
+        let calibration = calibration(every_block(), regressor);
+        let directory = exported(&calibration, "c.onnx");
+        export(&calibration, &directory.path().join("exported.py"));
+        fs::write(directory.path().join("samples.txt"), samples(&RECORDING)).unwrap();
+        python(
+            directory.path(),
+            "import sys, onnxruntime
+sys.path.insert(0, '.')
+import exported
+samples = np.loadtxt('samples.txt')
+rows, answer = [], exported._answer
+exported._answer = lambda row: rows.append(row) or answer(row)
+loads, _ = exported.apply(samples[:, 0], samples[:, 1:])
+session = onnxruntime.InferenceSession('c.onnx', providers=['CPUExecutionProvider'])
+about = session.get_modelmeta().custom_metadata_map
+assert np.allclose(np.array(about['row_centre'].split(), dtype=float), exported.CENTRE)
+given = session.run(['load'], {'row': np.array(rows, dtype=np.float32)})[0]
+off = np.abs(given - loads) / truth['full_scale']
+assert off.max() < 1e-4, off.max()
+",
+        );
+    }
+}
+
+#[test]
+fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let linear = calibration(FeatureSettings::default(), Regressor::Linear);
+    let mut small = linear.clone();
+    small.axes.pop();
+    small.units.pop();
+    small.full_scale.pop();
+    small.conventional.matrix.pop();
+    small.compensated.as_mut().unwrap().matrix.pop();
+    let mut endless = linear.clone();
+    endless.features.look_backs[0] = Thresholds {
+        f_th: 3.0,
+        t_th_secs: 1e6,
+    };
+    let mut broken = linear.clone();
+    broken.conventional.matrix[0].pop();
+    for (calibration, name, word) in [
+        (&linear, "c.onnx", "fit a network"),
+        (&small, "c.cal", "6 gauges and the axes Fx Fy Fz Mx My"),
+        (&endless, "c.h", "smaller t_th"),
+        (&broken, "c.yaml", "row Fx"),
+        (&linear, "gone/c.h", "no directory"),
+    ] {
+        let told = write_calibration(calibration, &directory.path().join(name))
+            .unwrap_err()
+            .to_string();
+        assert!(told.contains(name) && told.contains(word), "{told}");
+    }
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+}
+
+/// Whatever the ending in whatever letters, the file says what is in it or is not read by people.
+#[test]
+fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
+    let directory = tempfile::tempdir().unwrap();
+    let network = calibration(every_block(), Regressor::Network);
+    for format in CalibrationFormat::ALL {
+        for ending in format.endings() {
+            let path = directory
+                .path()
+                .join(format!("c.{}", ending.to_ascii_uppercase()));
+            assert_eq!(CalibrationFormat::from_path(&path), Some(format));
+            write_calibration(&network, &path).unwrap();
+            let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).into_owned();
+            let says = [
+                "leaves out",
+                "leaves_out",
+                "l\0\0\0e\0\0\0a\0\0\0v\0\0\0e\0\0\0s",
+            ];
+            let is_table = [
+                CalibrationFormat::Json,
+                CalibrationFormat::Csv,
+                CalibrationFormat::Mat,
+            ]
+            .contains(&format);
+            assert!(
+                is_table || says.iter().any(|words| text.contains(words)),
+                "{ending}"
+            );
+            assert_eq!(
+                read_calibration(&path).is_ok(),
+                format.reads_back(),
+                "{ending}"
+            );
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Exports that run: each is built, run over a recording and compared with the program's own loads.
+
+mod c;
+mod cal;
+mod data_files;
+mod python;
+mod rust;
+mod support;

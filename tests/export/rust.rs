@@ -1,0 +1,65 @@
+//! Rust files, compiled on their own.
+
+use std::fs::{self, File};
+use std::process::{Command, Stdio};
+
+use loopscope::calibration::Regressor;
+
+use crate::support::{
+    RECORDING, assert_loads, calibration, every_block, export, is_there, learned, samples, succeed,
+};
+
+const DRIVER: &str = r#"
+#[allow(dead_code)]
+mod exported;
+use exported::{GAUGES, Real, State};
+
+fn main() {
+    let mut state = State::new(20.0);
+    for line in std::io::stdin().lines() {
+        let line = line.unwrap();
+        let mut numbers = line.split(' ').map(|text| text.parse::<f64>().unwrap());
+        let time = numbers.next().unwrap();
+        let gauges: [Real; GAUGES] = std::array::from_fn(|_| numbers.next().unwrap() as Real);
+        let loads = state.update(time, &gauges);
+        let all = loads.load.iter().chain(&loads.conventional);
+        println!("{}", all.map(|load| load.to_string()).collect::<Vec<_>>().join(" "));
+    }
+}
+"#;
+
+#[test]
+fn every_calibration_runs_in_rust_as_it_does_here() {
+    if !is_there("rustc", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    fs::write(at("samples.txt"), samples(&RECORDING)).unwrap();
+    fs::write(at("main.rs"), DRIVER).unwrap();
+    let mut all = learned();
+    all.push((
+        "all_blocks".to_owned(),
+        calibration(every_block(), Regressor::Linear),
+    ));
+    all.push((
+        "present".to_owned(),
+        calibration(Default::default(), Regressor::Linear),
+    ));
+    for (name, calibration) in all {
+        let double = export(&calibration, &at("exported.rs"));
+        let single = double.replace("pub type Real = f64;", "pub type Real = f32;");
+        assert_ne!(single, double);
+        for (code, tolerance) in [(double, 1e-9), (single, 1e-4)] {
+            fs::write(at("exported.rs"), code).unwrap();
+            let mut compile = Command::new("rustc");
+            compile
+                .args(["--edition", "2024", "-D", "warnings", "-o"])
+                .arg(at("program"));
+            succeed(compile.arg(at("main.rs")));
+            let input = Stdio::from(File::open(at("samples.txt")).unwrap());
+            let printed = succeed(Command::new(at("program")).stdin(input));
+            assert_loads(&printed, &calibration, &RECORDING, tolerance, &name);
+        }
+    }
+}
