@@ -358,7 +358,8 @@ impl LoopsPane {
                     .id_salt("figures")
                     .auto_shrink([false, false])
                     .show(ui, |ui| {
-                        save::row(ui, &mut self.path, print, picture, reply, out);
+                        // The labels stand a little outside.
+                        save::row(ui, &mut self.path, print, picture.expand(6.0), reply, out);
                         ui.separator();
                         figures(ui, self);
                     });
