@@ -97,7 +97,11 @@ pub fn write_drawing_svg(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::
 
 /// A value's place on the picture; kept where a reader of SVG still computes well.
 fn place(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
-    let share = (value - low) / (high - low);
+    let share = if high > low {
+        (value - low) / (high - low)
+    } else {
+        0.5
+    };
     (start + (end - start) * share).clamp(-1e4, 1e4)
 }
 
@@ -274,7 +278,7 @@ mod tests {
         assert!(svg.contains(r#"d="M80.0 540.0L780.0 490.4""#), "{svg}");
         assert!(svg.contains("#d55e00") && svg.contains("stroke-dasharray"));
         assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Conv.</text>"));
-        assert!(svg.contains(">10</text>") || svg.contains(">8</text>"));
+        assert!(svg.contains(">10</text>"));
     }
 
     #[test]
@@ -288,6 +292,7 @@ mod tests {
 
     #[test]
     fn an_empty_scale_gives_a_picture_without_numbers_that_are_none() {
-        assert!(!svg("", (1.0, 1.0)).contains("inf"));
+        let svg = svg("", (1.0, 1.0));
+        assert!(!svg.contains("inf") && !svg.contains("NaN"), "{svg}");
     }
 }
