@@ -395,6 +395,8 @@ fn sample_under_pointer(response: &PlotResponse<()>, traces: &TraceSet) -> Optio
 
 #[cfg(test)]
 mod tests {
+    use egui_plot::GridMark;
+
     use super::*;
 
     #[test]
