@@ -935,7 +935,7 @@ fn numbers_on_screen(window: &Window) -> usize {
     let labels = window.query_all_by_role(Role::Label);
     labels
         .filter(|label| {
-            let text = label.accesskit_node().label().unwrap_or_default();
+            let text = label.accesskit_node().value().unwrap_or_default();
             text.parse::<f64>().is_ok()
         })
         .count()
