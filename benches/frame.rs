@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::View;
-use loopscope::app::Command;
+use loopscope::app::{Command, Pane};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, simulated};
 use loopscope::ui::{NativeDialogs, Shell};
 
@@ -107,6 +107,11 @@ fn frame(c: &mut Criterion) {
                 screen.frame(Some(egui::pos2(x, 150.0)));
             });
         });
+        for (pane, what) in [(Pane::Loops, "loop pane"), (Pane::Metrology, "metrology")] {
+            screen.shell.send(Command::ShowPane(pane));
+            screen.settle();
+            group.bench_function(format!("{name}, {what}"), |b| b.iter(|| screen.frame(None)));
+        }
     }
     group.finish();
 }

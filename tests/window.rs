@@ -996,4 +996,124 @@ fn play_radii_are_chosen_by_leave_one_out() {
     );
     assert!(chosen.left_out <= chosen.left_out_without);
     assert!(has(&window, "lists tried"));
+
+/// What stands in the cells of a table, as the window shows them to a screen reader.
+fn numbers_on_screen(window: &Window) -> usize {
+    let labels = window.query_all_by_role(Role::Label);
+    labels
+        .filter(|label| {
+            let text = label.accesskit_node().value().unwrap_or_default();
+            text.parse::<f64>().is_ok()
+        })
+        .count()
+}
+
+#[test]
+fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Loops");
+    window.check_accessibility();
+    assert_eq!(panes(&window, "Fz error [N] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "Width over load"), 1);
+    for part in [
+        "Largest width [N]",
+        "Mean width [N]",
+        "Area [N²]",
+        "% FS²",
+        "400 samples of 1 recording",
+    ] {
+        assert!(has(&window, part), "{part}");
+    }
+    let before = numbers_on_screen(&window);
+    assert!(
+        before >= 12,
+        "three figures, in units and percent, of two loads: {before}"
+    );
+
+    click(&mut window, Role::ComboBox, "up");
+    click(&mut window, Role::Button, "S1");
+    assert!(has(&window, "Largest width [raw]"));
+    assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
+    click(&mut window, Role::ComboBox, "of");
+    click(&mut window, Role::Button, "All recordings");
+    assert!(has(&window, "1200 samples of 3 recordings"));
+    click(&mut window, Role::Button, "Fx");
+    assert_eq!(panes(&window, "S1 [raw] over Fx Calc. [N]"), 1);
+    click(&mut window, Role::Button, "Largest cycle");
+    assert!(has(&window, "Largest width [raw]"));
+    type_number(&mut window, "Dead band", "50");
+    assert!(has(&window, "within the dead band of 50 N"));
+    click(&mut window, Role::CheckBox, "from noise");
+    assert!(!has(&window, "within the dead band"));
+}
+
+#[test]
+fn any_two_channels_are_crossed_and_saved_as_a_picture() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Loops");
+    click(&mut window, Role::Button, "Cross-plot");
+    assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
+    click(&mut window, Role::ComboBox, "across");
+    click(&mut window, Role::Button, "Time");
+    click(&mut window, Role::ComboBox, "up");
+    click(&mut window, Role::Button, "Fx Comp.");
+    assert_eq!(panes(&window, "Fx Comp. [N] over Time [s]"), 1);
+    let path = files.path("cross.svg");
+    type_into(&mut window, "Picture", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Save");
+    let svg = std::fs::read_to_string(&path).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains(">Fx Comp. [N]</text>"));
+    type_into(&mut window, "Picture", "cross.bmp");
+    click(&mut window, Role::Button, "Save");
+    told(&window, Level::Error, "use .svg or .png");
+}
+
+#[test]
+fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
+    let files = Files::new();
+    let mut text = "t [s],S1,Fz [N]".to_owned();
+    for k in 0..300 {
+        let noise = f64::from((k * k) % 7);
+        write!(text, "\n{},{},5", f64::from(k) / 20.0, 1.0 + 0.01 * noise).unwrap();
+    }
+    let constant = files.write("constant.csv", &text);
+    let mut window = window(vec![constant]);
+    click(&mut window, Role::Button, "Loops");
+    assert!(has(&window, "Fz stays between 5 and 5 N"));
+    click(&mut window, Role::Button, "Drift");
+    assert!(has(&window, "1 rest"));
+    assert_eq!(panes(&window, "Fz drift [N]"), 1);
+    type_number(&mut window, "at least", "60");
+    assert!(has(&window, "no recording holds its load still for 60 s"));
+    click(&mut window, Role::Button, "Metrology");
+    assert!(has(&window, "constant"));
+}
+
+#[test]
+fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Metrology");
+    window.check_accessibility();
+    for part in [
+        "Hysteresis, mean loop",
+        "Repeatability",
+        "Crosstalk, % of full scale",
+        "1 recordings, 400 samples",
+    ] {
+        assert!(has(&window, part), "{part}");
+    }
+    assert!(has(&window, "no zero"), "a word for what the data lack");
+    assert!(numbers_on_screen(&window) > 30);
+    click_first(&mut window, Role::Button, "All");
+    assert!(has(&window, "3 recordings, 1200 samples"));
+    let path = files.path("figures.csv");
+    type_into(&mut window, "CSV", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Save");
+    let table = std::fs::read_to_string(&path).unwrap();
+    assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
+    // 7 rows of loops, 4 of rests, one crosstalk for each axis, 3 of errors, for three axes; and the header.
+    assert_eq!(table.lines().count(), 1 + 3 * (7 + 4 + 3 + 3));
 }

@@ -131,23 +131,27 @@ pub fn choose_ridge(
     };
     (0..n_axes)
         .map(|axis| {
-            let of_parts = |at: usize| squares[at].iter().map(move |part| part[axis]);
-            let sum = |at: usize| of_parts(at).sum::<f64>();
-            let tried = 0..RIDGE_STRENGTHS.len();
-            let best = tried
-                .clone()
-                .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
-                .unwrap_or(0);
-            let chosen = tried.rev().find(|&at| {
-                let differences = of_parts(at)
-                    .zip(of_parts(best))
-                    .map(|(own, best)| own - best);
-                let (mean, error) = mean_and_standard_error(differences);
-                mean <= error
-            });
-            RIDGE_STRENGTHS[chosen.unwrap_or(best)]
+            let n_parts = squares[0].len();
+            RIDGE_STRENGTHS[strongest_good(n_parts, |at, part| squares[at][part][axis])]
         })
         .collect()
+}
+
+/// The position of the strongest ridge whose squared errors exceed those of the best by no more than one standard error
+/// of the difference over the parts; `square(at, part)` is the sum of squares of a part at a strength.
+pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
+    let tried = 0..RIDGE_STRENGTHS.len();
+    let sum = |at: usize| (0..n_parts).map(|part| square(at, part)).sum::<f64>();
+    let best = tried
+        .clone()
+        .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
+        .unwrap_or(0);
+    let chosen = tried.rev().find(|&at| {
+        let differences = (0..n_parts).map(|part| square(at, part) - square(best, part));
+        let (mean, error) = mean_and_standard_error(differences);
+        mean <= error
+    });
+    chosen.unwrap_or(best)
 }
 
 /// The mean of some values and its standard error; zero for a single value.

@@ -70,7 +70,8 @@ pub struct LoopsPane {
     figures_of: FiguresOf,
     across: Channel,
     cross_up: Channel,
-    rest: usize,
+    /// `None` takes the longest.
+    rest: Option<usize>,
     hold_secs: f64,
     /// One for each mode.
     zooms: [Zoom; 3],
@@ -90,7 +91,7 @@ impl Default for LoopsPane {
             figures_of: FiguresOf::default(),
             across: Channel::Load(LoadKind::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
-            rest: 0,
+            rest: None,
             hold_secs: 5.0,
             zooms: [None; 3],
             path: "loops.svg".to_owned(),
@@ -358,7 +359,8 @@ impl LoopsPane {
                     .id_salt("figures")
                     .auto_shrink([false, false])
                     .show(ui, |ui| {
-                        save::row(ui, &mut self.path, print, picture, reply, out);
+                        // The labels stand a little outside.
+                        save::row(ui, &mut self.path, print, picture.expand(6.0), reply, out);
                         ui.separator();
                         figures(ui, self);
                     });

@@ -18,8 +18,9 @@ const FIT_POINTS: usize = 200;
 pub struct RestQuestion {
     /// Whose error is drawn.
     pub axis: Axis,
-    /// Which rest, in the order of recordings and time; beyond the last one, the last.
-    pub rest: usize,
+    /// Which rest, in the order of recordings and time; beyond the last one, the last. `None` takes the longest under
+    /// load, else the longest.
+    pub rest: Option<usize>,
     /// The shortest rest.
     pub hold_secs: f64,
 }
@@ -71,7 +72,7 @@ pub(super) fn picture(source: &Source, question: &RestQuestion) -> Result<RestPi
     let last = found.len().checked_sub(1).ok_or(LookError::NoRest {
         secs: question.hold_secs,
     })?;
-    let chosen = question.rest.min(last);
+    let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
     let curve = curve(source, &found[chosen], question.axis, column);
     Ok(RestPicture {
         question: question.clone(),
@@ -82,6 +83,17 @@ pub(super) fn picture(source: &Source, question: &RestQuestion) -> Result<RestPi
         chosen,
         curve,
     })
+}
+
+/// The longest rest under load, else the longest.
+fn longest(rests: &[Rest]) -> usize {
+    let secs = |rest: &Rest| rest.place.to_secs - rest.place.from_secs;
+    let by_length = |a: &(usize, &Rest), b: &(usize, &Rest)| {
+        let loaded = b.1.at_zero.cmp(&a.1.at_zero);
+        loaded.then(secs(a.1).total_cmp(&secs(b.1)))
+    };
+    let longest = rests.iter().enumerate().max_by(by_length);
+    longest.map_or(0, |(at, _)| at)
 }
 
 fn curve(source: &Source, rest: &Rest, axis: Axis, column: usize) -> Result<RestCurve, Reason> {

@@ -225,7 +225,7 @@ fn a_rest_shows_its_drift_and_time_constant() {
     let question = |hold_secs| {
         Question::Rests(RestQuestion {
             axis: Axis::Fz,
-            rest: 9,
+            rest: None,
             hold_secs,
         })
     };

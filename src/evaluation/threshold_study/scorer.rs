@@ -1,7 +1,7 @@
 //! All scores of one F_th over every t_th, from sums alone.
 
 use crate::calibration::{AgedSums, NormalEquations, Ridge, RidgeChoice, Scores, fit, fit_targets};
-use crate::evaluation::cross_validation::{RIDGE_STRENGTHS, left_out_squares};
+use crate::evaluation::cross_validation::{RIDGE_STRENGTHS, left_out_squares, strongest_good};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::metrics;
 use crate::features::Design;
@@ -165,27 +165,19 @@ pub(crate) fn left_out_with_ridge(
         }
         RidgeChoice::Auto if !enough => (vec![0.0; q], None),
         RidgeChoice::Auto => {
-            let mut best: Vec<(f64, f64)> = vec![(0.0, f64::INFINITY); q];
-            let mut squares = Vec::new();
-            for strength in RIDGE_STRENGTHS {
-                let tried = left_out.squares(strength);
-                if squares.is_empty() {
-                    squares.clone_from(&tried);
-                }
-                for (target, best) in best.iter_mut().enumerate() {
-                    let own = || tried.iter().skip(target).step_by(q);
-                    let sum: f64 = own().sum();
-                    if sum < best.1 {
-                        *best = (strength, sum);
-                        let kept = squares.iter_mut().skip(target).step_by(q);
-                        kept.zip(own()).for_each(|(kept, tried)| *kept = *tried);
-                    }
-                }
-            }
-            (
-                best.iter().map(|(strength, _)| *strength).collect(),
-                Some(squares),
-            )
+            let tried: Vec<Vec<f64>> = RIDGE_STRENGTHS
+                .iter()
+                .map(|strength| left_out.squares(*strength))
+                .collect();
+            let n_parts = tried[0].len() / q;
+            let chosen: Vec<usize> = (0..q)
+                .map(|axis| strongest_good(n_parts, |at, part| tried[at][part * q + axis]))
+                .collect();
+            let squares = (0..n_parts * q)
+                .map(|at| tried[chosen[at % q]][at])
+                .collect();
+            let strengths = chosen.iter().map(|at| RIDGE_STRENGTHS[*at]).collect();
+            (strengths, Some(squares))
         }
     }
 }

@@ -93,11 +93,13 @@ impl<'a> View<'a> {
     /// All branches thin, the loop that the figures are of above them.
     fn loops(&self, visuals: &egui::Visuals, zoom: plots::Zoom) -> Drawing<'a> {
         let frame = zoom.unwrap_or(self.picture.whole);
+        let most = self.shown.iter().map(|curve| curve.strokes.len()).max();
+        let opacity = thin_opacity(most.unwrap_or(0));
         let branches = self.shown.iter().flat_map(|curve| {
             [true, false].map(|rising| DrawnLine {
                 name: String::new(),
                 color: color(curve.output, visuals),
-                opacity: if rising { 0.6 } else { 0.3 },
+                opacity: if rising { opacity } else { 0.5 * opacity },
                 width: 1.0,
                 dashed: false,
                 pieces: (curve.strokes.iter())
@@ -282,6 +284,11 @@ impl<'a> View<'a> {
             });
         ui.add_space(4.0);
     }
+}
+
+/// The more branches lie over each other, the fainter each is, so that the thick lines stand out.
+fn thin_opacity(n_strokes: usize) -> f32 {
+    (0.6 * (40.0 / n_strokes.max(1) as f32).sqrt()).clamp(0.06, 0.6)
 }
 
 fn name(output: Option<Output>) -> &'static str {

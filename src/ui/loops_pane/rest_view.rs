@@ -66,7 +66,7 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
                 let words = format!("{level}, {} s: {}", significant(secs, 3), place.name);
                 let row = ui.add(egui::Button::selectable(at == picture.chosen, words).truncate());
                 if row.clicked() {
-                    pane.rest = at;
+                    pane.rest = Some(at);
                     *pane.zoom_mut() = None;
                 }
             }
