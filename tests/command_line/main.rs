@@ -8,6 +8,7 @@ mod workshop;
 
 mod apply;
 mod built_in;
+mod export;
 mod fit;
 mod metrology;
 mod refusals;
