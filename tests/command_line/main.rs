@@ -9,6 +9,7 @@ mod workshop;
 mod apply;
 mod blocks;
 mod built_in;
+mod export;
 mod fit;
 mod inspect;
 mod metrology;

@@ -125,7 +125,7 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
                 "--train a.csv --export kept.json",
                 &["kept.json", "already", "--force"],
             ),
-            ("--train gone.csv --export kept.json", &["gone.csv"]),
+            ("--train gone.csv --export kept.json --force", &["gone.csv"]),
             ("--train a.csv --export ./a.csv", &["./a.csv", "read"]),
         ],
     );
