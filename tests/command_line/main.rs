@@ -12,3 +12,4 @@ mod fit;
 mod metrology;
 mod refusals;
 mod streams;
+mod sweep;
