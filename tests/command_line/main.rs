@@ -15,3 +15,4 @@ mod inspect;
 mod metrology;
 mod refusals;
 mod streams;
+mod sweep;

@@ -94,6 +94,40 @@ fn numbers_out_of_range_are_refused() {
 }
 
 #[test]
+fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("short.csv", recording(0.0, 6));
+    all_refused(
+        &workshop,
+        "sweep",
+        &[
+            ("--train a.csv --f-th ,", &["F_th", "number"]),
+            (
+                "--train a.csv --f-th 0:5:0",
+                &["step of F_th", "above zero"],
+            ),
+            ("--train a.csv --f-th 0:5:-1", &["step of F_th", "-1"]),
+            ("--train a.csv --f-th 5:0:1", &["F_th", "exchange"]),
+            ("--train a.csv --t-th 5,3", &["t_th", "rising"]),
+            ("--train a.csv --t-th 5,5", &["t_th", "once"]),
+            ("--train a.csv --t-th -1", &["t_th", "-1"]),
+            ("--train a.csv --t-th inf", &["t_th", "inf"]),
+            ("--train a.csv --f-th 0:1:1e-9", &["F_th", "larger step"]),
+            ("--train a.csv --measure mx", &["no Mx", "Fz"]),
+            ("--train a.csv --measure moments", &["no axis", "choose"]),
+            (
+                "--train short.csv",
+                &["4 training samples", "record longer"],
+            ),
+            ("--train a.csv --svg gone/map.svg", &["no directory gone"]),
+            ("--train a.csv --csv ./a.csv", &["./a.csv", "read"]),
+        ],
+    );
+    let told = refused(&workshop, &["sweep", "--train", "a.csv", "--t-th", ""]);
+    assert!(told.contains("t_th has no values; give"), "{told}");
+}
+
+#[test]
 fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
     let workshop = Workshop::with_recordings();
     workshop.write("kept.json", "old");
