@@ -996,6 +996,7 @@ fn play_radii_are_chosen_by_leave_one_out() {
     );
     assert!(chosen.left_out <= chosen.left_out_without);
     assert!(has(&window, "lists tried"));
+}
 
 /// What stands in the cells of a table, as the window shows them to a screen reader.
 fn numbers_on_screen(window: &Window) -> usize {

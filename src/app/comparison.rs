@@ -22,7 +22,7 @@ pub enum ComparisonCommand {
     /// Stop.
     Stop,
     /// Something happened to a row of the run that began with this number.
-    Heard(u64, usize, RowEvent),
+    Heard(u64, usize, Box<RowEvent>),
     /// The run with this number has ended.
     Ended(u64),
     /// Write the results as CSV.
@@ -159,7 +159,7 @@ impl AppState {
             },
             ComparisonCommand::Heard(run, at, event) => {
                 if self.comparison.running == Some(run) {
-                    self.hear_of_row(at, event);
+                    self.hear_of_row(at, *event);
                 }
                 Vec::new()
             }

@@ -377,8 +377,9 @@ impl AppState {
             self.tell(Notice::new(
                 Level::Error,
                 format!(
-                    "{}: the ending says no format; use .json or .csv",
-                    path.display()
+                    "{}: the ending says no format; use one of {}",
+                    path.display(),
+                    CalibrationFormat::listed()
                 ),
             ));
             return Vec::new();

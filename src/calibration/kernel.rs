@@ -104,6 +104,9 @@ impl KernelSettings {
     }
 }
 
+/// Takes a fold, its inputs and its targets.
+pub type TakeRows<'a> = &'a mut dyn FnMut(usize, &[f64], &[f64]);
+
 /// Rows that can be passed over again and again.
 pub trait Rows: Sync {
     /// The number of runs that can be passed over side by side.
@@ -114,7 +117,7 @@ pub trait Rows: Sync {
     fn widths(&self) -> (usize, usize);
     /// Calls `take(fold, inputs, targets)` for each block of the run, in order: `n × n_columns` and `n × n_targets`,
     /// row-major, all of one fold.
-    fn pass(&self, run: usize, take: &mut dyn FnMut(usize, &[f64], &[f64]));
+    fn pass(&self, run: usize, take: TakeRows<'_>);
 }
 
 /// A fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.

@@ -6,6 +6,15 @@
 //! How: Cholesky without pivoting, the targets as further rows of the matrix, so that forward substitution comes with
 //! the factor. All fits have the same shape, so every step does one operation on eight of them.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "the same lane of several arrays, as the compiler vectorises it"
+)]
+#![expect(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "a pivot that is no number counts as too small"
+)]
+
 use crate::calibration::{NormalEquations, Ridge, fit};
 
 /// Fits worked on at once.

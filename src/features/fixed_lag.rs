@@ -42,7 +42,7 @@ impl FixedLag {
         {
             let wanted = time - lag;
             let younger = &mut self.younger[at];
-            while self.times[*younger] <= wanted {
+            while self.times[*younger] <= wanted && *younger + 1 < self.times.len() {
                 *younger += 1; // ends at the present sample, which is younger than any lag
             }
             let Some(older) = younger.checked_sub(1) else {
@@ -50,7 +50,11 @@ impl FixedLag {
                 continue;
             };
             let (start, end) = (self.times[older], self.times[*younger]);
-            let share = (wanted - start) / (end - start);
+            let share = if end > start {
+                (wanted - start) / (end - start)
+            } else {
+                1.0
+            };
             for (gauge, out) in out.iter_mut().enumerate() {
                 let before = self.gauges[older * g + gauge];
                 let after = self.gauges[*younger * g + gauge];

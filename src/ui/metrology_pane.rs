@@ -46,7 +46,10 @@ impl Default for MetrologyPane {
     }
 }
 
-const OUTPUTS: [(Trace, fn(&Cell) -> &Figure); 2] = [
+/// One of a cell's two figures.
+type Pick = fn(&Cell) -> &Figure;
+
+const OUTPUTS: [(Trace, Pick); 2] = [
     (Trace::Conventional, |cell| &cell.conventional),
     (Trace::Compensated, |cell| &cell.compensated),
 ];

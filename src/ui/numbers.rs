@@ -18,6 +18,16 @@ pub fn percent(change: Option<f64>) -> String {
     change.map_or_else(|| "–".to_owned(), |change| format!("{change:+.1} %"))
 }
 
+/// A span of time, as coarse as one waits for it.
+pub fn duration(span: std::time::Duration) -> String {
+    let seconds = span.as_secs_f64().ceil() as u64;
+    match seconds {
+        0..=99 => format!("{seconds} s"),
+        100..=5999 => format!("{} min", seconds.div_ceil(60)),
+        _ => format!("{:.1} h", seconds as f64 / 3600.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -29,15 +39,5 @@ mod tests {
         assert_eq!(significant(123_456.0, 3), "123456");
         assert_eq!(significant(1.5e-9, 3), "1.50e-9");
         assert_eq!(significant(0.0, 3), "0");
-    }
-}
-
-/// A span of time, as coarse as one waits for it.
-pub fn duration(span: std::time::Duration) -> String {
-    let seconds = span.as_secs_f64().ceil() as u64;
-    match seconds {
-        0..=99 => format!("{seconds} s"),
-        100..=5999 => format!("{} min", seconds.div_ceil(60)),
-        _ => format!("{:.1} h", seconds as f64 / 3600.0),
     }
 }

@@ -318,7 +318,7 @@ impl Shell {
                             &candidates,
                             progress,
                             &|at, event| {
-                                let heard = ComparisonCommand::Heard(run, at, event);
+                                let heard = ComparisonCommand::Heard(run, at, Box::new(event));
                                 reply.send(Command::Comparison(heard));
                             },
                         );

@@ -238,7 +238,8 @@ impl<'a> View<'a> {
                     ui.label("change").on_hover_text("From Conv. to Comp.");
                 }
                 ui.end_row();
-                let rows: [(&str, &str, String, &str, f64, fn(&LoopFigures) -> f64); 3] = [
+                type Figure = fn(&LoopFigures) -> f64;
+                let rows: [(&str, &str, String, &str, f64, Figure); 3] = [
                     (
                         "Largest width",
                         "Largest |falling − rising| at equal load",

@@ -89,7 +89,8 @@ fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
             ui.label(RichText::new(trace.label()).color(trace.color(ui.visuals())));
         }
         ui.end_row();
-        let rows: [(&str, &str, fn(&Drift) -> String); 3] = [
+        type Said = fn(&Drift) -> String;
+        let rows: [(&str, &str, Said); 3] = [
             (
                 "Drift",
                 "Change of output − load from the beginning of the rest to its end, on the fitted exponential",
