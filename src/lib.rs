@@ -4,11 +4,11 @@
 //!
 //! | room | what is in it | where to begin |
 //! |---|---|---|
-//! | [`recording`] | what was measured: recordings and their roles, reading and writing text, the simulated sensor | [`recording::Recording`] |
+//! | [`recording`] | what was measured: recordings and their roles, any logger's text by column maps, two clocks, the simulated sensor | [`recording::Recording`] |
 //! | [`features`] | what a sample is described by: look-back (Eq. 9-12) and the other blocks | [`features::Design`] |
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
-//! | [`evaluation`] | how good it is: errors, leave-one-recording-out, traces at every zoom | [`evaluation::cross_validation`] |
-//! | [`export`] | what leaves the program, whole or not at all | [`export::write_calibration`] |
+//! | [`evaluation`] | how good it is: errors, leave-one-recording-out, threshold study, loops, rests, the certificate's figures | [`evaluation::cross_validation`] |
+//! | [`export`] | what leaves the program, whole or not at all: calibrations in ten formats, code that runs them, tables, pictures | [`export::write_calibration`] |
 //! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |
 //! | [`app`] | the window's state and the one function that changes it; no drawing, no files | [`app::AppState::apply`] |
 //! | `ui` | the window (feature `gui`): panels that read the state and push commands | `ui::Shell` |

@@ -219,8 +219,15 @@ pub(super) fn tile_rows(
     sums: &mut [f64],
     stride: usize,
 ) -> impl Iterator<Item = (usize, &mut [f64])> {
-    let tiles = sums.chunks_exact_mut(TILE * stride).enumerate();
-    tiles.map(|(at, sums)| (at * TILE, sums))
+    // Not `chunks_exact_mut`, here and below: where few rows are added at a time, its division would take longer than
+    // the products.
+    let (mut rest, mut first) = (sums, 0);
+    std::iter::from_fn(move || {
+        let (tile, more) = std::mem::take(&mut rest).split_at_mut_checked(TILE * stride)?;
+        rest = more;
+        first += TILE;
+        Some((first - TILE, tile))
+    })
 }
 
 /// Adds to `TILE` rows of sums the products of the columns from `left_column` on with those in `columns`, a tile of
@@ -235,7 +242,9 @@ pub(super) fn add_tiles(
     let stride = sums.len() / TILE;
     for first_column in columns.step_by(LANES) {
         let mut tile = [[0.0_f64; LANES]; TILE];
-        for row in block.chunks_exact(stride) {
+        let mut rest = block;
+        while let Some((row, more)) = rest.split_at_checked(stride) {
+            rest = more;
             let left: &[f64; TILE] = row[left_column..][..TILE].try_into().expect("a tile");
             let right: &[f64; LANES] = row[first_column..][..LANES].try_into().expect("lanes");
             for i in 0..TILE {

@@ -445,24 +445,11 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
             "recordings"
         },
     )?;
-    let range = |range: &FlatRange| {
-        let below = if range.from_is_first_tried {
-            " (the first tried)"
-        } else {
-            ""
-        };
-        let above = if range.to_is_last_tried {
-            " (the last tried)"
-        } else {
-            ""
-        };
-        format!("{}{below} to {}{above}", range.from, range.to)
-    };
     writeln!(
         out,
         "  within one standard error: F_th {}{f_unit}; t_th {} s",
-        range(&found.f_th_range),
-        range(&found.t_th_range),
+        range_text(&found.f_th_range),
+        range_text(&found.t_th_range),
     )?;
     if !found.beats_conventional {
         writeln!(
@@ -480,6 +467,22 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+fn range_text(range: &FlatRange) -> String {
+    let FlatRange { from, to, .. } = range;
+    if from == to {
+        return from.to_string();
+    }
+    let first = match range.from_is_first_tried {
+        true => " (the first tried)",
+        false => "",
+    };
+    let last = match range.to_is_last_tried {
+        true => " (the last tried)",
+        false => "",
+    };
+    format!("{from}{first} to {to}{last}")
 }
 
 fn print_hysteresis(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {

@@ -101,7 +101,6 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
         &workshop,
         "sweep",
         &[
-            ("--train a.csv --f-th ,", &["F_th", "number"]),
             (
                 "--train a.csv --f-th 0:5:0",
                 &["step of F_th", "above zero"],
