@@ -64,13 +64,14 @@ fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mu
         let label = ui.label("Export to");
         let buttons = 118.0;
         let field = egui::TextEdit::singleline(&mut fields.export)
-            .hint_text("path ending in .json or .csv")
+            .hint_text("path ending in .json, .h, .py, …")
             .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
         let field = ui.add(field).labelled_by(label.id);
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_enabled_ui(state.analysis.is_some(), |ui| {
             let export = ui.button("Export").on_hover_text(
-                ".json holds everything and can be opened here again; .csv holds the matrices. A file of that name is replaced",
+                ".json holds everything and can be opened here again; .csv the matrices; .h, .rs and .py are code that runs; .yaml, \
+                 .npz, .mat, .cal and .onnx hold what each can carry. A file of that name is replaced",
             );
             let path = fields.export.trim();
             if (export.clicked() || entered) && !path.is_empty() {

@@ -1,17 +1,6 @@
 //! Numbers as people read them.
 
-/// `value` with this many significant digits, without an exponent where that stays short.
-pub fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let magnitude = value.abs().log10().floor();
-    if !(-4.0..7.0).contains(&magnitude) {
-        return format!("{value:.*e}", digits.saturating_sub(1));
-    }
-    let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
-    format!("{value:.decimals$}")
-}
+pub use crate::evaluation::numbers::significant;
 
 /// A change in percent, signed; a dash where it says nothing.
 pub fn percent(change: Option<f64>) -> String {
@@ -33,11 +22,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_count_from_the_first_that_is_not_zero() {
-        assert_eq!(significant(2.5432, 4), "2.543");
-        assert_eq!(significant(-0.012_345, 3), "-0.0123");
-        assert_eq!(significant(123_456.0, 3), "123456");
-        assert_eq!(significant(1.5e-9, 3), "1.50e-9");
-        assert_eq!(significant(0.0, 3), "0");
+    fn a_span_is_told_as_coarsely_as_one_waits_for_it() {
+        let told = |seconds: f64| duration(std::time::Duration::from_secs_f64(seconds));
+        assert_eq!(
+            [told(0.2), told(99.0), told(130.0), told(9000.0)],
+            ["1 s", "99 s", "3 min", "2.5 h"]
+        );
     }
 }
