@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::View;
-use loopscope::app::{Command, Pane};
+use loopscope::app::{Command, Pane, Wish};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, simulated};
 use loopscope::ui::{NativeDialogs, Shell};
 
@@ -108,7 +108,7 @@ fn frame(c: &mut Criterion) {
             });
         });
         for (pane, what) in [(Pane::Loops, "loop pane"), (Pane::Metrology, "metrology")] {
-            screen.shell.send(Command::ShowPane(pane));
+            screen.shell.send(Command::Wish(Wish::ShowPane(pane)));
             screen.settle();
             group.bench_function(format!("{name}, {what}"), |b| b.iter(|| screen.frame(None)));
         }

@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::analysis::{Analysis, Candidate, ComparedRow, HistoryBlock, Request, View};
-use crate::app::{ComparisonCommand, Pane, StudyCommand, StudyRequest, TrainingCommand};
+use crate::analysis::{Analysis, Candidate, HistoryBlock, Request, View};
+use crate::app::{
+    Choices, ComparisonCommand, Existing, FileContent, ImportCommand, KnownOf, OpenedSession, Pane,
+    Preferences, SessionCommand, StudyCommand, StudyRequest, TrainingCommand, Wish,
+};
 use crate::calibration::{Calibration, FitSettings};
-use crate::evaluation::metrology::Metrology;
-use crate::evaluation::threshold_study::{Measure, ThresholdMap};
+use crate::evaluation::threshold_study::Measure;
+use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
 use crate::recording::{Axis, RecordingSet, Role};
 
@@ -30,8 +33,10 @@ pub enum Command {
     Unsplit,
     /// Put these recordings on screen.
     SetView(View),
-    /// Put this pane in the middle of the window.
-    ShowPane(Pane),
+    /// What only the window can do.
+    Wish(Wish),
+    /// These panes are on screen now.
+    PanesOnScreen(Vec<Pane>),
     /// Show or hide an axis.
     ShowAxis(Axis, bool),
     /// Ask which files to open.
@@ -49,9 +54,21 @@ pub enum Command {
     /// Ask where to write the calibration.
     ChooseExport,
     /// Write the calibration.
-    Export(PathBuf),
+    Export(PathBuf, Existing),
+    /// Write a file.
+    Save(FileContent, PathBuf, Existing),
+    /// Ask where to write this; the name is a suggestion.
+    ChooseFileFor(FileContent, &'static str),
+    /// There was no dialog to ask with: let a path be typed.
+    TypePathFor(FileContent, String),
+    /// The path was typed, or not.
+    PathTyped(Option<PathBuf>),
+    /// The file is there already: ask whether to replace it.
+    AskToReplace(FileContent, PathBuf),
+    /// The answer: replace it, or leave it.
+    Replace(bool),
     /// Writing has ended.
-    Exported(PathBuf, Result<(), String>),
+    Saved(PathBuf, Result<(), String>),
     /// An analysis has ended.
     Analysed(Result<Arc<Analysis>, String>),
     /// Something to tell.
@@ -60,8 +77,14 @@ pub enum Command {
     DismissNotice(usize),
     /// Take all notices away.
     DismissNotices,
-    /// Write a file.
-    SaveFile(FileContent, PathBuf),
+    /// What is remembered of a person has changed.
+    SetPreferences(Preferences),
+    /// Go back or forward to these choices.
+    Restore(Choices),
+    /// What concerns files whose columns have to be said.
+    Import(ImportCommand),
+    /// What concerns sessions.
+    Session(SessionCommand),
     /// What concerns training.
     Training(TrainingCommand),
     /// What concerns the comparison of regressors.
@@ -74,22 +97,17 @@ pub enum Command {
     Nothing,
 }
 
-/// What is to be written into a file, besides calibrations.
-#[derive(Clone, Debug)]
-pub enum FileContent {
-    /// The metrology table as CSV.
-    Metrology(Arc<Metrology>),
-    /// A finished file, such as a picture.
-    Bytes(Arc<[u8]>),
-}
-
 /// What a file held.
 #[derive(Clone, Debug)]
 pub enum Opened {
-    /// Recordings, with what was remarkable about reading them.
-    Recordings(Loaded),
+    /// Recordings, with what was remarkable about reading them, and the map that they were read by if any.
+    Recordings(Loaded, Option<Box<ColumnMap>>),
     /// A calibration.
     Calibration(Arc<Calibration>),
+    /// A session with its files.
+    Session(Box<OpenedSession>),
+    /// Its columns have to be said first, for this reason.
+    WantsMap(String),
 }
 
 /// A file with what it held, or why it could not be read.
@@ -100,16 +118,26 @@ pub type OpenedFile = (PathBuf, Result<Opened, String>);
 pub enum Effect {
     /// Analyse this; the newest wish wins.
     Analyse(Request),
-    /// Read these files.
-    Read(Vec<PathBuf>),
+    /// Read these files, each by its map if it has one; one whose names say too little by the map of its shape.
+    Read(Vec<(PathBuf, Option<ColumnMap>)>, Vec<ColumnMap>),
+    /// Look at a file; the newest wish wins.
+    Inspect(PathBuf, KnownOf),
+    /// Read a column map.
+    ReadMap(PathBuf),
+    /// Ask for a file to import with a dialog.
+    AskForImport,
+    /// Take up the newest of these autosaved sessions, or none; drop all.
+    Recover(Vec<PathBuf>, bool),
     /// Make the built-in recordings.
     Simulate,
+    /// What only the window can do.
+    Wish(Wish),
     /// Ask for files with a dialog.
     AskForFiles,
-    /// Ask for a file to write with a dialog.
-    AskForExport,
-    /// Write a calibration.
-    Write(Arc<Calibration>, PathBuf),
+    /// Ask where to write this with a dialog; the name is a suggestion.
+    AskWhere(FileContent, String),
+    /// Write a file.
+    Write(FileContent, PathBuf, Existing),
     /// Train a network or a kernel.
     Train(Request),
     /// Ask the training to stop.
@@ -127,8 +155,6 @@ pub enum Effect {
     },
     /// Ask the comparison to stop.
     StopComparing,
-    /// Write a comparison.
-    WriteComparison(Vec<ComparedRow>, PathBuf),
     /// Make the map of thresholds, and say what the present ones touch; the newest wish wins.
     Study(StudyRequest),
     /// Choose a block's numbers by leave-one-out.
@@ -142,10 +168,6 @@ pub enum Effect {
         /// Everything else.
         settings: FitSettings,
     },
-    /// Write a map of thresholds with its curves.
-    WriteStudy(Arc<ThresholdMap>, Measure, PathBuf),
-    /// Write a file.
-    WriteFile(FileContent, PathBuf),
     /// Stop background work.
     CancelWork,
 }

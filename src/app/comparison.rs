@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{Candidate, ComparedRow, RowEvent, paper_candidates};
-use crate::app::{AppState, Effect, Level, Notice};
+use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
 use crate::calibration::{EpochReport, FitSettings, Learner, Regressor};
 use crate::recording::RecordingSet;
 
@@ -183,7 +183,11 @@ impl AppState {
                     self.tell(Notice::new(Level::Error, "There is no row to save yet"));
                     return Vec::new();
                 }
-                vec![Effect::WriteComparison(rows, path)]
+                vec![Effect::Write(
+                    FileContent::Comparison(rows),
+                    path,
+                    Existing::Ask,
+                )]
             }
         }
     }

@@ -3,16 +3,32 @@
 //! Panels read [`AppState`] and push [`Command`]s; [`AppState::apply`] changes the state and says what else must happen
 //! as [`Effect`]s, which the window carries out.
 
+mod choices;
 mod command;
 mod comparison;
+mod file_content;
+mod importing;
 mod notice;
+mod pane;
+mod preferences;
+mod session;
 mod state;
 mod study;
 mod training;
+mod wish;
 
-pub use command::{Command, Effect, FileContent, Opened, OpenedFile};
+pub use choices::Choices;
+pub use command::{Command, Effect, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
+pub use file_content::{Existing, FileContent};
+pub use importing::{ImportCommand, Importing, KnownOf};
 pub use notice::{Level, Notice};
-pub use state::{AppState, Applied, Pane};
+pub use pane::Pane;
+pub use preferences::{Preferences, Theme};
+pub use session::{
+    Mark, OpenedSession, Session, SessionCommand, SessionError, SessionFile, SessionPart,
+};
+pub use state::{AppState, Applied};
 pub use study::{StudyCommand, StudyNews, StudyRequest, ThresholdStudy};
 pub use training::{Training, TrainingCommand};
+pub use wish::{PictureTo, Preset, ScreenPart, Wish};

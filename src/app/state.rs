@@ -1,15 +1,18 @@
 //! All of the program's state, and the one function that changes it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
 use crate::app::{
-    Command, Comparison, Effect, Level, Notice, Opened, OpenedFile, ThresholdStudy, Training,
+    Command, Comparison, Effect, Existing, FileContent, Importing, Level, Mark, Notice, Opened,
+    OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy, Training,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
 use crate::features::{Distance, Thresholds};
+use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
 
@@ -22,22 +25,6 @@ pub struct Applied {
     pub calibration: Arc<Calibration>,
 }
 
-/// What stands in the middle of the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pane {
-    /// Loads and errors over time.
-    #[default]
-    Traces,
-    /// The map of thresholds, and what is suggested.
-    Thresholds,
-    /// Regressors side by side.
-    Compare,
-    /// Outputs over the load.
-    Loops,
-    /// The figures of a certificate.
-    Metrology,
-}
-
 /// Everything the window shows, and nothing of how.
 #[derive(Clone, Debug, Default)]
 pub struct AppState {
@@ -45,12 +32,14 @@ pub struct AppState {
     pub recordings: Arc<RecordingSet>,
     /// The recordings before they were cut in time, while they are cut.
     pub unsplit: Option<Arc<RecordingSet>>,
+    /// The first share of each recording that trains, while they are cut.
+    pub cut: f64,
     /// The choices of the fit.
     pub settings: FitSettings,
     /// Which recordings are on screen.
     pub view: View,
-    /// What stands in the middle of the window.
-    pub pane: Pane,
+    /// The panes that are on screen.
+    pub on_screen: Vec<Pane>,
     /// Axes that are not shown.
     pub hidden_axes: Vec<Axis>,
     /// A calibration that is applied instead of fitted.
@@ -69,6 +58,32 @@ pub struct AppState {
     pub overtook_built_in: bool,
     /// What there is to say.
     pub notices: Vec<Notice>,
+    /// A file that is there already, and what would be written into it.
+    pub replacing: Option<(FileContent, PathBuf)>,
+    /// What waits for a path to be typed, with a suggested name.
+    pub naming: Option<(FileContent, String)>,
+    /// The file whose columns are being said.
+    pub importing: Option<Importing>,
+    /// The maps that files were read by.
+    pub maps: BTreeMap<PathBuf, ColumnMap>,
+    /// Free text that is saved with the session.
+    pub notes: String,
+    /// The session's file, if it has one.
+    pub session: Option<PathBuf>,
+    /// What the session held when it was saved or opened.
+    pub saved: Option<Mark>,
+    /// Files of the session that are not where they were.
+    pub lost: Vec<SessionFile>,
+    /// What the recordings of files that are being read are for.
+    pub awaited_roles: BTreeMap<PathBuf, BTreeMap<String, Role>>,
+    /// Autosaved sessions of windows that did not end as they should.
+    pub recoverable: Vec<PathBuf>,
+    /// Whether the window is to be closed, once somebody has said what becomes of what is not saved.
+    pub closing: bool,
+    /// What is remembered between runs.
+    pub preferences: Preferences,
+    /// Counts how often recordings were opened or closed; choices made before cannot be gone back to.
+    pub n_openings: usize,
 }
 
 /// More notices than this are forgotten, oldest first.
@@ -100,8 +115,9 @@ impl AppState {
                 self.view = view;
                 self.analyse()
             }
-            Command::ShowPane(pane) => {
-                self.pane = pane;
+            Command::Wish(wish) => vec![Effect::Wish(wish)],
+            Command::PanesOnScreen(panes) => {
+                self.on_screen = panes;
                 self.follow_study().into_iter().collect()
             }
             Command::ShowAxis(axis, shown) => {
@@ -113,7 +129,7 @@ impl AppState {
             }
             Command::ChooseFiles => vec![Effect::AskForFiles],
             Command::OpenFiles(paths) if paths.is_empty() => Vec::new(),
-            Command::OpenFiles(paths) => vec![Effect::Read(paths)],
+            Command::OpenFiles(paths) => vec![self.read(paths)],
             Command::FilesOpened(files) => self.take_files(files),
             Command::OpenBuiltIn => {
                 self.overtook_built_in = false;
@@ -124,9 +140,42 @@ impl AppState {
                 self.applied = None;
                 self.analyse()
             }
-            Command::ChooseExport => vec![Effect::AskForExport],
-            Command::Export(path) => self.export(path),
-            Command::Exported(path, result) => {
+            Command::ChooseExport => match self.calibration() {
+                Some(calibration) => {
+                    let content = FileContent::Calibration(calibration);
+                    vec![Effect::AskWhere(content, "calibration.json".to_owned())]
+                }
+                None => self.nothing_to_export(),
+            },
+            Command::ChooseFileFor(content, name) => {
+                vec![Effect::AskWhere(content, name.to_owned())]
+            }
+            Command::TypePathFor(content, name) => {
+                self.naming = Some((content, name));
+                Vec::new()
+            }
+            Command::PathTyped(path) => match (self.naming.take(), path) {
+                (Some((FileContent::Calibration(_), _)), Some(path)) => {
+                    self.export(path, Existing::Ask)
+                }
+                (Some((content, _)), Some(path)) => {
+                    vec![Effect::Write(content, path, Existing::Ask)]
+                }
+                _ => Vec::new(),
+            },
+            Command::Export(path, existing) => self.export(path, existing),
+            Command::Save(content, path, existing) => vec![Effect::Write(content, path, existing)],
+            Command::AskToReplace(content, path) => {
+                self.replacing = Some((content, path));
+                Vec::new()
+            }
+            Command::Replace(yes) => match self.replacing.take() {
+                Some((content, path)) if yes => {
+                    vec![Effect::Write(content, path, Existing::Replace)]
+                }
+                _ => Vec::new(),
+            },
+            Command::Saved(path, result) => {
                 self.tell(match result {
                     Ok(()) => Notice::new(Level::Info, format!("Wrote {}", path.display())),
                     Err(error) => Notice::new(Level::Error, error),
@@ -157,7 +206,13 @@ impl AppState {
                 self.notices.clear();
                 Vec::new()
             }
-            Command::SaveFile(content, path) => vec![Effect::WriteFile(content, path)],
+            Command::SetPreferences(preferences) => {
+                self.preferences = preferences;
+                Vec::new()
+            }
+            Command::Restore(choices) => self.restore(choices),
+            Command::Import(command) => self.apply_import(command),
+            Command::Session(command) => self.apply_session(command),
             Command::Training(command) => self.apply_training(command),
             Command::Comparison(command) => self.apply_comparison(command),
             Command::Study(command) => self.apply_study(command),
@@ -218,7 +273,7 @@ impl AppState {
         self.change_recordings(|set| set.remove(at))
     }
 
-    fn close_recordings(&mut self) -> Vec<Effect> {
+    pub(super) fn close_recordings(&mut self) -> Vec<Effect> {
         self.use_recordings(RecordingSet::default());
         self.overtook_built_in = true;
         self.applied = None;
@@ -248,10 +303,11 @@ impl AppState {
         }
         self.recordings = Arc::new(set);
         self.unsplit = None;
+        self.n_openings += 1;
     }
 
     /// The last analysis' results stand in the order of recordings that are no longer there.
-    fn forget_results(&mut self) {
+    pub(super) fn forget_results(&mut self) {
         if let Some(analysis) = &mut self.analysis {
             Arc::make_mut(analysis).recordings.clear();
         }
@@ -267,7 +323,7 @@ impl AppState {
         self.analyse()
     }
 
-    fn split(&mut self, fraction: f64) -> Vec<Effect> {
+    pub(super) fn split(&mut self, fraction: f64) -> Vec<Effect> {
         let whole = Arc::clone(self.unsplit.as_ref().unwrap_or(&self.recordings));
         let cut = whole.split(fraction);
         if !cut.entries().iter().any(|entry| entry.role == Role::Test) {
@@ -278,6 +334,7 @@ impl AppState {
             return Vec::new();
         }
         self.unsplit = Some(whole);
+        self.cut = fraction;
         self.recordings = Arc::new(cut);
         self.forget_results();
         self.show_first_test()
@@ -286,21 +343,43 @@ impl AppState {
     fn take_files(&mut self, files: Vec<OpenedFile>) -> Vec<Effect> {
         let mut loaded = Vec::new();
         let mut calibration = None;
+        let mut session = None;
+        let mut to_import = Vec::new();
         for (path, opened) in files {
+            if opened.is_ok() {
+                self.preferences.remember(&path);
+            }
             match opened {
-                Ok(Opened::Recordings(recordings)) => loaded.push(recordings),
+                Ok(Opened::Recordings(recordings, map)) => {
+                    if let Some(map) = map {
+                        self.maps.insert(path, *map);
+                    }
+                    loaded.push(recordings);
+                }
                 Ok(Opened::Calibration(found)) => calibration = Some((path, found)),
+                Ok(Opened::Session(opened)) => session = Some((path, *opened)),
+                Ok(Opened::WantsMap(reason)) => {
+                    self.tell(Notice::new(Level::Info, reason));
+                    to_import.push(path);
+                }
                 Err(error) => self.tell(Notice::new(Level::Error, error)),
             }
+        }
+        let mut effects = self.import(to_import);
+        if let Some((path, opened)) = session {
+            effects.extend(self.take_session(Some(path), opened));
         }
         let mut changed = self.take_recordings(loaded);
         if let Some((path, calibration)) = calibration {
             changed |= self.take_calibration(path, calibration);
         }
-        if changed { self.analyse() } else { Vec::new() }
+        if changed {
+            effects.extend(self.analyse());
+        }
+        effects
     }
 
-    fn take_recordings(&mut self, loaded: Vec<Loaded>) -> bool {
+    pub(super) fn take_recordings(&mut self, loaded: Vec<Loaded>) -> bool {
         // The built-in sensor was there so that there was something to see; real recordings take its place.
         let replaces = self.recordings.is_simulated();
         let mut set = if replaces {
@@ -325,6 +404,7 @@ impl AppState {
             }
         }
         let added = set.entries().len() > before;
+        self.give_awaited_roles(&mut set);
         if added {
             // Keep an applied calibration: opening recordings to apply it to is what it is for.
             self.use_recordings(set);
@@ -365,13 +445,22 @@ impl AppState {
         true
     }
 
-    fn export(&mut self, path: PathBuf) -> Vec<Effect> {
-        let Some(analysis) = &self.analysis else {
-            self.tell(Notice::new(
-                Level::Error,
-                "There is no calibration to export yet",
-            ));
-            return Vec::new();
+    /// The calibration that an export writes. An applied one leaves as it came, not with the scores it has here.
+    fn calibration(&self) -> Option<Arc<Calibration>> {
+        let analysis = self.analysis.as_ref()?;
+        let applied = self.applied.as_ref().map(|applied| &applied.calibration);
+        Some(Arc::clone(applied.unwrap_or(&analysis.calibration)))
+    }
+
+    fn nothing_to_export(&mut self) -> Vec<Effect> {
+        let text = "There is no calibration to export yet";
+        self.tell(Notice::new(Level::Error, text));
+        Vec::new()
+    }
+
+    fn export(&mut self, path: PathBuf, existing: Existing) -> Vec<Effect> {
+        let Some(calibration) = self.calibration() else {
+            return self.nothing_to_export();
         };
         if CalibrationFormat::from_path(&path).is_none() {
             self.tell(Notice::new(
@@ -384,12 +473,11 @@ impl AppState {
             ));
             return Vec::new();
         }
-        // An applied calibration leaves as it came, not with the scores it has here.
-        let calibration = match &self.applied {
-            Some(applied) => &applied.calibration,
-            None => &analysis.calibration,
-        };
-        vec![Effect::Write(Arc::clone(calibration), path)]
+        vec![Effect::Write(
+            FileContent::Calibration(calibration),
+            path,
+            existing,
+        )]
     }
 
     pub(super) fn analyse(&mut self) -> Vec<Effect> {
@@ -443,6 +531,7 @@ mod tests {
 
     use super::*;
     use crate::analysis::{Analysis, analyse};
+    use crate::app::{ImportCommand, KnownOf};
     use crate::progress::Progress;
     use crate::recording::delimited::{Finding, LoadWarning};
     use crate::recording::{Recording, Source};
@@ -481,7 +570,7 @@ mod tests {
             recordings: vec![recording],
             warnings: Vec::new(),
         };
-        Command::FilesOpened(vec![(path, Ok(Opened::Recordings(loaded)))])
+        Command::FilesOpened(vec![(path, Ok(Opened::Recordings(loaded, None)))])
     }
 
     /// Training recordings `a` and `b` and the test recording `test`, all from files.
@@ -636,6 +725,28 @@ mod tests {
     }
 
     #[test]
+    fn choices_of_another_moment_come_back_with_roles_cuts_and_closed_recordings() {
+        let mut state = with_files();
+        fitted(&mut state);
+        let before = state.choices();
+        state.apply(Command::SetRole(0, Role::Off));
+        let mut settings = state.settings.clone();
+        settings.offset = false;
+        state.apply(Command::SetSettings(settings));
+        let off = state.choices();
+        assert_ne!(before, off);
+        state.apply(Command::RemoveRecording(0));
+        state.apply(Command::Split(0.5));
+        let request = request(state.apply(Command::Restore(off.clone())));
+        assert_eq!(roles(&state), [Role::Off, Role::Train, Role::Test]);
+        assert!(!request.settings.offset && state.unsplit.is_none());
+        assert!(state.choices() == off);
+        state.apply(Command::Restore(before.clone()));
+        assert!(state.settings.offset && state.choices() == before);
+        assert_eq!(roles(&state), [Role::Train, Role::Train, Role::Test]);
+    }
+
+    #[test]
     fn a_cut_that_leaves_nothing_to_test_changes_nothing() {
         let mut state = with_files();
         state.apply(Command::SetRole(2, Role::Off));
@@ -727,7 +838,7 @@ mod tests {
         let Command::FilesOpened(mut files) = of_file("a", &["S1"], &[Axis::Fz]) else {
             unreachable!()
         };
-        let Ok(Opened::Recordings(loaded)) = &mut files[0].1 else {
+        let Ok(Opened::Recordings(loaded, None)) = &mut files[0].1 else {
             unreachable!()
         };
         loaded.warnings.push(LoadWarning {
@@ -773,14 +884,22 @@ mod tests {
     #[test]
     fn export_needs_an_analysis_and_an_ending_that_says_the_format() {
         let mut state = with_files();
-        assert!(state.apply(Command::Export("c.json".into())).is_empty());
+        assert!(
+            state
+                .apply(Command::Export("c.json".into(), Existing::Ask))
+                .is_empty()
+        );
         last_notice(&state, Level::Error, "no calibration");
         let analysis = fitted(&mut state);
-        assert!(state.apply(Command::Export("c.xlsx".into())).is_empty());
+        assert!(
+            state
+                .apply(Command::Export("c.xlsx".into(), Existing::Ask))
+                .is_empty()
+        );
         last_notice(&state, Level::Error, "c.xlsx");
         for path in ["c.json", "c.CSV"] {
-            let effects = state.apply(Command::Export(path.into()));
-            let [Effect::Write(calibration, to)] = &effects[..] else {
+            let effects = state.apply(Command::Export(path.into(), Existing::Ask));
+            let [Effect::Write(FileContent::Calibration(calibration), to, _)] = &effects[..] else {
                 panic!("not one Write: {effects:?}");
             };
             assert_eq!(
@@ -800,8 +919,8 @@ mod tests {
         let effects = state.apply(Command::SetRole(0, Role::Test));
         let rescored = analyse_now(&mut state, effects);
         assert_ne!(rescored.calibration.quality, calibration.quality);
-        let effects = state.apply(Command::Export("d.json".into()));
-        let [Effect::Write(written, _)] = &effects[..] else {
+        let effects = state.apply(Command::Export("d.json".into(), Existing::Ask));
+        let [Effect::Write(FileContent::Calibration(written), ..)] = &effects[..] else {
             panic!("not one Write: {effects:?}");
         };
         assert_eq!(*written, calibration);
@@ -810,12 +929,9 @@ mod tests {
     #[test]
     fn the_end_of_writing_is_told() {
         let mut state = AppState::default();
-        state.apply(Command::Exported("c.json".into(), Ok(())));
+        state.apply(Command::Saved("c.json".into(), Ok(())));
         last_notice(&state, Level::Info, "c.json");
-        state.apply(Command::Exported(
-            "c.json".into(),
-            Err("disk full".to_owned()),
-        ));
+        state.apply(Command::Saved("c.json".into(), Err("disk full".to_owned())));
         last_notice(&state, Level::Error, "disk full");
     }
 
@@ -895,6 +1011,53 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_is_there_is_replaced_only_after_a_yes() {
+        let mut state = AppState::default();
+        let content = || FileContent::Bytes(Arc::from(*b"x"));
+        for yes in [false, true] {
+            state.apply(Command::AskToReplace(content(), "a.png".into()));
+            assert!(state.replacing.is_some());
+            let effects = state.apply(Command::Replace(yes));
+            let writes = matches!(effects[..], [Effect::Write(.., Existing::Replace)]);
+            assert_eq!(writes, yes);
+            assert!(state.replacing.is_none());
+        }
+    }
+
+    #[test]
+    fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
+        let mut state = with_files();
+        let wants = |path: &str| (path.into(), Ok(Opened::WantsMap("no names".to_owned())));
+        let effects = state.apply(Command::FilesOpened(vec![wants("x"), wants("y")]));
+        assert!(
+            matches!(&effects[..], [Effect::Inspect(path, KnownOf::Nothing)] if path == Path::new("x"))
+        );
+        let mut map = ColumnMap::default();
+        map.table.shape.columns = 3;
+        let import = |command| Command::Import(command);
+        let effects = state.apply(import(ImportCommand::SetMap(Box::new(map.clone()))));
+        assert!(matches!(
+            &effects[..],
+            [Effect::Inspect(_, KnownOf::Map(_))]
+        ));
+        let effects = state.apply(import(ImportCommand::Load));
+        let [Effect::Read(files, remembered)] = &effects[..] else {
+            panic!("not read: {effects:?}");
+        };
+        assert_eq!(
+            files[..],
+            [("x".into(), Some(map.clone())), ("y".into(), None)]
+        );
+        assert_eq!(
+            remembered[..],
+            [map.clone()],
+            "y is read by it if it has the same shape"
+        );
+        assert!(state.importing.is_none());
+        assert_eq!(state.remembered_map(&map), Some(&map));
+    }
+
+    #[test]
     fn wishes_for_dialogs_files_and_a_stop_are_passed_on() {
         let mut state = AppState::default();
         let mut effect = |command| state.apply(command);
@@ -902,13 +1065,13 @@ mod tests {
             effect(Command::ChooseFiles)[..],
             [Effect::AskForFiles]
         ));
-        assert!(matches!(
-            effect(Command::ChooseExport)[..],
-            [Effect::AskForExport]
-        ));
+        assert!(
+            effect(Command::ChooseExport).is_empty(),
+            "nothing is fitted yet"
+        );
         assert!(matches!(effect(Command::Cancel)[..], [Effect::CancelWork]));
         assert!(effect(Command::OpenFiles(Vec::new())).is_empty());
         let effects = effect(Command::OpenFiles(vec!["a".into()]));
-        assert!(matches!(&effects[..], [Effect::Read(paths)] if paths[0] == Path::new("a")));
+        assert!(matches!(&effects[..], [Effect::Read(files, _)] if files[0].0 == Path::new("a")));
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::analysis::{BlockSuggestion, HistoryBlock};
-use crate::app::{AppState, Effect, Level, Notice, Pane};
+use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice, Pane};
 use crate::calibration::FitSettings;
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::threshold_study::{Measure, PointScores, ThresholdMap, Touch};
@@ -118,7 +118,7 @@ impl AppState {
 
     /// Asks for what the pane lacks, while it is shown.
     pub(super) fn follow_study(&mut self) -> Option<Effect> {
-        if self.pane != Pane::Thresholds || self.recordings.entries().is_empty() {
+        if !self.on_screen.contains(&Pane::Thresholds) || self.recordings.entries().is_empty() {
             return None;
         }
         let settings = fixed_settings(&self.settings);
@@ -207,7 +207,8 @@ impl AppState {
             }
             StudyCommand::Save(path) => match (&self.study.map, self.study.shown_measure()) {
                 (Some(map), Some(measure)) => {
-                    vec![Effect::WriteStudy(Arc::clone(map), measure, path)]
+                    let content = FileContent::Thresholds(Arc::clone(map), measure);
+                    vec![Effect::Write(content, path, Existing::Ask)]
                 }
                 _ => {
                     self.tell(Notice::new(Level::Error, "There is no map to save yet"));

@@ -2,7 +2,7 @@
 
 use egui::RichText;
 
-use crate::app::{AppState, Command};
+use crate::app::{AppState, Command, Existing};
 use crate::calibration::LinearMap;
 use crate::recording::Axis;
 use crate::ui::numbers::significant;
@@ -17,7 +17,6 @@ pub fn calibration_pane(
     out: &mut Vec<Command>,
 ) {
     ui.horizontal_wrapped(|ui| {
-        ui.heading("Calibration");
         if let Some(analysis) = &state.analysis {
             let calibration = &analysis.calibration;
             if calibration.simulated {
@@ -71,11 +70,11 @@ fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mu
         ui.add_enabled_ui(state.analysis.is_some(), |ui| {
             let export = ui.button("Export").on_hover_text(
                 ".json holds everything and can be opened here again; .csv the matrices; .h, .rs and .py are code that runs; .yaml, \
-                 .npz, .mat, .cal and .onnx hold what each can carry. A file of that name is replaced",
+                 .npz, .mat, .cal and .onnx hold what each can carry",
             );
             let path = fields.export.trim();
             if (export.clicked() || entered) && !path.is_empty() {
-                out.push(Command::Export(path.into()));
+                out.push(Command::Export(path.into(), Existing::Ask));
             }
             if ui.button("…").on_hover_text("Choose a file").clicked() {
                 out.push(Command::ChooseExport);

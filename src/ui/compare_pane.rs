@@ -9,8 +9,8 @@ use crate::evaluation::metrics::Group;
 use crate::export::{ComparisonRow as _, comparison_records};
 use crate::recording::Axis;
 use crate::ui::numbers::{duration, significant};
-use crate::ui::palette;
 use crate::ui::shell::Fields;
+use crate::ui::{palette, picture, plots};
 
 /// Which samples the errors are of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,7 +99,7 @@ pub fn compare_pane(
     egui::ScrollArea::both()
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            bars(ui, state, fields.errors_on);
+            bars(ui, state, fields.errors_on, out);
             table(ui, state, fields.errors_on, out);
         });
 }
@@ -229,7 +229,7 @@ fn row_state(ui: &mut egui::Ui, row: &Row, stale: bool) {
 }
 
 /// One chart per unit: a group of bars for each axis, a bar for each row that has a result.
-fn bars(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn) {
+fn bars(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn, out: &mut Vec<Command>) {
     let axes = state.axes();
     let rows: Vec<(&Row, &Vec<f64>)> = state
         .comparison
@@ -249,13 +249,20 @@ fn bars(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn) {
     let width = (ui.available_width() / groups.len() as f32 - 8.0).max(200.0);
     ui.horizontal(|ui| {
         for group in groups {
-            chart(ui, group, axes, &rows, width);
+            chart(ui, group, axes, &rows, width, out);
         }
     });
     ui.weak("Pale bars: without the past. Colours: the regressor, as in the table. Broad bars: all samples (A); narrow: every tenth (B).");
 }
 
-fn chart(ui: &mut egui::Ui, group: Group, axes: &[Axis], rows: &[(&Row, &Vec<f64>)], width: f32) {
+fn chart(
+    ui: &mut egui::Ui,
+    group: Group,
+    axes: &[Axis],
+    rows: &[(&Row, &Vec<f64>)],
+    width: f32,
+    out: &mut Vec<Command>,
+) {
     let of_group: Vec<(usize, Axis)> = axes
         .iter()
         .copied()
@@ -297,7 +304,7 @@ fn chart(ui: &mut egui::Ui, group: Group, axes: &[Axis], rows: &[(&Row, &Vec<f64
         })
         .collect();
     let names: Vec<&str> = of_group.iter().map(|(_, axis)| axis.symbol()).collect();
-    Plot::new(("comparison", group_name(group)))
+    let shown = Plot::new(("comparison", group_name(group)))
         .width(width)
         .height(BARS_HEIGHT)
         .allow_scroll(false)
@@ -324,6 +331,8 @@ fn chart(ui: &mut egui::Ui, group: Group, axes: &[Axis], rows: &[(&Row, &Vec<f64
         .show(ui, |plot| {
             plot.bar_chart(BarChart::new("RMSE", bars));
         });
+    let part = plots::with_labels(shown.response.rect);
+    picture::menu(&shown.response, part, None, out);
 }
 
 fn bar_color(regressor: Regressor, has_history: bool, visuals: &egui::Visuals) -> Color32 {

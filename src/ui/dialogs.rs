@@ -1,12 +1,13 @@
 //! The desktop's file dialogs, off the window's thread.
 //!
-//! Not every machine has them, and one that failed looks like one that was cancelled; so every dialog has a path field
+//! Not every machine has them, and one that failed looks like one that was cancelled; so there is a path field
 //! as another way, and an answer that came faster than a person could give it is taken as a failure and said.
 
+use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use crate::app::{Command, Level, Notice};
+use crate::app::{Command, Existing, FileContent, ImportCommand, Level, Notice};
 use crate::worker::Notify;
 
 /// No person cancels a dialog this quickly.
@@ -30,12 +31,35 @@ impl Reply {
     }
 }
 
+/// What is to be saved somewhere.
+#[derive(Debug)]
+pub struct SaveAs {
+    /// What.
+    pub content: FileContent,
+    /// A name for it.
+    pub name: String,
+}
+
+impl SaveAs {
+    /// The file was chosen, and replacing it agreed to where it is there.
+    #[must_use]
+    pub fn to(self, path: PathBuf) -> Command {
+        match self.content {
+            // Its ending is checked against what can be exported.
+            FileContent::Calibration(_) => Command::Export(path, Existing::Replace),
+            content => Command::Save(content, path, Existing::Replace),
+        }
+    }
+}
+
 /// Ways to ask for files; a test puts its own in place of the desktop's.
 pub trait Dialogs {
     /// Asks for files to open.
     fn open_files(&mut self, reply: Reply);
-    /// Asks for a file to export a calibration to.
-    fn export(&mut self, reply: Reply);
+    /// Asks for one file whose columns are to be said.
+    fn import(&mut self, reply: Reply);
+    /// Asks for a file to write.
+    fn save(&mut self, what: SaveAs, reply: Reply);
 }
 
 /// The desktop's own dialogs.
@@ -44,44 +68,53 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
-        asked(reply, || {
-            let dialog = rfd::AsyncFileDialog::new()
-                .set_title("Open recordings or a calibration")
-                .add_filter(
-                    "Recordings and calibrations",
-                    &["csv", "txt", "tsv", "dat", "json"],
-                )
-                .add_filter("All files", &["*"]);
+        let dialog =
+            rfd::AsyncFileDialog::new().set_title("Open recordings, a calibration or a session");
+        asked(reply, no_dialog(), || {
             let files = pollster::block_on(dialog.pick_files())?;
             let paths = files.iter().map(|file| file.path().to_owned()).collect();
             Some(Command::OpenFiles(paths))
         });
     }
 
-    fn export(&mut self, reply: Reply) {
-        asked(reply, || {
-            let dialog = rfd::AsyncFileDialog::new()
-                .set_title("Export the calibration")
-                .set_file_name("calibration.json")
-                .add_filter("Calibration, complete (JSON)", &["json"])
-                .add_filter("Calibration, matrices (CSV)", &["csv"]);
+    fn import(&mut self, reply: Reply) {
+        let dialog = rfd::AsyncFileDialog::new().set_title("Import a recording");
+        asked(reply, no_dialog(), || {
+            let file = pollster::block_on(dialog.pick_file())?;
+            let path = file.path().to_owned();
+            Some(Command::Import(ImportCommand::Open(path)))
+        });
+    }
+
+    fn save(&mut self, what: SaveAs, reply: Reply) {
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Save")
+            .set_file_name(&what.name);
+        let none = Command::TypePathFor(what.content.clone(), what.name.clone());
+        asked(reply, none, || {
             let file = pollster::block_on(dialog.save_file())?;
-            Some(Command::Export(file.path().to_owned()))
+            Some(what.to(file.path().to_owned()))
         });
     }
 }
 
-fn asked(reply: Reply, ask: impl FnOnce() -> Option<Command> + Send + 'static) {
+fn no_dialog() -> Command {
+    Command::Tell(Notice::new(
+        Level::Warning,
+        "This machine offers no file dialog; type a path in the field instead, or drop files on the window",
+    ))
+}
+
+fn asked(
+    reply: Reply,
+    without_dialogs: Command,
+    ask: impl FnOnce() -> Option<Command> + Send + 'static,
+) {
     std::thread::spawn(move || {
         let start = Instant::now();
         match ask() {
             Some(command) => reply.send(command),
-            None if start.elapsed() < TOO_QUICK_FOR_A_PERSON => {
-                reply.send(Command::Tell(Notice::new(
-                    Level::Warning,
-                    "This machine offers no file dialog; type a path in the field instead, or drop files on the window",
-                )));
-            }
+            None if start.elapsed() < TOO_QUICK_FOR_A_PERSON => reply.send(without_dialogs),
             None => {}
         }
     });

@@ -14,7 +14,7 @@ type Pick = fn(&Scores) -> &Option<Vec<f64>>;
 pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
     ui.take_available_width();
     ui.horizontal(|ui| {
-        ui.heading("RMSE");
+        ui.strong("RMSE");
         if let Some(analysis) = &state.analysis
             && !analysis.fitted
         {

@@ -13,7 +13,6 @@ use crate::analysis::loops::{
 use crate::app::{AppState, Command};
 use crate::export::Drawing;
 use crate::recording::Axis;
-use crate::ui::Reply;
 use crate::ui::looking::Looking;
 use crate::ui::palette::Trace;
 use crate::ui::plots::{self, Zoom};
@@ -132,7 +131,6 @@ impl LoopsPane {
         ui: &mut egui::Ui,
         state: &AppState,
         looking: &Looking,
-        reply: &dyn Fn() -> Reply,
         out: &mut Vec<Command>,
     ) {
         if state.analysis.is_none() {
@@ -147,9 +145,9 @@ impl LoopsPane {
         }
         let seen = &looking.seen;
         match self.mode {
-            Mode::Loops => loop_view::show(ui, self, state, seen.loops.as_ref(), reply, out),
-            Mode::Cross => cross_view::show(ui, self, state, seen.cross.as_ref(), reply, out),
-            Mode::Rests => rest_view::show(ui, self, seen.rests.as_ref(), reply, out),
+            Mode::Loops => loop_view::show(ui, self, state, seen.loops.as_ref(), out),
+            Mode::Cross => cross_view::show(ui, self, state, seen.cross.as_ref(), out),
+            Mode::Rests => rest_view::show(ui, self, seen.rests.as_ref(), out),
         }
     }
 
@@ -336,9 +334,8 @@ impl LoopsPane {
         ui: &mut egui::Ui,
         drawing: &Drawing<'_>,
         print: &Drawing<'_>,
-        reply: &dyn Fn() -> Reply,
         out: &mut Vec<Command>,
-        figures: impl FnOnce(&mut egui::Ui, &mut Self),
+        figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
     ) {
         let height = (ui.available_height() - 2.0).max(160.0);
         let width = (ui.available_width() - FIGURES_WIDTH - 12.0).max(200.0);
@@ -349,7 +346,7 @@ impl LoopsPane {
                     ui.set_width(width);
                     let mode = self.mode as usize;
                     let id = ["loop", "cross-plot", "drift"][mode];
-                    plots::plot(ui, id, height, drawing, &mut self.zooms[mode]);
+                    plots::plot(ui, id, height, [drawing, print], &mut self.zooms[mode], out);
                 })
                 .response
                 .rect;
@@ -360,9 +357,9 @@ impl LoopsPane {
                     .auto_shrink([false, false])
                     .show(ui, |ui| {
                         // The labels stand a little outside.
-                        save::row(ui, &mut self.path, print, picture.expand(6.0), reply, out);
+                        save::row(ui, &mut self.path, print, picture.expand(6.0), out);
                         ui.separator();
-                        figures(ui, self);
+                        figures(ui, self, out);
                     });
             });
         });

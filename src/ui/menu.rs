@@ -1,66 +1,102 @@
 //! The menu bar.
 
-use egui::{Button, Key, KeyboardShortcut, Modifiers};
+use egui::Button;
 
-use crate::app::{AppState, Command};
-use crate::recording::Role;
+use crate::app::{AppState, Command, Pane, Preferences, Theme, Wish};
+use crate::ui::actions::{self, Action, CanGo};
+use crate::ui::workspace::Workspace;
 
-const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
-const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::E);
-
-/// Draws the menus and listens to their shortcuts.
-pub fn menu_bar(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
-    for (shortcut, command) in [
-        (OPEN, Command::ChooseFiles),
-        (EXPORT, Command::ChooseExport),
-    ] {
-        if ui.input_mut(|input| input.consume_shortcut(&shortcut)) {
-            out.push(command);
-        }
-    }
+/// Draws the menus.
+pub fn menu_bar(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    workspace: &Workspace,
+    can: CanGo,
+    out: &mut Vec<Command>,
+) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
-            let open = ui.ctx().format_shortcut(&OPEN);
-            if ui.add(Button::new("Open…").shortcut_text(open)).clicked() {
-                out.push(Command::ChooseFiles);
-            }
-            if ui.button("Built-in sensor (simulated)").clicked() {
-                out.push(Command::OpenBuiltIn);
-            }
-            if ui.button("Close all recordings").clicked() {
-                out.push(Command::CloseRecordings);
-            }
+            let mut files = actions::files(state);
+            // The last one leaves; those before it write.
+            let quit = files.pop();
+            let writing = files.split_off(files.len() - 3);
+            items(ui, files, out);
+            recent(ui, state, out);
             ui.separator();
-            let export = ui.ctx().format_shortcut(&EXPORT);
-            let can_export = state.analysis.is_some();
-            let button = Button::new("Export calibration…").shortcut_text(export);
-            if ui.add_enabled(can_export, button).clicked() {
-                out.push(Command::ChooseExport);
-            }
+            items(ui, writing, out);
             ui.separator();
-            if ui.button("Quit").clicked() {
-                ui.send_viewport_cmd(egui::ViewportCommand::Close);
-            }
+            items(ui, quit, out);
         });
-        ui.menu_button("Recordings", |ui| {
-            for (label, role) in [
-                ("All train", Role::Train),
-                ("All test", Role::Test),
-                ("All off", Role::Off),
-            ] {
-                if ui.button(label).clicked() {
-                    out.push(Command::SetAllRoles(role));
+        ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
+        ui.menu_button("Roles", |ui| items(ui, actions::roles(), out));
+        ui.menu_button("View", |ui| view(ui, state, workspace, out));
+        ui.menu_button("Help", |ui| items(ui, actions::help(), out));
+    });
+}
+
+fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut Vec<Command>) {
+    for action in actions {
+        let mut button = Button::new(action.name);
+        if let Some(keys) = action.keys {
+            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+        }
+        if ui.add_enabled(action.enabled, button).clicked() {
+            out.push(action.command);
+        }
+    }
+}
+
+fn recent(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+    let recent = &state.preferences.recent;
+    ui.add_enabled_ui(!recent.is_empty(), |ui| {
+        ui.menu_button("Recent", |ui| {
+            for path in recent {
+                let name = path.file_name().unwrap_or(path.as_os_str());
+                let button = ui.button(name.to_string_lossy());
+                if button.on_hover_text(path.display().to_string()).clicked() {
+                    out.push(Command::OpenFiles(vec![path.clone()]));
                 }
             }
-        });
-        ui.menu_button("View", |ui| {
-            use egui::ThemePreference::{Dark, Light, System};
-            for (label, theme) in [("Dark", Dark), ("Light", Light), ("As the system", System)] {
-                let current = ui.ctx().options(|options| options.theme_preference);
-                if ui.radio(current == theme, label).clicked() {
-                    ui.ctx().set_theme(theme);
-                }
+            ui.separator();
+            if ui.button("Forget all of these").clicked() {
+                out.push(Command::SetPreferences(Preferences {
+                    recent: Vec::new(),
+                    ..state.preferences.clone()
+                }));
             }
         });
     });
+}
+
+fn view(ui: &mut egui::Ui, state: &AppState, workspace: &Workspace, out: &mut Vec<Command>) {
+    items(ui, actions::arrangements(), out);
+    ui.separator();
+    for pane in Pane::ALL {
+        let mut open = workspace.is_open(pane);
+        if ui
+            .checkbox(&mut open, pane.title())
+            .on_hover_text(pane.explanation())
+            .changed()
+        {
+            out.push(Command::Wish(match open {
+                true => Wish::ShowPane(pane),
+                false => Wish::ClosePane(pane),
+            }));
+        }
+    }
+    ui.separator();
+    for (label, theme) in [
+        ("Dark", Theme::Dark),
+        ("Light", Theme::Light),
+        ("As the system", Theme::System),
+    ] {
+        if ui.radio(state.preferences.theme == theme, label).clicked() {
+            out.push(Command::SetPreferences(Preferences {
+                theme,
+                ..state.preferences.clone()
+            }));
+        }
+    }
+    ui.separator();
+    items(ui, actions::text_scales(), out);
 }

@@ -3,7 +3,7 @@
 use egui::RichText;
 
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
-use crate::app::{AppState, Command, FileContent};
+use crate::app::{AppState, Command, Existing, FileContent};
 use crate::evaluation::metrology::{
     Cell, Figure, Metrology, MetrologySettings, Quantity, Reason, Row,
 };
@@ -104,7 +104,7 @@ impl MetrologyPane {
                     && let Some(table) = table
                 {
                     let content = FileContent::Metrology(table.clone());
-                    out.push(Command::SaveFile(content, path.into()));
+                    out.push(Command::Save(content, path.into(), Existing::Ask));
                 }
             });
         });

@@ -50,6 +50,11 @@ impl Trace {
         }
     }
 
+    /// Whether it is dashed, so that it can be told apart without its colour.
+    pub fn is_dashed(self) -> bool {
+        self == Self::Conventional
+    }
+
     pub fn stroke(self, visuals: &Visuals) -> Stroke {
         let width = match self {
             Self::Calculated => 1.8,

@@ -6,10 +6,12 @@ use egui_plot::{
     PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
 };
 
+use crate::app::Command;
 use crate::evaluation::loops::Frame;
 use crate::evaluation::numbers::{mark_label, mark_step};
 use crate::export::{Drawing, DrawnLine};
 use crate::ui::numbers::significant;
+use crate::ui::picture;
 
 /// The plot hands its grid the width of this many points as `base_step_size`; set so that both agree.
 pub const GRID_BASE_POINTS: f64 = 8.0;
@@ -44,14 +46,16 @@ pub fn tick_label(mark: GridMark) -> String {
 /// The part of a plot that was chosen by hand; `None` shows all.
 pub type Zoom = Option<Frame>;
 
-/// Draws a plot whose scales are what is on screen; changes `zoom` as the wheel, a drag or a double click say.
+/// Draws a plot whose scales are what is on screen; changes `zoom` as the wheel, a drag or a double click say. `print` is what
+/// an SVG of it holds.
 pub fn plot(
     ui: &mut egui::Ui,
     id: &str,
     height: f32,
-    drawing: &Drawing<'_>,
+    [drawing, print]: [&Drawing<'_>; 2],
     zoom: &mut Zoom,
-) -> egui::Rect {
+    out: &mut Vec<Command>,
+) {
     let (across, up) = (drawing.across.range, drawing.up.range);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
     let response = Plot::new(id)
@@ -89,7 +93,16 @@ pub fn plot(
         egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, drawing.title.clone())
     });
     follow_gestures(ui, &response, bounds, zoom);
-    response.response.rect
+    let part = with_labels(response.response.rect);
+    picture::menu(&response.response, part, Some(print), out);
+}
+
+/// A plot's part of the window: its labels stand beside it.
+pub fn with_labels(plot: egui::Rect) -> egui::Rect {
+    let mut part = plot.expand(4.0);
+    part.min.x -= VALUE_AXIS_WIDTH + 18.0;
+    part.max.y += 30.0;
+    part
 }
 
 fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, zoom: &mut Zoom) {

@@ -17,18 +17,14 @@ pub fn recordings_panel(
     fields: &mut Fields,
     out: &mut Vec<Command>,
 ) {
-    ui.horizontal(|ui| {
-        ui.heading("Recordings");
-        if state.recordings.is_simulated() {
-            ui.colored_label(ui.visuals().warn_fg_color, "simulated").on_hover_text(
-                "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
-                 a weight of 1.128 kg on a robot arm that turns",
-            );
-        }
-        ui.weak(format!("{}", state.recordings.entries().len()));
-    });
     path_field(ui, fields, out);
     split_row(ui, state, fields, out);
+    if state.recordings.is_simulated() {
+        ui.colored_label(ui.visuals().warn_fg_color, "simulated").on_hover_text(
+            "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
+             a weight of 1.128 kg on a robot arm that turns",
+        );
+    }
     if let Some(applied) = &state.applied {
         ui.horizontal_wrapped(|ui| {
             ui.colored_label(

@@ -1,4 +1,9 @@
-//! One frame after another: finished work in, commands applied, effects carried out, panels drawn.
+//! One frame after another: finished work in, commands applied, effects carried out, panes drawn.
+
+mod drawing;
+mod jobs;
+mod sessions;
+mod wishes;
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -6,34 +11,34 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use crate::analysis::{
-    Analysis, AnalysisError, Analyst, HistoryBlock, Request, Study, compare, train,
-};
+use egui::util::undoer::Undoer;
+
+use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
 use crate::app::{
-    AppState, Command, ComparisonCommand, Effect, FileContent, Level, Notice, Opened, OpenedFile,
-    Pane, StudyCommand, StudyRequest, TrainingCommand,
+    AppState, Choices, Command, KnownOf, Pane, Preferences, SessionCommand, StudyRequest,
 };
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::export::{
-    WriteError, read_calibration, write_atomically, write_calibration, write_comparison_csv,
-    write_metrology_csv, write_threshold_map,
-};
-use crate::panicked::caught;
 use crate::progress::Progress;
-use crate::recording::{RecordingSet, delimited, simulated};
+use crate::recording::RecordingSet;
+use crate::ui::Dialogs;
+use crate::ui::actions::CanGo;
+use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::Reply;
+use crate::ui::help::Help;
+use crate::ui::import_window::ImportFields;
 use crate::ui::looking::Looking;
 use crate::ui::loops_pane::LoopsPane;
 use crate::ui::metrology_pane::MetrologyPane;
-use crate::ui::status_line::Running;
+use crate::ui::picture::Pictures;
+use crate::ui::recovery::Recovery;
 use crate::ui::study_worker;
-use crate::ui::thresholds_pane::{self, MapTexture};
-use crate::ui::trace_panes::{TracePanes, trace_panes};
-use crate::ui::{
-    Dialogs, calibration_pane, compare_pane, errors_pane, menu, notices_panel, recordings_panel,
-    settings_panel, status_line,
-};
-use crate::worker::{Job, Notify, Worker};
+use crate::ui::thresholds_pane::MapTexture;
+use crate::ui::tour::Tour;
+use crate::ui::trace_panes::TracePanes;
+use crate::ui::workspace::Workspace;
+use crate::ui::{appearance, compare_pane};
+use crate::worker::{Notify, Worker};
+use jobs::Jobs;
 
 /// How often progress bars move while something runs.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
@@ -47,21 +52,34 @@ pub struct Shell {
     notify: Notify,
     analysis: Worker<Request, Result<Analysis, AnalysisError>>,
     study: Worker<StudyRequest, ()>,
+    /// Looks at files for the import window.
+    inspecting: Worker<(PathBuf, KnownOf), Command>,
     /// The recordings of the newest request, and the first request that was for them.
     analysed: (Arc<RecordingSet>, u64),
-    reading: Vec<Job<Vec<OpenedFile>>>,
-    simulating: Option<Job<RecordingSet>>,
-    writing: Vec<Job<Command>>,
-    training: Vec<Job<Command>>,
-    comparing: Vec<Job<Command>>,
-    choosing: Vec<Job<Command>>,
+    jobs: Jobs,
     dialogs: Box<dyn Dialogs>,
+    workspace: Workspace,
+    /// The choices of before, and the openings that they belong to.
+    history: (Undoer<Choices>, usize),
     fields: Fields,
+    import_fields: ImportFields,
     panes: TracePanes,
     map: MapTexture,
-    looking: Looking,
     loops: LoopsPane,
     metrology: MetrologyPane,
+    /// Answers for the loops, and for the table beside them.
+    looking: [Looking; 2],
+    palette: CommandPalette,
+    help: Help,
+    tour: Tour,
+    pictures: Pictures,
+    /// Whether the window may close, whatever is not saved.
+    closing: bool,
+    /// The title that the window has.
+    title: String,
+    recovery: Recovery,
+    /// The preferences that the window looks like.
+    looks: Option<Preferences>,
 }
 
 /// What stands in the window's text fields.
@@ -81,6 +99,26 @@ pub struct Fields {
     pub study: String,
     /// Which errors the map shows.
     pub study_on: ScoreSet,
+    /// Where a file of the session is now.
+    pub found: String,
+    /// The path that is being typed for what waits to be saved.
+    pub name: Option<String>,
+}
+
+impl Default for Fields {
+    fn default() -> Self {
+        Self {
+            open: String::new(),
+            export: "calibration.json".to_owned(),
+            split_percent: 60.0,
+            comparison: "comparison.csv".to_owned(),
+            errors_on: Default::default(),
+            study: "thresholds.csv".to_owned(),
+            study_on: ScoreSet::LeftOut,
+            found: String::new(),
+            name: None,
+        }
+    }
 }
 
 impl Shell {
@@ -90,7 +128,7 @@ impl Shell {
         let waker = context.clone();
         let notify: Notify = Arc::new(move || waker.request_repaint());
         let (post, inbox) = channel();
-        let only_calibrations = files.iter().all(|path| is_calibration(path));
+        let only_calibrations = files.iter().all(|path| jobs::is_calibration(path));
         let mut commands = VecDeque::new();
         if only_calibrations {
             commands.push_back(Command::OpenBuiltIn);
@@ -110,30 +148,51 @@ impl Shell {
                 commands: post.clone(),
                 notify: Arc::clone(&notify),
             }),
+            inspecting: Worker::start("import", Arc::clone(&notify), || jobs::look_at),
             analysed: Default::default(),
-            looking: Looking::start(Arc::clone(&notify)),
+            looking: [(); 2].map(|()| Looking::start(Arc::clone(&notify))),
             notify,
             post,
-            reading: Vec::new(),
-            simulating: None,
-            writing: Vec::new(),
-            training: Vec::new(),
-            comparing: Vec::new(),
-            choosing: Vec::new(),
+            jobs: Jobs::default(),
             dialogs,
-            fields: Fields {
-                open: String::new(),
-                export: "calibration.json".to_owned(),
-                split_percent: 60.0,
-                comparison: "comparison.csv".to_owned(),
-                errors_on: Default::default(),
-                study: "thresholds.csv".to_owned(),
-                study_on: ScoreSet::LeftOut,
-            },
+            workspace: Workspace::default(),
+            history: Default::default(),
+            fields: Fields::default(),
+            import_fields: ImportFields::default(),
             panes: TracePanes::default(),
             map: MapTexture::default(),
             loops: LoopsPane::default(),
             metrology: MetrologyPane::default(),
+            palette: CommandPalette::default(),
+            help: Help::default(),
+            tour: Tour::default(),
+            pictures: Pictures::default(),
+            closing: false,
+            title: String::new(),
+            recovery: Recovery::default(),
+            looks: None,
+        }
+    }
+
+    /// Takes over what was remembered of a person; begins the tour for one who has not had it.
+    #[must_use]
+    pub fn with_preferences(mut self, preferences: Preferences) -> Self {
+        if let Some(layout) = preferences.layout.as_ref().and_then(Workspace::from_value) {
+            self.workspace = layout;
+        }
+        if !preferences.toured {
+            self.tour.begin();
+        }
+        self.state.preferences = preferences;
+        self
+    }
+
+    /// What is to be remembered.
+    #[must_use]
+    pub fn preferences(&self) -> Preferences {
+        Preferences {
+            layout: Some(self.workspace.to_value()),
+            ..self.state.preferences.clone()
         }
     }
 
@@ -143,19 +202,21 @@ impl Shell {
         &self.state
     }
 
+    /// The stretch of time that the traces show; `None` where it is all of it.
+    #[must_use]
+    pub fn visible_time(&self) -> Option<(f64, f64)> {
+        self.panes.visible_time()
+    }
+
     /// Whether anything runs or waits to run.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         !self.commands.is_empty()
-            || !self.reading.is_empty()
-            || !self.writing.is_empty()
-            || !self.training.is_empty()
-            || !self.comparing.is_empty()
-            || !self.choosing.is_empty()
+            || !self.jobs.is_empty()
+            || !self.inspecting.is_idle()
             || !self.study.is_idle()
-            || self.simulating.is_some()
             || !self.analysis.is_idle()
-            || !self.looking.is_idle()
+            || !self.looking.iter().all(Looking::is_idle)
     }
 
     /// Asks for something as a panel would.
@@ -166,13 +227,23 @@ impl Shell {
     /// Runs one frame inside `ui`, which is the whole window.
     pub fn frame(&mut self, ui: &mut egui::Ui) {
         self.take_finished_work();
-        self.looking.take_answers();
+        for looking in &mut self.looking {
+            looking.take_answers();
+        }
         self.take_dropped_files(ui);
         while let Some(command) = self.commands.pop_front() {
-            self.apply(command);
+            self.apply(command, ui);
         }
+        self.remember_choices(ui);
+        self.follow_preferences(ui);
+        self.follow_session(ui);
         let mut wishes = Vec::new();
         self.draw(ui, &mut wishes);
+        self.pictures.take(ui.ctx(), &self.reply());
+        let on_screen = self.workspace.on_screen();
+        if on_screen != self.state.on_screen {
+            wishes.push(Command::PanesOnScreen(on_screen));
+        }
         self.ask();
         if !wishes.is_empty() {
             self.commands.extend(wishes);
@@ -183,59 +254,23 @@ impl Shell {
         }
     }
 
-    /// Asks for what the pane in the middle shows; it was drawn, so its choices are those of now.
+    /// Asks for what the panes on screen show; they were drawn, so their choices are those of now.
     fn ask(&mut self) {
-        let question = match self.state.pane {
-            Pane::Loops => self.loops.question(&self.state),
-            Pane::Metrology => self.metrology.question(&self.state),
-            _ => None,
-        };
         let visible = self.panes.visible_time();
-        self.looking.ask(&self.state, visible, question);
+        let questions = [
+            (Pane::Loops, self.loops.question(&self.state)),
+            (Pane::Metrology, self.metrology.question(&self.state)),
+        ];
+        for ((pane, question), looking) in questions.into_iter().zip(&mut self.looking) {
+            let question = question.filter(|_| self.state.on_screen.contains(&pane));
+            looking.ask(&self.state, visible, question);
+        }
     }
 
-    fn apply(&mut self, command: Command) {
+    fn apply(&mut self, command: Command, ui: &egui::Ui) {
         for effect in self.state.apply(command) {
-            self.carry_out(effect);
+            self.carry_out(effect, ui);
         }
-    }
-
-    fn take_finished_work(&mut self) {
-        self.commands.extend(self.inbox.try_iter());
-        while let Some(answer) = self.analysis.answer() {
-            if answer.generation < self.analysed.1 && answer.result.is_ok() {
-                continue; // the recordings are others now
-            }
-            let is_newest = answer.generation == self.analysis.newest();
-            let outcome = match answer.result {
-                Ok(Ok(analysis)) => Ok(Arc::new(analysis)),
-                // Cancelled by a newer request, or by the user, who knows.
-                Ok(Err(AnalysisError::Cancelled(_))) => continue,
-                Ok(Err(error)) if is_newest => Err(error.to_string()),
-                Ok(Err(_)) => continue,
-                Err(panicked) => Err(panicked.to_string()),
-            };
-            // Before any wish, which may change the recordings that it is about.
-            self.apply(Command::Analysed(outcome));
-        }
-        finish(&mut self.reading, &mut self.commands, Command::FilesOpened);
-        while let Some(answer) = self.study.answer() {
-            if let Err(panicked) = answer.result {
-                let notice = Notice::new(Level::Error, panicked.to_string());
-                self.commands.push_back(Command::Tell(notice));
-            }
-        }
-        for jobs in [
-            &mut self.writing,
-            &mut self.training,
-            &mut self.comparing,
-            &mut self.choosing,
-        ] {
-            finish(jobs, &mut self.commands, |command| command);
-        }
-        let mut simulating: Vec<_> = self.simulating.take().into_iter().collect();
-        finish(&mut simulating, &mut self.commands, Command::BuiltInReady);
-        self.simulating = simulating.pop();
     }
 
     fn take_dropped_files(&mut self, ui: &egui::Ui) {
@@ -248,137 +283,63 @@ impl Shell {
         }
     }
 
-    fn carry_out(&mut self, effect: Effect) {
-        let notify = Arc::clone(&self.notify);
-        match effect {
-            Effect::Analyse(request) => {
-                let recordings = Arc::clone(&request.recordings);
-                let generation = self.analysis.request(request);
-                if !Arc::ptr_eq(&recordings, &self.analysed.0) {
-                    self.analysed = (recordings, generation);
-                }
-            }
-            Effect::Read(paths) => {
-                let title = match &paths[..] {
-                    [one] => format!("Reading {}", file_name(one)),
-                    many => format!("Reading {} files", many.len()),
-                };
-                let job = Job::start(title, notify, move |progress| read_files(paths, progress));
-                self.reading.push(job);
-            }
-            Effect::Simulate => {
-                self.simulating =
-                    Some(Job::start("Simulating the built-in sensor", notify, |_| {
-                        simulated::recordings(simulated::DEFAULT_SEED)
-                    }));
-            }
-            Effect::AskForFiles => {
-                let reply = self.reply();
-                self.dialogs.open_files(reply);
-            }
-            Effect::AskForExport => {
-                let reply = self.reply();
-                self.dialogs.export(reply);
-            }
-            Effect::Write(calibration, path) => {
-                self.write(path, move |path| write_calibration(&calibration, path));
-            }
-            Effect::Train(request) => {
-                let reply = self.reply();
-                self.training
-                    .push(Job::start("Training", notify, move |progress| {
-                        let trained = caught(|| {
-                            train(&request, progress, &mut |report| {
-                                reply.send(Command::Training(TrainingCommand::Epoch(report)));
-                            })
-                        });
-                        let trained = match trained {
-                            Ok(trained) => trained.map(Arc::new).map_err(|error| error.to_string()),
-                            Err(panicked) => Err(panicked.to_string()),
-                        };
-                        // The same way as the epochs, so that it comes after the last of them.
-                        reply.send(Command::Training(TrainingCommand::Ended(trained)));
-                        Command::Nothing
-                    }));
-            }
-            Effect::StopTraining => self.training.iter().for_each(|job| job.progress.cancel()),
-            Effect::Compare {
-                run,
-                recordings,
-                settings,
-                candidates,
-            } => {
-                let reply = self.reply();
-                let title = "Comparing regressors";
-                self.comparing
-                    .push(Job::start(title, notify, move |progress| {
-                        compare(
-                            &recordings,
-                            &settings,
-                            &candidates,
-                            progress,
-                            &|at, event| {
-                                let heard = ComparisonCommand::Heard(run, at, Box::new(event));
-                                reply.send(Command::Comparison(heard));
-                            },
-                        );
-                        reply.send(Command::Comparison(ComparisonCommand::Ended(run)));
-                        Command::Nothing
-                    }));
-            }
-            Effect::Study(request) => {
-                self.study.request(request);
-            }
-            Effect::ChooseBlock {
-                block,
-                measure,
-                recordings,
-                settings,
-            } => {
-                let title = match block {
-                    HistoryBlock::Play => "Choosing play radii",
-                    HistoryBlock::Creep => "Choosing creep times",
-                };
-                self.choosing
-                    .push(Job::start(title, notify, move |progress| {
-                        let chosen = caught(|| {
-                            let study = Study::lay(recordings, settings, progress)?;
-                            let measure =
-                                measure.unwrap_or_else(|| study.scale().default_measure());
-                            study.suggest_block(block, measure, progress)
-                        });
-                        let chosen = match chosen {
-                            Ok(chosen) => chosen.map_err(|error| error.to_string()),
-                            Err(panicked) => Err(panicked.to_string()),
-                        };
-                        Command::Study(StudyCommand::Chosen(chosen))
-                    }));
-            }
-            Effect::WriteStudy(map, measure, path) => {
-                self.write(path, move |path| write_threshold_map(&map, measure, path))
-            }
-            Effect::StopComparing => self.comparing.iter().for_each(|job| job.progress.cancel()),
-            Effect::WriteComparison(rows, path) => self.write(path, move |path| {
-                write_atomically(path, |out| write_comparison_csv(&rows, out))
-            }),
-            Effect::WriteFile(content, path) => self.write(path, move |path| {
-                write_atomically(path, |out| match &content {
-                    FileContent::Metrology(table) => write_metrology_csv(table, out),
-                    FileContent::Bytes(bytes) => out.write_all(bytes),
-                })
-            }),
-            Effect::CancelWork => {
-                self.analysis.cancel();
-                self.looking.cancel();
-                // It cannot be stopped, but nobody waits for it any more.
-                self.simulating = None;
-                self.study.cancel();
-                let stopped = (self.training.iter().chain(&self.comparing)).chain(&self.choosing);
-                stopped.for_each(|job| job.progress.cancel());
-                for job in &self.reading {
-                    job.progress.cancel();
-                }
-            }
+    /// Keeps the choices of before for undo; what was chosen for other recordings goes.
+    fn remember_choices(&mut self, ui: &egui::Ui) {
+        let (history, of) = &mut self.history;
+        if *of != self.state.n_openings {
+            *of = self.state.n_openings;
+            *history = Undoer::default();
+        }
+        history.feed_state(ui.input(|input| input.time), &self.state.choices());
+    }
+
+    fn follow_preferences(&mut self, ui: &egui::Ui) {
+        if self.looks.as_ref() != Some(&self.state.preferences) {
+            appearance::apply(ui.ctx(), &self.state.preferences);
+            self.looks = Some(self.state.preferences.clone());
+        }
+    }
+
+    /// Keeps the title true, asks before something is lost, and writes down what is not saved.
+    fn follow_session(&mut self, ui: &egui::Ui) {
+        let title = self.state.title();
+        if title != self.title {
+            ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+        if ui.input(|input| input.viewport().close_requested())
+            && !self.closing
+            && self.state.is_unsaved()
+        {
+            ui.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.commands
+                .push_back(Command::Session(SessionCommand::Close));
+            ui.request_repaint();
+        }
+        self.recovery.follow(&self.state, &self.workspace, ui.ctx());
+    }
+
+    /// Where to write down what is not saved, so that it survives a crash; offers what others left behind.
+    #[must_use]
+    pub fn with_recovery(mut self, folder: &Path) -> Self {
+        let (recovery, left) = Recovery::begin(folder);
+        self.recovery = recovery;
+        self.state.recoverable = left;
+        self
+    }
+
+    /// The window closes as it should: nothing needs to be recovered.
+    pub fn end(&mut self) {
+        self.recovery.end();
+    }
+
+    fn can_go(&self) -> CanGo {
+        let choices = self.state.choices();
+        CanGo {
+            undo: self.history.0.has_undo(&choices),
+            redo: self.history.0.has_redo(&choices),
+            zoom_back: self.panes.can_go_back(),
+            zoom_forward: self.panes.can_go_forward(),
         }
     }
 
@@ -388,181 +349,4 @@ impl Shell {
             notify: Arc::clone(&self.notify),
         }
     }
-
-    /// Writes a file off the window's thread.
-    fn write(
-        &mut self,
-        path: PathBuf,
-        write: impl FnOnce(&Path) -> Result<(), WriteError> + Send + 'static,
-    ) {
-        // The notice about it must say where a relative path led.
-        let path = std::path::absolute(&path).unwrap_or(path);
-        let title = format!("Writing {}", file_name(&path));
-        self.writing
-            .push(Job::start(title, Arc::clone(&self.notify), move |_| {
-                let written = write(&path);
-                Command::Exported(path, written.map_err(|error| error.to_string()))
-            }));
-    }
-
-    fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
-        let state = &self.state;
-        egui::Panel::top("menu").show(ui, |ui| menu::menu_bar(ui, state, out));
-        egui::Panel::bottom("status").show(ui, |ui| {
-            let jobs = (self.reading.iter().map(Running::from))
-                .chain(self.simulating.iter().map(Running::from))
-                .chain(self.training.iter().map(Running::from))
-                .chain(self.comparing.iter().map(Running::from))
-                .chain(self.choosing.iter().map(Running::from));
-            status_line::status_line(ui, state, jobs, self.analysis.running(), out);
-        });
-        if !state.notices.is_empty() {
-            egui::Panel::bottom("notices")
-                .resizable(true)
-                .default_size(90.0)
-                .show(ui, |ui| notices_panel::notices_panel(ui, state, out));
-        }
-        egui::Panel::left("recordings")
-            .resizable(true)
-            .default_size(420.0)
-            .min_size(240.0)
-            .show(ui, |ui| {
-                egui::Panel::bottom("settings")
-                    .resizable(true)
-                    .default_size(350.0)
-                    .min_size(120.0)
-                    .show(ui, |ui| {
-                        egui::ScrollArea::vertical()
-                            .auto_shrink([false, false])
-                            .show(ui, |ui| settings_panel::settings_panel(ui, state, out));
-                    });
-                egui::CentralPanel::no_frame().show(ui, |ui| {
-                    recordings_panel::recordings_panel(ui, state, &mut self.fields, out);
-                });
-            });
-        egui::Panel::bottom("results")
-            .resizable(true)
-            .default_size(218.0)
-            .min_size(60.0)
-            .show(ui, |ui| {
-                egui::Panel::left("errors")
-                    .resizable(true)
-                    .default_size(0.675 * ui.available_width())
-                    .frame(egui::Frame::NONE)
-                    .show(ui, |ui| errors_pane::errors_pane(ui, state));
-                let beside = egui::Frame::NONE.inner_margin(egui::Margin {
-                    left: 8,
-                    ..Default::default()
-                });
-                egui::CentralPanel::no_frame().frame(beside).show(ui, |ui| {
-                    calibration_pane::calibration_pane(ui, state, &mut self.fields, out);
-                });
-            });
-        egui::CentralPanel::default().show(ui, |ui| {
-            ui.horizontal(|ui| {
-                for (pane, label, explanation) in [
-                    (Pane::Traces, "Traces", "Loads and errors over time"),
-                    (
-                        Pane::Thresholds,
-                        "Thresholds",
-                        "The map of F_th and t_th, and which pair to take",
-                    ),
-                    (
-                        Pane::Compare,
-                        "Compare",
-                        "Every regressor without and with the past",
-                    ),
-                    (
-                        Pane::Loops,
-                        "Loops",
-                        "Hysteresis loops, cross-plots, and drift at rest",
-                    ),
-                    (
-                        Pane::Metrology,
-                        "Metrology",
-                        "The figures of a certificate, Conv. beside Comp.",
-                    ),
-                ] {
-                    let tab = ui.selectable_label(state.pane == pane, label);
-                    if tab.on_hover_text(explanation).clicked() {
-                        out.push(Command::ShowPane(pane));
-                    }
-                }
-            });
-            match state.pane {
-                Pane::Traces => trace_panes(ui, state, &mut self.panes, out),
-                Pane::Thresholds => {
-                    let (fields, map) = (&mut self.fields, &mut self.map);
-                    thresholds_pane::thresholds_pane(ui, state, fields, map, out);
-                }
-                Pane::Compare => compare_pane::compare_pane(ui, state, &mut self.fields, out),
-                Pane::Loops => {
-                    let reply = || Reply {
-                        commands: self.post.clone(),
-                        notify: Arc::clone(&self.notify),
-                    };
-                    self.loops.show(ui, state, &self.looking, &reply, out);
-                }
-                Pane::Metrology => self.metrology.show(ui, state, &self.looking, out),
-            }
-        });
-    }
-}
-
-/// Takes the results of finished jobs.
-fn finish<A: Send + 'static>(
-    jobs: &mut Vec<Job<A>>,
-    commands: &mut VecDeque<Command>,
-    command: impl Fn(A) -> Command,
-) {
-    jobs.retain(|job| match job.result() {
-        None => true,
-        Some(result) => {
-            commands.push_back(match result {
-                Ok(result) => command(result),
-                Err(panicked) => Command::Tell(Notice::new(
-                    Level::Error,
-                    format!("{}: {panicked}", job.title),
-                )),
-            });
-            false
-        }
-    });
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
-}
-
-fn is_calibration(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
-}
-
-/// Reads files one after another; what was read before a cancel is kept.
-fn read_files(paths: Vec<PathBuf>, progress: &Progress) -> Vec<OpenedFile> {
-    for path in &paths {
-        // A file that cannot be asked for its size is reported when it is read.
-        progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
-    }
-    let mut read = Vec::new();
-    for path in paths {
-        let opened = if is_calibration(&path) {
-            read_calibration(&path)
-                .map(|calibration| Opened::Calibration(Arc::new(calibration)))
-                .map_err(|error| error.to_string())
-        } else {
-            delimited::read(&path, progress)
-                .map(Opened::Recordings)
-                .map_err(|error| error.to_string())
-        };
-        if progress.is_cancelled() {
-            break;
-        }
-        read.push((path, opened));
-    }
-    read
 }

@@ -5,17 +5,31 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 
+use crate::app::Preferences;
 use crate::ui::{NativeDialogs, Shell};
 use crate::worker::panic_message;
 
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";
 
+/// What desktops and folders call the program.
+const APP_ID: &str = "loopscope";
+/// What the preferences are stored under.
+const PREFERENCES: &str = "preferences";
+
 struct Window(Shell);
 
 impl eframe::App for Window {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.0.frame(ui);
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.0.end();
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        storage.set_string(PREFERENCES, self.0.preferences().to_json());
     }
 }
 
@@ -29,7 +43,7 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("LoopScope")
-            .with_app_id("loopscope")
+            .with_app_id(APP_ID)
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([800.0, 500.0])
             .with_drag_and_drop(true),
@@ -37,11 +51,17 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     };
     let create: eframe::AppCreator<'_> = Box::new(move |creation| {
         let context = creation.egui_ctx.clone();
-        Ok(Box::new(Window(Shell::new(
-            &context,
-            files,
-            Box::new(NativeDialogs),
-        ))))
+        let stored = creation
+            .storage
+            .and_then(|storage| storage.get_string(PREFERENCES));
+        let preferences =
+            stored.map_or_else(Preferences::default, |text| Preferences::from_json(&text));
+        let shell = Shell::new(&context, files, Box::new(NativeDialogs));
+        let mut shell = shell.with_preferences(preferences);
+        if let Some(folder) = eframe::storage_dir(APP_ID) {
+            shell = shell.with_recovery(&folder);
+        }
+        Ok(Box::new(Window(shell)))
     });
     // The window system's libraries are found at run time, and one that is missing panics deep inside; one line says it
     // better than a backtrace. What panics on our own threads is shown in the window and needs no line.

@@ -4,10 +4,11 @@ mod curves;
 mod map;
 
 use crate::analysis::HistoryBlock;
-use crate::app::{AppState, Command, StudyCommand};
+use crate::app::{AppState, Command, PictureTo, StudyCommand, Wish};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
+use crate::ui::picture::screen_part;
 use crate::ui::shell::Fields;
 
 pub use map::MapTexture;
@@ -29,7 +30,8 @@ pub fn thresholds_pane(
         }
         return;
     };
-    choices(ui, map, measure, fields, out);
+    let pane = ui.max_rect();
+    choices(ui, map, measure, pane, fields, out);
     suggestion(ui, state, map, measure, out);
     blocks(ui, state, out);
     ui.separator();
@@ -48,6 +50,7 @@ fn choices(
     ui: &mut egui::Ui,
     map: &ThresholdMap,
     measure: Measure,
+    pane: egui::Rect,
     fields: &mut Fields,
     out: &mut Vec<Command>,
 ) {
@@ -91,15 +94,20 @@ fn choices(
         ui.separator();
         let label = ui.label("Save as");
         let field = egui::TextEdit::singleline(&mut fields.study)
-            .hint_text("path ending in .csv or .svg")
+            .hint_text("path ending in .csv, .svg or .png")
             .desired_width(130.0);
         ui.add(field).labelled_by(label.id);
         let path = fields.study.trim();
-        let save = ui
-            .button("Save")
-            .on_hover_text(".csv: every number; .svg: the map and its curves");
+        let save = ui.button("Save").on_hover_text(
+            ".csv: every number; .svg: the map and its curves; .png: this pane as it is on screen",
+        );
         if save.clicked() && !path.is_empty() {
-            out.push(Command::Study(StudyCommand::Save(path.into())));
+            out.push(if path.to_lowercase().ends_with(".png") {
+                let to = PictureTo::Path(path.into());
+                Command::Wish(Wish::Picture(screen_part(pane), to))
+            } else {
+                Command::Study(StudyCommand::Save(path.into()))
+            });
         }
         if !map.is_complete() {
             ui.weak(format!(
@@ -109,6 +117,11 @@ fn choices(
             ));
         }
     });
+}
+
+/// Whether the first button is held on the plot; the second is for its menu.
+fn pressed(response: &egui::Response) -> bool {
+    response.is_pointer_button_down_on() && response.ctx.input(|input| input.pointer.primary_down())
 }
 
 fn measure_text(map: &ThresholdMap, measure: Measure) -> String {

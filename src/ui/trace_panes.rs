@@ -2,43 +2,86 @@
 //!
 //! All panes share one stretch of time, and the sample under the pointer.
 
+mod cursors;
 mod overlay;
 mod pane;
+mod playing;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+use egui::util::undoer::{Settings, Undoer};
 
 use crate::analysis::{AxisTraces, TraceSet, View};
 use crate::app::{AppState, Command};
 use crate::recording::Axis;
 use crate::ui::palette::Trace;
+use cursors::Cursors;
 use pane::{Kind, Place};
+use playing::Playing;
 
 /// Panes are at least this high; what does not fit is scrolled to.
-const LEAST_CELL_HEIGHT: f32 = 140.0;
+const LEAST_CELL_HEIGHT: f32 = 112.0;
 /// Room for the time axis under the lowest pane.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Narrower than this, all axes stand in one column.
 const LEAST_TWO_COLUMN_WIDTH: f32 = 620.0;
 
-/// What the panes remember between frames.
-#[derive(Debug, Default)]
-pub struct TracePanes {
-    /// The time axis that the rest was chosen on.
-    on: Option<Arc<[f64]>>,
-    /// The stretch of time on screen; `None` shows all of it.
+/// A zoom that stood for so long can be gone back to (s).
+const SETTLED_SECS: f32 = 0.4;
+/// So many zooms are remembered.
+const MOST_ZOOMS: usize = 50;
+
+/// What part of the traces is on screen.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Shown {
+    /// The stretch of time; `None` shows all of it.
     time: Option<(f64, f64)>,
     /// Value ranges that were chosen by hand.
     values: BTreeMap<(Axis, Kind), (f64, f64)>,
-    /// The sample under the pointer in the last frame.
+}
+
+/// What the panes remember between frames.
+#[derive(Debug)]
+pub struct TracePanes {
+    /// The time axis that the rest was chosen on.
+    on: Option<Arc<[f64]>>,
+    shown: Shown,
+    /// What was shown before, and after.
+    zooms: Undoer<Shown>,
+    /// The sample under the pointer, or where it plays, in the last frame.
     hovered: Option<usize>,
     hidden: Vec<Trace>,
+    cursors: Cursors,
+    playing: Playing,
+}
+
+impl Default for TracePanes {
+    fn default() -> Self {
+        Self {
+            on: None,
+            shown: Shown::default(),
+            zooms: no_zooms(),
+            hovered: None,
+            hidden: Vec::new(),
+            cursors: Cursors::default(),
+            playing: Playing::default(),
+        }
+    }
+}
+
+fn no_zooms() -> Undoer<Shown> {
+    Undoer::with_settings(Settings {
+        max_undos: MOST_ZOOMS,
+        stable_time: SETTLED_SECS,
+        ..Settings::default()
+    })
 }
 
 impl TracePanes {
     /// The stretch of time on screen; `None` where it is all of it.
     pub fn visible_time(&self) -> Option<(f64, f64)> {
-        self.time
+        self.shown.time
     }
 
     /// Forgets what was chosen for other recordings.
@@ -50,18 +93,67 @@ impl TracePanes {
         if !same {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
+            self.zooms = no_zooms();
             self.hovered = None;
+            self.cursors.clear();
+            self.playing.clear();
         }
     }
 
     /// Shows everything.
-    fn fit(&mut self) {
-        self.time = None;
-        self.values.clear();
+    pub fn fit(&mut self) {
+        self.shown = Shown::default();
+    }
+
+    /// Whether something else was shown before.
+    pub fn can_go_back(&self) -> bool {
+        self.zooms.has_undo(&self.shown)
+    }
+
+    /// Whether something else was shown after.
+    pub fn can_go_forward(&self) -> bool {
+        self.zooms.has_redo(&self.shown)
+    }
+
+    /// Shows what was shown before.
+    pub fn go_back(&mut self) {
+        if let Some(before) = self.zooms.undo(&self.shown) {
+            self.shown = before.clone();
+        }
+    }
+
+    /// Shows what was shown after.
+    pub fn go_forward(&mut self) {
+        if let Some(after) = self.zooms.redo(&self.shown) {
+            self.shown = after.clone();
+        }
+    }
+
+    /// Goes through time, or stops.
+    pub fn toggle_play(&mut self) {
+        self.playing.toggle();
     }
 
     fn is_shown(&self, trace: Trace) -> bool {
         !self.hidden.contains(&trace)
+    }
+
+    /// Goes on playing; the sample that it is at. What is on screen follows.
+    fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
+        let start = traces.times.first().copied().unwrap_or(0.0);
+        let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));
+        let from = self.cursors.first().unwrap_or(on_screen);
+        let passed = ui.input(|input| f64::from(input.stable_dt));
+        let (sample, time) = self.playing.go_on(passed, from, traces)?;
+        if self.playing.is_running() {
+            ui.ctx().request_repaint();
+            if let Some((from, to)) = self.shown.time
+                && !(from..=to).contains(&time)
+            {
+                self.shown.time = Some((time, time + to - from));
+            }
+        }
+        Some(sample)
     }
 }
 
@@ -85,6 +177,11 @@ pub fn trace_panes(
     let traces = &*analysis.traces;
     panes.follow(traces);
     choices(ui, state, panes, out);
+    let played = panes.play(ui, traces);
+    if !ui.ctx().text_edit_focused() && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+        panes.cursors.clear();
+        panes.playing.clear();
+    }
     let shown: Vec<&AxisTraces> = traces
         .axes
         .iter()
@@ -116,11 +213,16 @@ pub fn trace_panes(
                             height: cell_height - 4.0,
                             time_axis: (at + 1 == cells.len()).then_some(TIME_AXIS_HEIGHT),
                         };
-                        hovered = hovered.or(pane::cell(ui, traces, axis, place, panes));
+                        hovered = hovered.or(pane::cell(ui, traces, axis, place, panes, out));
                     }
                 }
             });
         });
+    panes.cursors.show(ui, state, traces);
+    panes
+        .zooms
+        .feed_state(ui.input(|input| input.time), &panes.shown);
+    let hovered = hovered.or(played);
     panes.hovered = hovered;
     if hovered != hovered_before {
         // The panes drawn before the hovered one show the sample in the next frame.
@@ -155,6 +257,7 @@ fn choices(ui: &mut egui::Ui, state: &AppState, panes: &mut TracePanes, out: &mu
         ui.separator();
         for trace in Trace::ALL {
             let mut shown = panes.is_shown(trace);
+            line_sample(ui, trace);
             let color = trace.color(ui.visuals());
             let text = egui::RichText::new(trace.label()).color(color).strong();
             if ui
@@ -175,7 +278,22 @@ fn choices(ui: &mut egui::Ui, state: &AppState, panes: &mut TracePanes, out: &mu
         if fit.clicked() {
             panes.fit();
         }
+        ui.separator();
+        panes.playing.controls(ui);
     });
+}
+
+/// A short piece of line as the panes draw it where samples lie apart.
+fn line_sample(ui: &mut egui::Ui, trace: Trace) {
+    let (place, _) = ui.allocate_exact_size(egui::vec2(22.0, 10.0), egui::Sense::hover());
+    let ends = [place.left_center(), place.right_center()];
+    let stroke = trace.stroke(ui.visuals());
+    if trace.is_dashed() {
+        let dashes = egui::Shape::dashed_line(&ends, stroke, pane::DASH, pane::DASH_GAP);
+        ui.painter().extend(dashes);
+    } else {
+        ui.painter().line_segment(ends, stroke);
+    }
 }
 
 fn view_choice(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {

@@ -55,6 +55,21 @@ impl From<ColumnMap> for MapFile {
     }
 }
 
+impl TryFrom<MapFile> for ColumnMap {
+    type Error = MapError;
+
+    fn try_from(file: MapFile) -> Result<Self, MapError> {
+        let map = Self {
+            table: file.table,
+            reference: file.reference,
+            join: file.join.unwrap_or_default(),
+            average_bursts_secs: file.average_bursts_secs,
+        };
+        map.check()?;
+        Ok(map)
+    }
+}
+
 impl ColumnMap {
     /// Reads and checks the map in a file.
     ///
@@ -101,14 +116,7 @@ impl ColumnMap {
             });
         }
         let file: MapFile = serde_json::from_slice(text)?;
-        let map = Self {
-            table: file.table,
-            reference: file.reference,
-            join: file.join.unwrap_or_default(),
-            average_bursts_secs: file.average_bursts_secs,
-        };
-        map.check()?;
-        Ok(map)
+        Self::try_from(file)
     }
 
     /// Writes the map as JSON, one line a column.

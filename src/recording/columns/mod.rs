@@ -24,8 +24,8 @@ pub use role::ColumnRole;
 /// | `reference` | where the reference load stands, if it has a file of its own |
 /// | `join` | how a reference on its own clock is brought to the times of the gauges |
 /// | `average_bursts_secs` | successive gauge samples no further apart than this become one, their mean; `None` leaves them |
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[serde(into = "file::MapFile")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(into = "file::MapFile", try_from = "file::MapFile")]
 pub struct ColumnMap {
     /// The file with the gauges.
     pub table: TableMap,

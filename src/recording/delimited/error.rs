@@ -176,6 +176,24 @@ pub enum ReadError {
     Cancelled,
 }
 
+impl ReadError {
+    /// Whether somebody who says what the columns are would get past it.
+    #[must_use]
+    pub const fn wants_a_map(&self) -> bool {
+        matches!(
+            self,
+            Self::HeaderIsNumbers { .. }
+                | Self::NoTime { .. }
+                | Self::NoGauges { .. }
+                | Self::TooManyGauges { .. }
+                | Self::DuplicateGauge { .. }
+                | Self::DuplicateAxis { .. }
+                | Self::UnknownUnit { .. }
+                | Self::NoSampleRate { .. }
+        )
+    }
+}
+
 impl From<Cancelled> for ReadError {
     fn from(_: Cancelled) -> Self {
         Self::Cancelled

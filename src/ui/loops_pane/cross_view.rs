@@ -4,7 +4,6 @@ use super::{LoopsPane, channel_name, channel_unit, for_print, rgb};
 use crate::analysis::loops::{Channel, CrossPicture};
 use crate::app::{AppState, Command};
 use crate::export::{Drawing, DrawnLine, Scale};
-use crate::ui::Reply;
 use crate::ui::palette::look_back;
 use crate::ui::plots::Zoom;
 
@@ -13,7 +12,6 @@ pub(super) fn show(
     pane: &mut LoopsPane,
     state: &AppState,
     picture: Option<&CrossPicture>,
-    reply: &dyn Fn() -> Reply,
     out: &mut Vec<Command>,
 ) {
     let Some(picture) = picture else {
@@ -24,7 +22,7 @@ pub(super) fn show(
     let zoom = *pane.zoom();
     let drawing = drawing(picture, gauges, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, gauges, &for_print(), zoom);
-    pane.lay_out(ui, &drawing, &print, reply, out, |ui, _| {
+    pane.lay_out(ui, &drawing, &print, out, |ui, _, _| {
         ui.strong(format!(
             "{} over {}",
             drawing.up.label, drawing.across.label

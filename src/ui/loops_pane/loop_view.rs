@@ -8,7 +8,6 @@ use crate::app::{AppState, Command};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::metrology::Reason;
 use crate::export::{Drawing, DrawnLine, Scale};
-use crate::ui::Reply;
 use crate::ui::numbers::{percent, significant};
 use crate::ui::palette::look_back;
 use crate::ui::plots;
@@ -21,7 +20,6 @@ pub(super) fn show(
     pane: &mut LoopsPane,
     state: &AppState,
     picture: Option<&LoopPicture>,
-    reply: &dyn Fn() -> Reply,
     out: &mut Vec<Command>,
 ) {
     let Some(picture) = picture else {
@@ -41,7 +39,7 @@ pub(super) fn show(
     let zoom = *pane.zoom();
     let drawing = view.loops(&visuals, zoom);
     let print = view.loops(&for_print(), zoom);
-    pane.lay_out(ui, &drawing, &print, reply, out, |ui, pane| {
+    pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
         ui.horizontal(|ui| {
             for (of, label, explanation) in [
                 (
@@ -63,8 +61,9 @@ pub(super) fn show(
         view.figures(ui);
         if view.shown.iter().any(|curve| view.of(curve).is_ok()) {
             let widths = view.widths(&visuals);
+            let print = view.widths(&for_print());
             let mut zoom = None; // always all of it
-            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, &widths, &mut zoom);
+            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
         }
     });
 }

@@ -7,7 +7,6 @@ use crate::analysis::loops::{Output, RestCurve, RestPicture};
 use crate::app::Command;
 use crate::evaluation::holds::Drift;
 use crate::export::{Drawing, DrawnLine, Scale};
-use crate::ui::Reply;
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 
@@ -18,7 +17,6 @@ pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     picture: Option<&RestPicture>,
-    reply: &dyn Fn() -> Reply,
     out: &mut Vec<Command>,
 ) {
     // An answer to another time than the one that stands above is no answer to look at.
@@ -39,7 +37,7 @@ pub(super) fn show(
     let zoom = *pane.zoom();
     let drawing = drawing(picture, curve, &shown, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, curve, &shown, &for_print(), zoom);
-    pane.lay_out(ui, &drawing, &print, reply, out, |ui, pane| {
+    pane.lay_out(ui, &drawing, &print, out, |ui, pane, _| {
         figures(ui, picture, curve);
         ui.separator();
         list(ui, pane, picture);

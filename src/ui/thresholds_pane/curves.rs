@@ -2,10 +2,12 @@
 
 use egui_plot::{Line, LineStyle, Plot, PlotPoints, VLine};
 
+use super::pressed;
 use crate::app::{AppState, Command, StudyCommand};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
+use crate::ui::{picture, plots};
 
 /// The threshold that runs along the axis of a curve.
 #[derive(Clone, Copy, PartialEq)]
@@ -132,7 +134,9 @@ fn curve(
     response
         .response
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name.clone()));
-    if response.response.is_pointer_button_down_on()
+    let part = plots::with_labels(response.response.rect);
+    picture::menu(&response.response, part, None, out);
+    if pressed(&response.response)
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
         let x = response.transform.value_from_position(pointer).x / shown_as;

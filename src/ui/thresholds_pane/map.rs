@@ -5,11 +5,12 @@ use std::sync::Arc;
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Vec2};
 use egui_plot::{MarkerShape, Plot, PlotImage, PlotPoint, PlotPoints, Points};
 
-use super::pair_text;
+use super::{pair_text, pressed};
 use crate::app::{AppState, Command, StudyCommand};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
+use crate::ui::{picture, plots};
 
 /// The picture, with what it was made of.
 #[derive(Default)]
@@ -96,6 +97,8 @@ pub fn map(
         response.response.widget_info(|| {
             egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Map of F_th and t_th")
         });
+        let part = plots::with_labels(response.response.rect);
+        picture::menu(&response.response, part, None, out);
         let pointer = response
             .response
             .hover_pos()
@@ -113,7 +116,7 @@ pub fn map(
                 "{}: {value} {unit}\npress to set; ◆ minimum, ○ present",
                 pair_text(map.distance, thresholds)
             ));
-            if response.response.is_pointer_button_down_on() && thresholds != present {
+            if pressed(&response.response) && thresholds != present {
                 out.push(Command::Study(StudyCommand::Set(thresholds)));
             }
         }

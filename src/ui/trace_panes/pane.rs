@@ -3,15 +3,18 @@
 use std::ops::Range;
 
 use egui_plot::{
-    FilledArea, Line, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi, Span, VLine,
+    FilledArea, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi,
+    Span, VLine,
 };
 
 use crate::analysis::{AxisTraces, TraceSet};
+use crate::app::Command;
 use crate::evaluation::Series;
 use crate::recording::Axis;
 use crate::ui::palette::{self, Trace};
 use crate::ui::plots::{GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
 use crate::ui::trace_panes::{TracePanes, overlay};
+use crate::ui::{picture, plots};
 
 /// The share of a cell's height that the traces get; the errors get the rest.
 const TRACES_SHARE: f32 = 0.6;
@@ -25,6 +28,11 @@ const LEAST_TIME_STEP_POINTS: f64 = 82.0;
 const LEAST_VALUE_STEP_POINTS: f64 = 24.0;
 /// A pair of extremes is drawn for each stretch of this width; lines are about as wide.
 const POINTS_PER_BUCKET: f32 = 1.5;
+/// A dash of a dashed line (points).
+pub const DASH: f32 = 6.0;
+/// And the gap after it.
+pub const DASH_GAP: f32 = 4.0;
+
 /// Which of an axis' two panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -52,6 +60,7 @@ pub fn cell(
     axis: &AxisTraces,
     place: Place,
     panes: &mut TracePanes,
+    out: &mut Vec<Command>,
 ) -> Option<usize> {
     let time_axis = place.time_axis.unwrap_or(0.0);
     if axis.calculated.is_none() {
@@ -64,11 +73,12 @@ pub fn cell(
             height,
             place.time_axis.is_some(),
             panes,
+            out,
         );
     }
     let upper = place.height * TRACES_SHARE;
     let lower = place.height - upper + time_axis;
-    let above = pane(ui, traces, axis, Kind::Load, upper, false, panes);
+    let above = pane(ui, traces, axis, Kind::Load, upper, false, panes, out);
     let below = pane(
         ui,
         traces,
@@ -77,6 +87,7 @@ pub fn cell(
         lower,
         place.time_axis.is_some(),
         panes,
+        out,
     );
     above.or(below)
 }
@@ -89,11 +100,13 @@ fn pane(
     height: f32,
     time_axis: bool,
     panes: &mut TracePanes,
+    out: &mut Vec<Command>,
 ) -> Option<usize> {
-    let visible = visible(traces, panes.time)?;
+    let visible = visible(traces, panes.shown.time)?;
     let shown = shown_series(axis, kind, panes);
     let key = (axis.axis, kind);
     let values = panes
+        .shown
         .values
         .get(&key)
         .copied()
@@ -126,6 +139,9 @@ fn pane(
         plot = plot.x_axis_label("time [s]");
     }
     let hovered = panes.hovered;
+    // Dashes of a line that goes up and down within a pixel would be noise.
+    let lie_apart = visible.samples.len() < buckets;
+    let cursors = &panes.cursors;
     let response = plot.show(ui, |plot| {
         plot.set_plot_bounds(bounds);
         shade_without_past(plot, traces, &visible, buckets, &visuals);
@@ -138,19 +154,28 @@ fn pane(
         }
         for (trace, series) in &shown {
             for points in polylines(series, traces, &visible.samples, buckets) {
+                let style = match trace.is_dashed() && lie_apart {
+                    true => LineStyle::Dashed { length: DASH },
+                    false => LineStyle::Solid,
+                };
                 let line = Line::new(trace.label(), PlotPoints::Owned(points))
                     .stroke(trace.stroke(&visuals))
+                    .style(style)
                     .allow_band(false)
                     .allow_hover(false);
                 plot.line(line);
             }
         }
         overlay::samples(plot, traces, axis, kind, hovered, &visuals);
+        cursors.mark(plot, &visuals);
     });
     response
         .response
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, title.clone()));
     follow_gestures(ui, &response, bounds, key, traces, panes);
+    put_cursor(ui, &response, panes);
+    let part = plots::with_labels(response.response.rect);
+    picture::menu(&response.response, part, None, out);
     let sample = sample_under_pointer(&response, traces);
     if let Some(k) = sample {
         overlay::tooltip(ui, &response.response, traces, axis, k);
@@ -352,16 +377,16 @@ fn follow_gestures(
     panes: &mut TracePanes,
 ) {
     if response.response.double_clicked() {
-        panes.time = None;
-        panes.values.remove(&key);
+        panes.shown.time = None;
+        panes.shown.values.remove(&key);
         return;
     }
     let now = *response.transform.bounds();
     if (now.min()[0], now.max()[0]) != (set.min()[0], set.max()[0]) {
-        panes.time = Some(within(traces, (now.min()[0], now.max()[0])));
+        panes.shown.time = Some(within(traces, (now.min()[0], now.max()[0])));
     }
     if (now.min()[1], now.max()[1]) != (set.min()[1], set.max()[1]) {
-        panes.values.insert(key, (now.min()[1], now.max()[1]));
+        panes.shown.values.insert(key, (now.min()[1], now.max()[1]));
     }
     if let Some(pointer) = response.response.hover_pos() {
         let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
@@ -372,8 +397,20 @@ fn follow_gestures(
                 at + (now.min()[0] - at) * factor,
                 at + (now.max()[0] - at) * factor,
             );
-            panes.time = Some(within(traces, zoomed));
+            panes.shown.time = Some(within(traces, zoomed));
         }
+    }
+}
+
+/// A click puts cursor A, with Shift cursor B.
+fn put_cursor(ui: &egui::Ui, response: &PlotResponse<()>, panes: &mut TracePanes) {
+    if response.response.clicked()
+        && let Some(pointer) = response.response.interact_pointer_pos()
+    {
+        let which = usize::from(ui.input(|input| input.modifiers.shift));
+        panes
+            .cursors
+            .put(which, response.transform.value_from_position(pointer).x);
     }
 }
 

@@ -1,5 +1,9 @@
 //! The window as people and screen readers meet it: by role and label, without a display.
 
+mod importing;
+mod sessions;
+mod workspace;
+
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,11 +17,11 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use loopscope::analysis::{Analysis, View};
-use loopscope::app::{AppState, Command, Level};
+use loopscope::app::{AppState, Command, ImportCommand, Level, Preferences};
 use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::export::{read_calibration, write_calibration};
 use loopscope::recording::{self, Axis};
-use loopscope::ui::{Dialogs, Reply, Shell};
+use loopscope::ui::{Dialogs, Reply, SaveAs, Shell};
 
 /// Only a window that hangs takes this long, however slow the machine.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -37,9 +41,15 @@ impl Dialogs for Choices {
         reply.send(Command::OpenFiles(self.open.borrow().clone()));
     }
 
-    fn export(&mut self, reply: Reply) {
+    fn import(&mut self, reply: Reply) {
+        if let Some(path) = self.open.borrow().first() {
+            reply.send(Command::Import(ImportCommand::Open(path.clone())));
+        }
+    }
+
+    fn save(&mut self, what: SaveAs, reply: Reply) {
         if let Some(path) = self.export.borrow().clone() {
-            reply.send(Command::Export(path));
+            reply.send(what.to(path));
         }
     }
 }
@@ -58,6 +68,14 @@ impl egui::DroppedFile for Dropped {
 }
 
 fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
+    let toured = Preferences {
+        toured: true,
+        ..Preferences::default()
+    };
+    window_of(files, choices, toured)
+}
+
+fn window_of(files: Vec<PathBuf>, choices: Choices, preferences: Preferences) -> Window {
     let mut window = Harness::builder()
         .with_size([1400.0, 1000.0])
         .build_ui_state(
@@ -65,6 +83,7 @@ fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
                 shell
                     .get_or_insert_with(|| {
                         Shell::new(ui.ctx(), files.clone(), Box::new(choices.clone()))
+                            .with_preferences(preferences.clone())
                     })
                     .frame(ui);
             },
@@ -266,14 +285,7 @@ fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
     assert_eq!(names(&window).len(), 90);
     assert!(analysis(&window).fitted);
     window.check_accessibility();
-    for heading in [
-        "Recordings",
-        "RMSE",
-        "Calibration",
-        "Role",
-        "Name",
-        "Samples",
-    ] {
+    for heading in ["RMSE", "Role", "Name", "Samples"] {
         window.get_by_role_and_label(Role::Label, heading);
     }
     window.get_by_role_and_label(Role::CheckBox, "Look-back");
@@ -421,7 +433,7 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
     assert_eq!(roles, [Test, Train, Test]);
     let quality = &analysis(&window).calibration.quality;
     assert_eq!((quality.n_train, quality.n_test), (400, 800));
-    menu(&mut window, "Recordings", "All train");
+    menu(&mut window, "Roles", "All train");
     assert_eq!(analysis(&window).calibration.quality.n_train, 1200);
 }
 
@@ -429,10 +441,10 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
 fn without_a_training_recording_the_window_says_what_to_do() {
     let files = Files::new();
     let mut window = window(files.three());
-    menu(&mut window, "Recordings", "All off");
+    menu(&mut window, "Roles", "All off");
     assert!(state(&window).problem.is_some());
     assert!(has(&window, "no recording is in the train role"));
-    menu(&mut window, "Recordings", "All train");
+    menu(&mut window, "Roles", "All train");
     assert_eq!(state(&window).problem, None);
 }
 
@@ -571,7 +583,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
 fn files_that_do_not_fit_are_told_and_lose_nothing() {
     let files = Files::new();
     let mut window = window(files.three());
-    let broken = files.write("broken.csv", "this is\nno recording\n");
+    let broken = files.write("broken.csv", "t,S1,Fx\nno,recording,this\n");
     let other = files.write("other.csv", "t,G1,Fx\n0,1,2\n1,2,3\n");
     let json = files.write("broken.json", "{\"format\": 1}");
     for (path, part) in [

@@ -1,0 +1,35 @@
+//! What can be written into a file, and what to do when the file is there already.
+
+use std::sync::Arc;
+
+use crate::analysis::ComparedRow;
+use crate::app::{Mark, Session};
+use crate::calibration::Calibration;
+use crate::evaluation::metrology::Metrology;
+use crate::evaluation::threshold_study::{Measure, ThresholdMap};
+
+/// What is to be written into a file; where there is a choice, the ending of its name says how.
+#[derive(Clone, Debug)]
+pub enum FileContent {
+    /// A calibration.
+    Calibration(Arc<Calibration>),
+    /// The comparison of regressors as CSV.
+    Comparison(Vec<ComparedRow>),
+    /// The metrology table as CSV.
+    Metrology(Arc<Metrology>),
+    /// The map of thresholds with its curves.
+    Thresholds(Arc<ThresholdMap>, Measure),
+    /// A session, with the mark that it is saved under.
+    Session(Box<Session>, Box<Mark>),
+    /// A finished file, such as a picture.
+    Bytes(Arc<[u8]>),
+}
+
+/// What to do with a file that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Ask before it is replaced.
+    Ask,
+    /// Replace it: somebody was asked.
+    Replace,
+}

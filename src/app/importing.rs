@@ -1,0 +1,205 @@
+//! Files whose columns have to be said before they can be read: the import window's state.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
+use crate::recording::columns::{ColumnMap, TextLayout};
+use crate::recording::delimited::inspect::Inspection;
+
+/// So many maps are remembered.
+const MOST_MAPS: usize = 40;
+
+/// What is known of a file before it is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub enum KnownOf {
+    /// Nothing.
+    Nothing,
+    /// How its text is cut.
+    Layout(TextLayout),
+    /// Everything: the map is tried out.
+    Map(Box<ColumnMap>),
+}
+
+/// What concerns importing.
+#[derive(Clone, Debug)]
+pub enum ImportCommand {
+    /// Ask which file to import.
+    Choose,
+    /// Look at this file.
+    Open(PathBuf),
+    /// It was looked at.
+    Inspected(PathBuf, Result<Box<Inspection>, String>),
+    /// Cut its text so; what the columns are is found again.
+    SetLayout(TextLayout),
+    /// The columns are these.
+    SetMap(Box<ColumnMap>),
+    /// Take what is found by looking.
+    Begin,
+    /// Take this remembered map.
+    TakeMap(usize),
+    /// Read a map from a file.
+    ReadMap(PathBuf),
+    /// The map was read.
+    MapRead(Result<Box<ColumnMap>, String>),
+    /// Write the map into a file.
+    WriteMap(PathBuf),
+    /// Load the file with the map, and remember the map.
+    Load,
+    /// Leave it.
+    Cancel,
+}
+
+/// A file that is being imported.
+#[derive(Clone, Debug)]
+pub struct Importing {
+    /// The file.
+    pub path: PathBuf,
+    /// What was found, by the newest answer.
+    pub inspection: Option<Arc<Inspection>>,
+    /// The map as it stands.
+    pub map: ColumnMap,
+    /// Why the file cannot be looked at.
+    pub problem: Option<String>,
+    /// Whether an answer is awaited.
+    pub looking: bool,
+    /// Other files that want a map; those of the same shape take this one.
+    pub waiting: Vec<PathBuf>,
+}
+
+impl Importing {
+    fn of(path: PathBuf, waiting: Vec<PathBuf>) -> Self {
+        Self {
+            path,
+            inspection: None,
+            map: ColumnMap::default(),
+            problem: None,
+            looking: true,
+            waiting,
+        }
+    }
+}
+
+impl AppState {
+    /// The remembered map for files of this shape.
+    #[must_use]
+    pub fn remembered_map(&self, map: &ColumnMap) -> Option<&ColumnMap> {
+        let maps = &self.preferences.maps;
+        maps.iter()
+            .find(|other| other.table.shape == map.table.shape)
+    }
+
+    /// Begins to import files, one after another.
+    pub(super) fn import(&mut self, mut paths: Vec<PathBuf>) -> Vec<Effect> {
+        if paths.is_empty() {
+            return Vec::new();
+        }
+        if let Some(importing) = &mut self.importing {
+            importing.waiting.extend(paths);
+            return Vec::new();
+        }
+        let path = paths.remove(0);
+        self.importing = Some(Importing::of(path.clone(), paths));
+        vec![Effect::Inspect(path, KnownOf::Nothing)]
+    }
+
+    pub(super) fn apply_import(&mut self, command: ImportCommand) -> Vec<Effect> {
+        match command {
+            ImportCommand::Choose => return vec![Effect::AskForImport],
+            ImportCommand::Open(path) => return self.import(vec![path]),
+            ImportCommand::MapRead(Err(error)) => {
+                self.tell(Notice::new(Level::Error, error));
+                return Vec::new();
+            }
+            ImportCommand::Cancel => {
+                let waiting = self.importing.take().map(|importing| importing.waiting);
+                return self.import(waiting.unwrap_or_default());
+            }
+            _ => {}
+        }
+        let remembered = self.preferences.maps.clone();
+        let Some(importing) = &mut self.importing else {
+            return Vec::new();
+        };
+        let known = match command {
+            ImportCommand::Inspected(path, answer) => {
+                importing.take_answer(&path, answer);
+                return Vec::new();
+            }
+            ImportCommand::Begin => KnownOf::Nothing,
+            ImportCommand::SetLayout(text) => {
+                importing.map.table.text = text.clone();
+                KnownOf::Layout(text)
+            }
+            ImportCommand::SetMap(map) | ImportCommand::MapRead(Ok(map)) => {
+                importing.map = *map;
+                KnownOf::Map(Box::new(importing.map.clone()))
+            }
+            ImportCommand::TakeMap(at) => match remembered.into_iter().nth(at) {
+                Some(map) => {
+                    importing.map = map;
+                    KnownOf::Map(Box::new(importing.map.clone()))
+                }
+                None => return Vec::new(),
+            },
+            ImportCommand::ReadMap(path) => return vec![Effect::ReadMap(path)],
+            ImportCommand::WriteMap(path) => {
+                let mut text = Vec::new();
+                if let Err(error) = importing.map.write_json(&mut text) {
+                    self.tell(Notice::new(Level::Error, error.to_string()));
+                    return Vec::new();
+                }
+                let content = FileContent::Bytes(text.into());
+                return vec![Effect::Write(content, path, Existing::Ask)];
+            }
+            ImportCommand::Load => return self.load_import(),
+            _ => return Vec::new(),
+        };
+        importing.looking = true;
+        vec![Effect::Inspect(importing.path.clone(), known)]
+    }
+
+    /// Reads the file by its map; the others that wait are tried with the same one.
+    fn load_import(&mut self) -> Vec<Effect> {
+        let Some(Importing {
+            path, map, waiting, ..
+        }) = self.importing.take()
+        else {
+            return Vec::new();
+        };
+        let maps = &mut self.preferences.maps;
+        maps.retain(|other| other.table.shape != map.table.shape);
+        maps.insert(0, map.clone());
+        maps.truncate(MOST_MAPS);
+        let mut paths = vec![path.clone()];
+        paths.extend(waiting);
+        self.maps.insert(path, map);
+        vec![self.read(paths)]
+    }
+
+    /// Reads files: by the maps that they were read by before, or by remembered ones where their names do not say enough.
+    pub(super) fn read(&self, paths: Vec<PathBuf>) -> Effect {
+        let files = paths.into_iter().map(|path| {
+            let own = self.maps.get(&path).cloned();
+            (path, own)
+        });
+        Effect::Read(files.collect(), self.preferences.maps.clone())
+    }
+}
+
+impl Importing {
+    fn take_answer(&mut self, path: &Path, answer: Result<Box<Inspection>, String>) {
+        if path != self.path {
+            return;
+        }
+        self.looking = false;
+        match answer {
+            Ok(inspection) => {
+                self.map = inspection.map.clone();
+                self.inspection = Some(Arc::new(*inspection));
+                self.problem = None;
+            }
+            Err(problem) => self.problem = Some(problem),
+        }
+    }
+}

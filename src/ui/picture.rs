@@ -1,0 +1,156 @@
+//! Pictures of parts of the window: to the clipboard, or into a PNG file.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use egui::{ColorImage, Pos2, Rect};
+
+use crate::app::{Command, Existing, FileContent, Level, Notice, PictureTo, ScreenPart, Wish};
+use crate::export::{Drawing, write_drawing_svg};
+use crate::ui::dialogs::Reply;
+
+/// A menu that was pressed is still on screen in the frame after.
+const FRAMES_TO_WAIT: u32 = 2;
+
+/// Pictures that were asked for.
+#[derive(Debug, Default)]
+pub struct Pictures(Vec<(u32, ScreenPart, PictureTo)>);
+
+/// Adds a menu with the ways to take a plot's picture along; `print` is what an SVG of it holds.
+pub fn menu(
+    response: &egui::Response,
+    part: Rect,
+    print: Option<&Drawing<'_>>,
+    out: &mut Vec<Command>,
+) {
+    response.context_menu(|ui| {
+        for (label, to) in [
+            ("Copy picture", PictureTo::Clipboard),
+            ("Save as PNG…", PictureTo::File),
+        ] {
+            if ui.button(label).clicked() {
+                out.push(Command::Wish(Wish::Picture(screen_part(part), to)));
+            }
+        }
+        if let Some(print) = print
+            && ui.button("Save as SVG…").clicked()
+        {
+            out.push(match svg(print) {
+                Ok(content) => Command::ChooseFileFor(content, "plot.svg"),
+                Err(failed) => Command::Tell(Notice::new(Level::Error, failed.to_string())),
+            });
+        }
+    });
+}
+
+/// The lines of a drawing as an SVG file.
+pub fn svg(print: &Drawing<'_>) -> std::io::Result<FileContent> {
+    let mut bytes = Vec::new();
+    write_drawing_svg(print, &mut bytes)?;
+    Ok(FileContent::Bytes(bytes.into()))
+}
+
+/// The rectangle without egui's type.
+pub fn screen_part(part: Rect) -> ScreenPart {
+    ScreenPart {
+        min: part.min.into(),
+        max: part.max.into(),
+    }
+}
+
+impl Pictures {
+    /// Asks for one.
+    pub fn ask(&mut self, part: ScreenPart, to: PictureTo) {
+        self.0.push((FRAMES_TO_WAIT, part, to));
+    }
+
+    /// Takes those whose time has come; their answers come after the frame was painted.
+    pub fn take(&mut self, context: &egui::Context, reply: &Reply) {
+        if self.0.is_empty() {
+            return;
+        }
+        context.request_repaint();
+        self.0.retain_mut(|(wait, part, to)| {
+            *wait -= 1;
+            if *wait > 0 {
+                return true;
+            }
+            let (part, to, reply) = (*part, to.clone(), reply.clone());
+            let (clipboard, scale) = (context.clone(), context.pixels_per_point());
+            context.request_screenshot(move |screen| {
+                let picture = cut(&screen, part, scale);
+                match to {
+                    PictureTo::Clipboard => {
+                        clipboard.copy_image(picture);
+                        let said = Notice::new(Level::Info, "The picture is in the clipboard");
+                        reply.send(Command::Tell(said));
+                    }
+                    PictureTo::File | PictureTo::Path(_) => {
+                        reply.send(match (encoded(&picture).map(FileContent::Bytes), to) {
+                            (Ok(content), PictureTo::Path(path)) => {
+                                Command::Save(content, path, Existing::Ask)
+                            }
+                            (Ok(content), _) => Command::ChooseFileFor(content, "picture.png"),
+                            (Err(failed), _) => {
+                                Command::Tell(Notice::new(Level::Error, failed.to_string()))
+                            }
+                        });
+                    }
+                }
+            });
+            false
+        });
+    }
+}
+
+/// The part of the screen.
+fn cut(screen: &ColorImage, part: ScreenPart, scale: f32) -> ColorImage {
+    let [width, height] = screen.size;
+    let part = Rect::from_min_max(Pos2::from(part.min), Pos2::from(part.max));
+    let inside = |value: f32, most: usize| ((value * scale).max(0.0) as usize).min(most);
+    let (left, right) = (inside(part.min.x, width), inside(part.max.x, width));
+    let (top, bottom) = (inside(part.min.y, height), inside(part.max.y, height));
+    let rows = screen.pixels.chunks(width.max(1)).take(bottom).skip(top);
+    let pixels = rows.flat_map(|row| row[left..right].to_vec()).collect();
+    let size = [right.saturating_sub(left), bottom.saturating_sub(top)];
+    ColorImage::new(size, pixels)
+}
+
+/// A picture as a PNG file.
+fn encoded(picture: &ColorImage) -> Result<Arc<[u8]>, image::ImageError> {
+    let pixels = picture.pixels.iter();
+    let pixels: Vec<u8> = pixels
+        .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
+        .collect();
+    let mut file = Cursor::new(Vec::new());
+    image::write_buffer_with_format(
+        &mut file,
+        &pixels,
+        picture.size[0] as u32,
+        picture.size[1] as u32,
+        image::ExtendedColorType::Rgb8,
+        image::ImageFormat::Png,
+    )?;
+    Ok(file.into_inner().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A screen of 4 × 3 pixels at two pixels a point: the part from (0.5, 0.5) to (2, 1.5) is 3 × 2 pixels.
+    #[test]
+    fn a_png_holds_the_part_of_the_screen_and_no_more() {
+        let pixels = (0..12).map(|k| egui::Color32::from_gray(20 * k)).collect();
+        let screen = ColorImage::new([4, 3], pixels);
+        let part = ScreenPart {
+            min: [0.5, 0.5],
+            max: [2.0, 9.0],
+        };
+        let bytes = encoded(&cut(&screen, part, 2.0)).unwrap();
+        let image = image::load_from_memory(&bytes).unwrap().to_rgb8();
+        assert_eq!(image.dimensions(), (3, 2));
+        assert_eq!(image.get_pixel(0, 0).0, [100; 3]);
+        assert_eq!(image.get_pixel(2, 1).0, [220; 3]);
+    }
+}

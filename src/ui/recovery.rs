@@ -1,0 +1,157 @@
+//! What is not saved is written down now and then, so that a crash costs half a minute at most.
+//!
+//! Each window has a file of its own beside a lock that ends with its process: what stands beside a lock that nobody holds
+//! was left by a window that did not close as it should.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use crate::app::{AppState, Session};
+use crate::export::write_atomically;
+use crate::ui::workspace::Workspace;
+
+/// How often what is not saved is written down (s).
+const EVERY_SECS: f64 = 30.0;
+
+/// The file of this window.
+#[derive(Debug, Default)]
+pub struct Recovery {
+    own: Option<Own>,
+    /// What was written down last.
+    written: Option<Session>,
+    /// When the next look is due, on the window's clock.
+    due_secs: f64,
+}
+
+#[derive(Debug)]
+struct Own {
+    session: PathBuf,
+    lock: PathBuf,
+    /// Held as long as the process lives.
+    _held: File,
+}
+
+impl Recovery {
+    /// Takes a file in `folder`; returns what others left there, oldest first. Where the folder cannot be used, nothing is
+    /// written down.
+    pub fn begin(folder: &Path) -> (Self, Vec<PathBuf>) {
+        let left = left_in(folder);
+        let own = Own::new(folder);
+        let recovery = Self {
+            own,
+            ..Self::default()
+        };
+        (recovery, left)
+    }
+
+    /// Writes down what is not saved, if it is time.
+    pub fn follow(&mut self, state: &AppState, workspace: &Workspace, context: &egui::Context) {
+        let Some(own) = &self.own else { return };
+        let now = context.input(|input| input.time);
+        if !state.is_unsaved() {
+            if self.written.take().is_some() {
+                // Whoever reads it would go back behind what is saved; a file that stays does no other harm.
+                let _ = fs::remove_file(&own.session);
+            }
+            return;
+        }
+        if now < self.due_secs {
+            return;
+        }
+        self.due_secs = now + EVERY_SECS;
+        context.request_repaint_after_secs(EVERY_SECS as f32);
+        let session = state.as_session(Some(workspace.to_value()));
+        if self.written.as_ref() == Some(&session) {
+            return;
+        }
+        let path = own.session.clone();
+        let text = session.to_json(Path::new(""));
+        self.written = Some(session);
+        std::thread::spawn(move || {
+            // Nobody waits for it; a folder that cannot be written was not asked for by anyone.
+            let _ = write_atomically(&path, |out| out.write_all(&text));
+        });
+    }
+
+    /// Nothing needs to be recovered.
+    pub fn end(&mut self) {
+        if let Some(own) = self.own.take() {
+            let _ = fs::remove_file(&own.session);
+            let _ = fs::remove_file(&own.lock);
+        }
+    }
+}
+
+impl Own {
+    fn new(folder: &Path) -> Option<Self> {
+        fs::create_dir_all(folder).ok()?;
+        let name = format!("autosave-{}", std::process::id());
+        let lock = folder.join(format!("{name}.lock"));
+        let held = File::create(&lock).ok()?;
+        held.try_lock().ok()?;
+        Some(Self {
+            session: folder.join(format!("{name}.json")),
+            lock,
+            _held: held,
+        })
+    }
+}
+
+/// Sessions beside locks that nobody holds, oldest first.
+fn left_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut left = Vec::new();
+    for lock in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+        let is_lock = lock.extension().is_some_and(|ending| ending == "lock");
+        let is_free = || File::open(&lock).is_ok_and(|file| file.try_lock().is_ok());
+        if !is_lock || !is_free() {
+            continue;
+        }
+        let session = lock.with_extension("json");
+        match fs::metadata(&session).and_then(|metadata| metadata.modified()) {
+            Ok(modified) => left.push((modified, session)),
+            Err(_) => {
+                let _ = fs::remove_file(&lock);
+            }
+        }
+    }
+    left.sort();
+    left.into_iter().map(|(_, session)| session).collect()
+}
+
+/// Drops what others left.
+pub fn drop_left(sessions: &[PathBuf]) {
+    for session in sessions {
+        let _ = fs::remove_file(session);
+        let _ = fs::remove_file(session.with_extension("lock"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_dead_window_left_is_found_and_that_of_a_living_one_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (mut living, left) = Recovery::begin(folder.path());
+        assert!(left.is_empty());
+        let own = living.own.as_ref().unwrap().session.clone();
+        fs::write(&own, "{}").unwrap();
+        fs::write(path("autosave-1.lock"), "").unwrap();
+        fs::write(path("autosave-1.json"), "{}").unwrap();
+        fs::write(path("autosave-2.lock"), "").unwrap();
+        assert_eq!(left_in(folder.path()), [path("autosave-1.json")]);
+        assert!(
+            !path("autosave-2.lock").exists(),
+            "there was nothing beside it"
+        );
+        drop_left(&left_in(folder.path()));
+        assert!(left_in(folder.path()).is_empty());
+        living.end();
+        assert!(!own.exists());
+    }
+}

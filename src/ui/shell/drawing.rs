@@ -1,0 +1,215 @@
+//! The window: menus above, the status line below, the panes between, and what floats over them.
+
+use crate::app::{AppState, Command, Pane, SessionCommand, Wish};
+use crate::ui::shell::{Fields, Shell};
+use crate::ui::trace_panes::trace_panes;
+use crate::ui::{
+    actions, calibration_pane, compare_pane, errors_pane, import_window, menu, notices_panel,
+    recordings_panel, settings_panel, status_line, thresholds_pane,
+};
+
+impl Shell {
+    pub(super) fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
+        let can = self.can_go();
+        let state = &self.state;
+        actions::listen(ui.ctx(), state, can, out);
+        egui::Panel::top("menu").show(ui, |ui| {
+            menu::menu_bar(ui, state, &self.workspace, can, out);
+        });
+        egui::Panel::bottom("status").show(ui, |ui| {
+            let jobs = self.jobs.running();
+            status_line::status_line(ui, state, jobs, self.analysis.running(), out);
+        });
+        if !state.notices.is_empty() {
+            egui::Panel::bottom("notices")
+                .resizable(true)
+                .default_size(90.0)
+                .show(ui, |ui| notices_panel::notices_panel(ui, state, out));
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            self.workspace.show(ui, &mut |ui, pane| match pane {
+                Pane::Recordings => {
+                    recordings_panel::recordings_panel(ui, state, &mut self.fields, out);
+                }
+                Pane::Settings => {
+                    egui::ScrollArea::vertical()
+                        .auto_shrink([false, false])
+                        .show(ui, |ui| settings_panel::settings_panel(ui, state, out));
+                }
+                Pane::Traces => trace_panes(ui, state, &mut self.panes, out),
+                Pane::Thresholds => {
+                    let (fields, map) = (&mut self.fields, &mut self.map);
+                    thresholds_pane::thresholds_pane(ui, state, fields, map, out);
+                }
+                Pane::Compare => compare_pane::compare_pane(ui, state, &mut self.fields, out),
+                Pane::Loops => self.loops.show(ui, state, &self.looking[0], out),
+                Pane::Metrology => self.metrology.show(ui, state, &self.looking[1], out),
+                Pane::Notes => notes(ui, state, out),
+                Pane::Errors => errors_pane::errors_pane(ui, state),
+                Pane::Calibration => {
+                    calibration_pane::calibration_pane(ui, state, &mut self.fields, out);
+                }
+            });
+        });
+        import_window::import_window(ui.ctx(), state, &mut self.import_fields, out);
+        self.help.show(ui.ctx(), &actions::all(state, can));
+        self.palette.show(ui.ctx(), state, can, out);
+        if self.tour.show(ui.ctx()) {
+            out.push(Command::Wish(Wish::Tour(false)));
+        }
+        naming(ui.ctx(), state, &mut self.fields, out);
+        replacing(ui.ctx(), state, out);
+        closing(ui.ctx(), state, out);
+        recovering(ui.ctx(), state, out);
+        lost(ui.ctx(), state, &mut self.fields, out);
+    }
+}
+
+/// Asks whether to replace a file that is there already.
+fn replacing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
+    let Some((_, path)) = &state.replacing else {
+        return;
+    };
+    let modal = egui::Modal::new(egui::Id::unique("replace")).show(context, |ui| {
+        ui.set_width(420.0);
+        ui.strong("The file is there already");
+        ui.label(path.display().to_string());
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            if ui.button("Replace it").clicked() {
+                out.push(Command::Replace(true));
+            }
+            if ui.button("Leave it").clicked() {
+                out.push(Command::Replace(false));
+            }
+        });
+    });
+    if modal.should_close() {
+        out.push(Command::Replace(false));
+    }
+}
+
+/// Lets a path be typed where there is no dialog to choose one.
+fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
+    let Some((_, name)) = &state.naming else {
+        fields.name = None;
+        return;
+    };
+    let path = fields.name.get_or_insert_with(|| name.clone());
+    let modal = egui::Modal::new(egui::Id::unique("naming")).show(context, |ui| {
+        ui.set_width(420.0);
+        let label = ui.strong("Save as");
+        let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
+        let field = ui.add(field).labelled_by(label.id);
+        let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            let chosen = path.trim();
+            if (ui.button("Save it").clicked() || entered) && !chosen.is_empty() {
+                out.push(Command::PathTyped(Some(chosen.into())));
+            }
+            if ui.button("Never mind").clicked() {
+                out.push(Command::PathTyped(None));
+            }
+        });
+    });
+    if modal.should_close() {
+        out.push(Command::PathTyped(None));
+    }
+}
+
+/// Asks what becomes of what is not saved before the window closes.
+fn closing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
+    if !state.closing {
+        return;
+    }
+    let mut say = |command| out.push(Command::Session(command));
+    let modal = egui::Modal::new(egui::Id::unique("closing")).show(context, |ui| {
+        ui.set_width(420.0);
+        ui.strong("The session is not saved");
+        ui.label("It names the files, their roles and every setting; the recordings themselves are not changed by closing.");
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            if ui.button("Save and close").clicked() {
+                say(SessionCommand::Save);
+            }
+            if ui.button("Close without saving").clicked() {
+                say(SessionCommand::CloseAnyway);
+            }
+            if ui.button("Stay").clicked() {
+                say(SessionCommand::Stay);
+            }
+        });
+    });
+    if modal.should_close() {
+        say(SessionCommand::Stay);
+    }
+}
+
+/// Offers what a window left that did not close as it should.
+fn recovering(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
+    if state.recoverable.is_empty() {
+        return;
+    }
+    egui::Window::new("Recover")
+        .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
+        .collapsible(false)
+        .resizable(false)
+        .show(context, |ui| {
+            ui.label("LoopScope did not close as it should. Its session of then was written down.");
+            ui.horizontal(|ui| {
+                for (label, yes) in [("Take it up again", true), ("Drop it", false)] {
+                    if ui.button(label).clicked() {
+                        out.push(Command::Session(SessionCommand::Recover(yes)));
+                    }
+                }
+            });
+        });
+}
+
+/// Asks where files of the session are that are not where they were.
+fn lost(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
+    let Some(file) = state.lost.first() else {
+        return;
+    };
+    egui::Window::new("A file of the session is not there")
+        .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
+        .collapsible(false)
+        .resizable(false)
+        .show(context, |ui| {
+            ui.set_width(460.0);
+            ui.label(file.absolute.display().to_string());
+            if state.lost.len() > 1 {
+                ui.weak(format!("and {} more", state.lost.len() - 1));
+            }
+            ui.horizontal(|ui| {
+                let label = ui.label("It is now at");
+                let field = egui::TextEdit::singleline(&mut fields.found).desired_width(340.0);
+                ui.add(field).labelled_by(label.id);
+            });
+            ui.horizontal(|ui| {
+                let path = fields.found.trim().to_owned();
+                if ui.button("Read it there").clicked() && !path.is_empty() {
+                    fields.found.clear();
+                    out.push(Command::Session(SessionCommand::Found(0, path.into())));
+                }
+                if ui.button("Go on without it").clicked() {
+                    out.push(Command::Session(SessionCommand::Forget(0)));
+                }
+            });
+        });
+}
+
+/// Free text.
+fn notes(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+    let mut text = state.notes.clone();
+    let field = egui::TextEdit::multiline(&mut text)
+        .hint_text("What should be remembered of this calibration; it is saved with the session")
+        .desired_width(f32::INFINITY);
+    let response = ui.add_sized(ui.available_size(), field);
+    response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::MultilineTextInput, true, "Notes"));
+    if text != state.notes {
+        out.push(Command::Session(SessionCommand::SetNotes(text)));
+    }
+}

@@ -1,0 +1,65 @@
+//! What only the window can do.
+
+use crate::app::{Command, Preferences, SessionCommand, Wish};
+use crate::ui::shell::Shell;
+use crate::ui::workspace::Workspace;
+
+/// One step of the text's size.
+const TEXT_STEP: f32 = 0.1;
+
+impl Shell {
+    pub(super) fn fulfil(&mut self, wish: Wish, ui: &egui::Ui) {
+        match wish {
+            Wish::ShowPane(pane) => self.workspace.bring(pane),
+            Wish::ClosePane(pane) => self.workspace.close(pane),
+            Wish::Arrange(preset) => self.workspace = Workspace::preset(preset),
+            Wish::Undo => {
+                let choices = self.state.choices();
+                let before = self.history.0.undo(&choices).cloned();
+                self.commands.extend(before.map(Command::Restore));
+            }
+            Wish::Redo => {
+                let choices = self.state.choices();
+                let after = self.history.0.redo(&choices).cloned();
+                self.commands.extend(after.map(Command::Restore));
+            }
+            Wish::ShowPalette => self.palette.open(),
+            Wish::ToggleHelp => self.help.toggle(),
+            Wish::Tour(true) => self.tour.begin(),
+            Wish::Tour(false) => {
+                self.tour.end();
+                self.state.preferences.toured = true;
+            }
+            Wish::FitView => self.panes.fit(),
+            Wish::ZoomBack => self.panes.go_back(),
+            Wish::ZoomForward => self.panes.go_forward(),
+            Wish::TogglePlay => self.panes.toggle_play(),
+            Wish::TextScale(step) => {
+                let preferences = &mut self.state.preferences;
+                let (least, most) = (
+                    *Preferences::TEXT_SCALES.start(),
+                    *Preferences::TEXT_SCALES.end(),
+                );
+                preferences.text_scale = match step {
+                    0 => 1.0,
+                    _ => (preferences.text_scale + f32::from(step) * TEXT_STEP).clamp(least, most),
+                };
+            }
+            Wish::Picture(part, to) => self.pictures.ask(part, to),
+            Wish::SaveSession(path) => {
+                let layout = Some(self.workspace.to_value());
+                let command = SessionCommand::SaveTo(path, layout);
+                self.commands.push_back(Command::Session(command));
+            }
+            Wish::Layout(value) => {
+                if let Some(workspace) = Workspace::from_value(&value) {
+                    self.workspace = workspace;
+                }
+            }
+            Wish::CloseNow => {
+                self.closing = true;
+                ui.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Going through time, as if the recording were measured now.
+
+use crate::analysis::TraceSet;
+
+/// How many seconds go by in one, to choose from.
+const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
+
+/// Where it is, and whether it moves.
+#[derive(Debug)]
+pub struct Playing {
+    /// On the time axis (s); `None` before it was begun.
+    time: Option<f64>,
+    running: bool,
+    speed: f64,
+}
+
+impl Default for Playing {
+    fn default() -> Self {
+        Self {
+            time: None,
+            running: false,
+            speed: 1.0,
+        }
+    }
+}
+
+impl Playing {
+    /// Goes on, or stops.
+    pub fn toggle(&mut self) {
+        self.running = !self.running;
+    }
+
+    /// Forgets where it was.
+    pub fn clear(&mut self) {
+        (self.time, self.running) = (None, false);
+    }
+
+    /// Draws the button and the choice of speeds.
+    pub fn controls(&mut self, ui: &mut egui::Ui) {
+        let label = if self.running { "Stop" } else { "Play" };
+        let button = ui.button(label).on_hover_text(
+            "Goes through time from cursor A, or from what is on screen; the look-back is drawn at each sample (Space)",
+        );
+        if button.clicked() {
+            self.toggle();
+        }
+        egui::ComboBox::from_id_salt("speed")
+            .selected_text(format!("{}×", self.speed))
+            .width(48.0)
+            .show_ui(ui, |ui| {
+                for speed in SPEEDS {
+                    ui.selectable_value(&mut self.speed, speed, format!("{speed}×"));
+                }
+            })
+            .response
+            .on_hover_text("Seconds of the recording in one second");
+    }
+
+    /// Goes on by `passed` seconds on the clock; returns the sample it is at and its time.
+    pub fn go_on(&mut self, passed: f64, from: f64, traces: &TraceSet) -> Option<(usize, f64)> {
+        let last = *traces.times.last()?;
+        if self.running {
+            let time = match self.time {
+                Some(time) if time < last => time + passed * self.speed,
+                _ => from,
+            };
+            self.running = time < last;
+            self.time = Some(time.min(last));
+        }
+        let time = self.time?;
+        Some((traces.sample_at(time)?, time))
+    }
+
+    /// Whether it moves.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+}

@@ -1,0 +1,253 @@
+//! Panes, undo, keys, cursors, playing: what makes the window feel like a tool.
+
+use super::*;
+use loopscope::app::{Pane, Preferences, Preset, Theme, Wish};
+
+fn ctrl(window: &mut Window, key: Key) {
+    window.key_press_modifiers(Modifiers::COMMAND, key);
+    settle(window);
+}
+
+fn on_screen(window: &Window, pane: Pane) -> bool {
+    state(window).on_screen.contains(&pane)
+}
+
+/// Lets time go by on the window's clock.
+fn wait(window: &mut Window, frames: usize) {
+    window.run_steps(frames);
+    settle(window);
+}
+
+fn f_th(window: &Window) -> f64 {
+    state(window).settings.features.look_backs[0].f_th
+}
+
+#[test]
+fn a_pane_is_closed_brought_back_and_put_in_front() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    assert!(on_screen(&window, Pane::Traces) && !on_screen(&window, Pane::Loops));
+    ctrl(&mut window, Key::Num6);
+    assert!(on_screen(&window, Pane::Loops) && !on_screen(&window, Pane::Traces));
+    menu(&mut window, "View", "Traces");
+    assert!(
+        window
+            .query_by_role_and_label(Role::Button, "Traces")
+            .is_none()
+    );
+    menu(&mut window, "View", "Traces");
+    assert!(on_screen(&window, Pane::Traces), "and it is in front");
+    click(&mut window, Role::Button, "Metrology");
+    assert!(on_screen(&window, Pane::Metrology) && !on_screen(&window, Pane::Traces));
+}
+
+#[test]
+fn arrangements_come_by_menu_and_key_and_are_remembered() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.key_press(Key::F6);
+    settle(&mut window);
+    assert!(on_screen(&window, Pane::Loops) && on_screen(&window, Pane::Traces));
+    menu(&mut window, "View", Preset::DemonstrateThresholds.title());
+    for pane in [Pane::Settings, Pane::Traces, Pane::Thresholds] {
+        assert!(on_screen(&window, pane), "{pane:?}");
+    }
+    let remembered = Preferences::from_json(&shell(&window).preferences().to_json());
+    let again = window_of(files.three(), Choices::default(), remembered);
+    assert_eq!(state(&again).on_screen, state(&window).on_screen);
+}
+
+#[test]
+fn settings_and_roles_are_undone_and_made_again() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    wait(&mut window, 10);
+    let first = f_th(&window);
+    slide(&mut window, "F_th", 1.5);
+    wait(&mut window, 10);
+    menu(&mut window, "Roles", "All off");
+    wait(&mut window, 10);
+    ctrl(&mut window, Key::Z);
+    assert_eq!(
+        state(&window).problem,
+        None,
+        "there are training recordings again"
+    );
+    assert_eq!(f_th(&window), 1.5);
+    ctrl(&mut window, Key::Z);
+    assert_eq!(f_th(&window), first);
+    menu(&mut window, "Edit", "Redo");
+    assert_eq!(f_th(&window), 1.5);
+    assert_eq!(
+        analysis(&window).calibration.features.look_backs[0].f_th,
+        1.5
+    );
+}
+
+#[test]
+fn the_palette_finds_an_action_by_a_part_of_its_name() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    ctrl(&mut window, Key::P);
+    window.event(egui::Event::Text("inspect".to_owned()));
+    window.run_steps(2);
+    assert!(has(&window, "Inspect loops") && !has(&window, "Larger"));
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    assert!(on_screen(&window, Pane::Loops));
+    assert!(!has(&window, "Find an action"), "it closes");
+}
+
+#[test]
+fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
+    let files = Files::new();
+    let mut window = window_of(files.three(), Choices::default(), Preferences::default());
+    assert!(
+        has(&window, "Tour, 1 of 6"),
+        "somebody who is here for the first time"
+    );
+    for _ in 0..5 {
+        click(&mut window, Role::Button, "Next");
+    }
+    click(&mut window, Role::Button, "Done");
+    assert!(!has(&window, "Tour,") && shell(&window).preferences().toured);
+    window.key_press(Key::F1);
+    settle(&mut window);
+    for (page, part) in [
+        ("Mouse", "zooms at the pointer"),
+        ("Words", "leave-one-recording-out"),
+        ("Equations", "Eq. 12"),
+        ("Keys", "Undo"),
+    ] {
+        click(&mut window, Role::Button, page);
+        assert!(has(&window, part), "{page}");
+    }
+    window.key_press(Key::F1);
+    settle(&mut window);
+    assert!(!has(&window, "Eq. 12"));
+}
+
+#[test]
+fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let pane = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
+        .rect();
+    let press = |window: &mut Window, at: egui::Pos2, modifiers: Modifiers| {
+        window.hover_at(at);
+        for pressed in [true, false] {
+            window.event(egui::Event::PointerButton {
+                pos: at,
+                button: egui::PointerButton::Primary,
+                pressed,
+                modifiers,
+            });
+            window.event_modifiers(egui::Event::PointerMoved(at), modifiers);
+            window.step();
+        }
+        wait(window, 3);
+    };
+    press(&mut window, pane.center(), Modifiers::NONE);
+    assert!(has(&window, "Shift and click puts cursor B"));
+    press(
+        &mut window,
+        pane.center() + Vec2::new(60.0, 0.0),
+        Modifiers::SHIFT,
+    );
+    assert!(has(&window, "Δt"));
+    assert!(has(&window, "Fx Comp. error"));
+    window.key_press(Key::Escape);
+    wait(&mut window, 3);
+    assert!(!has(&window, "Δt"));
+}
+
+#[test]
+fn space_plays_through_time_and_stops() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.key_press(Key::Space);
+    window.run_steps(5);
+    assert!(has(&window, "Stop"));
+    window.key_press(Key::Space);
+    settle(&mut window);
+    assert!(has(&window, "Play"));
+}
+
+#[test]
+fn a_zoom_is_gone_back_from_and_forward_to() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    wait(&mut window, 10);
+    let pane = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
+        .rect();
+    window.hover_at(pane.center());
+    window.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: Vec2::new(0.0, 200.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    wait(&mut window, 30);
+    let zoomed = shell(&window).visible_time();
+    assert!(zoomed.is_some());
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
+    wait(&mut window, 3);
+    assert_eq!(shell(&window).visible_time(), None);
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    wait(&mut window, 3);
+    assert_eq!(shell(&window).visible_time(), zoomed);
+}
+
+#[test]
+fn themes_and_sizes_are_preferences() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    menu(&mut window, "View", "Light");
+    assert!(!window.ctx.global_style().visuals.dark_mode);
+    assert_eq!(shell(&window).preferences().theme, Theme::Light);
+    let send = |window: &mut Window, step| {
+        let shell = window.state_mut().as_mut().unwrap();
+        shell.send(Command::Wish(Wish::TextScale(step)));
+        settle(window);
+    };
+    send(&mut window, 1);
+    assert!((shell(&window).preferences().text_scale - 1.1).abs() < 1e-6);
+    for _ in 0..40 {
+        send(&mut window, -1);
+    }
+    assert_eq!(shell(&window).preferences().text_scale, 0.5);
+    send(&mut window, 0);
+    assert_eq!(window.ctx.zoom_factor(), 1.0);
+}
+
+#[test]
+fn a_file_that_is_there_is_replaced_only_after_a_yes() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let path = files.write("there.csv", "precious");
+    type_into(&mut window, "Export to", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Export");
+    click(&mut window, Role::Button, "Leave it");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
+    click(&mut window, Role::Button, "Export");
+    click(&mut window, Role::Button, "Replace it");
+    told(&window, Level::Info, "there.csv");
+    assert!(std::fs::read_to_string(&path).unwrap().contains("S1_past"));
+}
+
+#[test]
+fn a_path_is_typed_where_there_is_no_dialog() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let content = loopscope::app::FileContent::Bytes(std::sync::Arc::from(*b"picture"));
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::TypePathFor(content, "picture.png".to_owned()));
+    settle(&mut window);
+    let path = files.path("p.png");
+    type_into(&mut window, "Save as", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Save it");
+    assert_eq!(std::fs::read(&path).unwrap(), b"picture");
+}
