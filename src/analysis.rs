@@ -9,6 +9,7 @@ mod comparison;
 mod fit;
 mod ground;
 pub mod loops;
+mod report;
 mod study;
 mod traces;
 mod training;
@@ -25,6 +26,7 @@ use crate::recording::RecordingSet;
 use ground::Ground;
 
 pub use comparison::{Candidate, ComparedRow, RowEvent, compare, paper_candidates};
+pub use report::report;
 pub use study::{BlockSuggestion, HistoryBlock, Study, StudyEvent};
 pub use traces::{AxisTraces, Segment, TraceSet, View};
 pub use training::train;

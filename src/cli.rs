@@ -6,6 +6,7 @@ mod fit;
 mod inspect;
 mod metrology;
 mod progress_line;
+mod report;
 mod sweep;
 
 use std::fmt::Display;
@@ -31,6 +32,7 @@ use crate::recording::{LayoutError, Recording, simulated};
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
 pub use inspect::Inspect;
+pub use report::ReportArgs;
 pub use sweep::SweepArgs;
 
 /// Calibrate force/torque sensors and see what their past does to them.
@@ -53,6 +55,8 @@ pub enum Job {
     Demo(Demo),
     /// Fit the conventional calibration and one with a past, and score both.
     Fit(Box<FitArgs>),
+    /// Fit, and write a report with tables and pictures: one HTML file.
+    Report(Box<ReportArgs>),
     /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
     Compare(Box<CompareArgs>),
     /// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
@@ -168,6 +172,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Inspect(inspect) => inspect::run(&inspect),
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
+        Job::Report(args) => report::run(&args),
         Job::Compare(args) => compare::run(&args),
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
@@ -229,6 +234,15 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
 
 /// Reads files one after another, warnings to standard error.
 fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, JobError> {
+    read_hearing(files, args, &mut |_| {})
+}
+
+/// [`read_all`], with an ear for the warnings.
+fn read_hearing(
+    files: &[PathBuf],
+    args: &ReadArgs,
+    hear: &mut dyn FnMut(&LoadWarning),
+) -> Result<Vec<Vec<Recording>>, JobError> {
     let map = args.columns.as_deref().map(ColumnMap::read).transpose()?;
     let progress = Progress::default();
     files
@@ -239,6 +253,7 @@ fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, J
                 None => delimited::read(path, &progress)?,
             };
             print_warnings(&loaded.warnings);
+            loaded.warnings.iter().for_each(&mut *hear);
             Ok(loaded.recordings)
         })
         .collect()
@@ -271,6 +286,16 @@ fn check_not_over<'a>(
     Ok(())
 }
 
+/// What is read is not written over at all, what else is there only if the user says so.
+fn check_outputs<'a>(
+    inputs: impl Iterator<Item = &'a PathBuf> + Clone,
+    outputs: &[PathBuf],
+    force: bool,
+) -> Result<(), JobError> {
+    check_not_over(inputs, outputs)?;
+    check_new(outputs, force)
+}
+
 /// What is there stays there unless the user says so.
 fn check_new(outputs: &[PathBuf], force: bool) -> Result<(), JobError> {
     match outputs.iter().find(|path| !force && path.exists()) {
@@ -301,8 +326,8 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
             });
         }
     }
-    check_not_over(args.files.iter().chain([&args.calibration]), &outputs)?;
-    check_new(&outputs, args.force)?;
+    let inputs = args.files.iter().chain([&args.calibration]);
+    check_outputs(inputs, &outputs, args.force)?;
     make_directory(&args.out)?;
     for (path, output) in args.files.iter().zip(&outputs) {
         for recordings in read_all(std::slice::from_ref(path), &args.read)? {

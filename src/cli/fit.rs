@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_new, check_not_over, tell};
+use super::{JobError, check_outputs, tell};
 use crate::analysis::{Request, train};
 use crate::calibration::{Calibration, EpochReport, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
@@ -54,9 +54,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             return Err(JobError::Ending { path: path.clone() });
         }
     }
-    let files = args.recordings.train.iter().chain(&args.recordings.test);
-    check_not_over(files, &args.export)?;
-    check_new(&args.export, args.force)?;
+    check_outputs(args.recordings.files(), &args.export, args.force)?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
     let settings = args

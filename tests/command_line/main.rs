@@ -14,5 +14,6 @@ mod fit;
 mod inspect;
 mod metrology;
 mod refusals;
+mod report;
 mod streams;
 mod sweep;

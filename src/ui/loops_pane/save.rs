@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::app::{Command, FileContent, Level, Notice};
-use crate::export::{Drawing, write_drawing_svg};
+use crate::export::{Drawing, PICTURE_SIZE, write_drawing_svg};
 use crate::ui::Reply;
 
 /// Draws the field for the path with its button; `picture` is where the plot stands on screen.
@@ -48,7 +48,7 @@ fn error(text: String) -> Command {
 
 fn svg(print: &Drawing<'_>, path: PathBuf) -> Command {
     let mut bytes = Vec::new();
-    match write_drawing_svg(print, &mut bytes) {
+    match write_drawing_svg(print, PICTURE_SIZE, &mut bytes) {
         Ok(()) => Command::SaveFile(FileContent::Bytes(bytes.into()), path),
         Err(failed) => error(format!("{}: {failed}", path.display())),
     }

@@ -1,0 +1,99 @@
+//! The files that recordings were read from, by what is in them.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use sha2::{Digest as _, Sha256};
+
+use crate::calibration::UsedRecording;
+use crate::recording::{RecordingSet, Source};
+
+/// Every recording of a set with its role, its file's name and what that file holds now, as a SHA-256.
+///
+/// Each file is read once, however many recordings come from it. What cannot be read any more has no hash.
+#[must_use]
+pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
+    let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
+    let entries = recordings.entries().iter();
+    entries
+        .map(|entry| {
+            let path = match entry.recording.source() {
+                Source::File(path) => Some(path.as_path()),
+                Source::Simulated => None,
+            };
+            UsedRecording {
+                name: entry.recording.name().to_owned(),
+                role: entry.role,
+                file: path.map(|path| {
+                    let name = path.file_name().unwrap_or(path.as_os_str());
+                    name.to_string_lossy().into_owned()
+                }),
+                sha256: path.and_then(|path| {
+                    let hash = hashes.entry(path).or_insert_with(|| sha256(path).ok());
+                    hash.clone()
+                }),
+            }
+        })
+        .collect()
+}
+
+fn sha256(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece)? {
+            0 => break,
+            n => hasher.update(&piece[..n]),
+        }
+    }
+    let mut digits = String::new();
+    for byte in hasher.finalize() {
+        write!(digits, "{byte:02x}").expect("a String takes all");
+    }
+    Ok(digits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Axis, Entry, Recording, Role, simulated};
+
+    fn entry(path: &Path, role: Role) -> Entry {
+        let recording = Recording::new(
+            "run",
+            Source::File(path.to_owned()),
+            vec![0.0],
+            vec!["S1".to_owned()],
+            vec![1.0],
+            vec![Axis::Fz],
+            vec![2.0],
+        );
+        Entry::new(recording.unwrap(), role)
+    }
+
+    /// The hash of "abc" is the first example of FIPS 180-2.
+    #[test]
+    fn a_file_is_known_by_what_it_holds_and_a_lost_one_by_its_name_alone() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("abc.csv");
+        std::fs::write(&path, "abc").unwrap();
+        let mut set = RecordingSet::default();
+        set.push(entry(&path, Role::Train)).unwrap();
+        set.push(entry(Path::new("gone/lost.csv"), Role::Test))
+            .unwrap();
+        let used = used_recordings(&set);
+        assert_eq!(
+            used[0].sha256.as_deref(),
+            Some("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad")
+        );
+        assert_eq!((used[0].role, used[1].role), (Role::Train, Role::Test));
+        assert_eq!(used[1].file.as_deref(), Some("lost.csv"));
+        assert_eq!(used[1].sha256, None);
+        let simulated = used_recordings(&simulated::recordings(1));
+        assert!(simulated.iter().all(|used| used.file.is_none()));
+    }
+}
