@@ -10,6 +10,7 @@ mod fit;
 mod ground;
 pub mod loops;
 mod report;
+mod stretches;
 mod study;
 mod traces;
 mod training;
@@ -27,6 +28,7 @@ use ground::Ground;
 
 pub use comparison::{Candidate, ComparedRow, RowEvent, compare, paper_candidates};
 pub use report::report;
+pub use stretches::{stretches_on_screen, stretches_within};
 pub use study::{BlockSuggestion, HistoryBlock, Study, StudyEvent};
 pub use traces::{AxisTraces, Segment, TraceSet, View};
 pub use training::train;

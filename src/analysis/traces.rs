@@ -117,6 +117,25 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
+    /// The recordings on screen, each with its own samples in a stretch of time; `None` for all.
+    #[must_use]
+    pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
+        let visible = match visible {
+            None => 0..self.times.len(),
+            Some((from, to)) => {
+                let start = self.times.partition_point(|time| *time < from);
+                start..self.times.partition_point(|time| *time <= to)
+            }
+        };
+        let segments = self.segments.iter().map(|segment| {
+            let first = segment.samples.start;
+            let start = visible.start.max(first);
+            let end = visible.end.min(segment.samples.end).max(start);
+            (segment.recording, start - first..end - first)
+        });
+        segments.collect()
+    }
+
     /// d(k, j): how different the conventional load of two samples is, in the unit of F_th.
     #[must_use]
     pub fn distance_between(&self, k: usize, j: usize) -> f64 {

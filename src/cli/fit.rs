@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
+use super::traces::TraceArgs;
 use super::{JobError, check_outputs, tell};
 use crate::analysis::{Request, train};
 use crate::calibration::{Calibration, EpochReport, Quality, Scores};
@@ -39,6 +40,8 @@ pub struct FitArgs {
     /// .rs, .py. Matrices and scales: .yaml .csv .npz .mat; .cal (conventional alone); .onnx (networks).
     #[arg(long, value_name = "FILE")]
     export: Vec<PathBuf>,
+    #[command(flatten)]
+    traces: TraceArgs,
     /// Write over files that are there already.
     #[arg(long)]
     force: bool,
@@ -54,7 +57,11 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             return Err(JobError::Ending { path: path.clone() });
         }
     }
-    check_outputs(args.recordings.files(), &args.export, args.force)?;
+    args.traces.check()?;
+    let outputs: Vec<PathBuf> = (args.export.iter().chain(&args.traces.traces))
+        .cloned()
+        .collect();
+    check_outputs(args.recordings.files(), &outputs, args.force)?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
     let settings = args
@@ -69,6 +76,9 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     for path in &args.export {
         write_calibration(&calibration, path)?;
     }
+    let entries = request.recordings.entries().iter();
+    let written = entries.map(|entry| &*entry.recording);
+    args.traces.write(&calibration, written, args.decimate)?;
     if let Some(reason) = calibration.why_not_left_out() {
         tell(&format_args!("note: no leave-one-out figures: {reason}"));
     }

@@ -10,7 +10,6 @@ mod code;
 mod comparison_csv;
 mod facts;
 mod format;
-mod loads_csv;
 mod loop_svg;
 mod mat;
 mod metrology_csv;
@@ -23,6 +22,7 @@ pub mod svg;
 mod text;
 mod threshold_csv;
 mod threshold_pictures;
+mod traces;
 mod yaml;
 
 pub use atomic::{WriteError, write_atomically};
@@ -30,7 +30,6 @@ pub use cal::{CalError, name_gauges};
 pub use calibration_file::{ReadCalibrationError, read_calibration, write_calibration};
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
 pub use format::{CalibrationFormat, FormatError};
-pub use loads_csv::write_loads_csv;
 pub use loop_svg::{Drawing, DrawnLine, PICTURE_SIZE, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;
 pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, write_report};
@@ -39,3 +38,4 @@ pub use threshold_csv::write_threshold_csv;
 pub use threshold_pictures::{
     curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, write_threshold_map,
 };
+pub use traces::{Stretch, TraceFormat, write_loads_csv, write_traces};

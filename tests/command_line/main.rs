@@ -17,3 +17,4 @@ mod refusals;
 mod report;
 mod streams;
 mod sweep;
+mod traces;
