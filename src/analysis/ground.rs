@@ -217,6 +217,8 @@ impl Ground {
                 .iter()
                 .map(|recording| recording.name().to_owned())
                 .collect(),
+            rate_hz: self.recordings.rate_hz(Role::Train),
+            sources: Vec::new(),
         })
     }
 

@@ -14,7 +14,7 @@ use super::{JobError, check_outputs, tell};
 use crate::analysis::{Request, train};
 use crate::calibration::{Calibration, EpochReport, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
-use crate::export::{CalibrationFormat, write_calibration};
+use crate::export::{CalibrationFormat, with_sources, write_calibration};
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
 
@@ -73,8 +73,11 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         line.say(&epoch_text(&report))
     })?;
     line.end();
-    for path in &args.export {
-        write_calibration(&calibration, path)?;
+    if !args.export.is_empty() {
+        let told = with_sources(&calibration, &request.recordings);
+        for path in &args.export {
+            write_calibration(&told, path)?;
+        }
     }
     let entries = request.recordings.entries().iter();
     let written = entries.map(|entry| &*entry.recording);

@@ -33,7 +33,7 @@ pub use format::{CalibrationFormat, FormatError};
 pub use loop_svg::{Drawing, DrawnLine, PICTURE_SIZE, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;
 pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, write_report};
-pub use sources::used_recordings;
+pub use sources::{used_recordings, with_sources};
 pub use threshold_csv::write_threshold_csv;
 pub use threshold_pictures::{
     curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, write_threshold_map,

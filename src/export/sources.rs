@@ -8,8 +8,8 @@ use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
 
-use crate::calibration::UsedRecording;
-use crate::recording::{RecordingSet, Source};
+use crate::calibration::{Calibration, UsedRecording};
+use crate::recording::{RecordingSet, Role, Source};
 
 /// Every recording of a set with its role, its file's name and what that file holds now, as a SHA-256.
 ///
@@ -40,6 +40,20 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
         .collect()
 }
 
+/// A calibration that was fitted to these recordings, with what their files hold.
+///
+/// It reads every file anew, so it belongs where something is written, not where something is fitted.
+#[must_use]
+pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
+    let used = used_recordings(recordings).into_iter();
+    Calibration {
+        sources: used
+            .filter(|used| used.role != Role::Off && used.file.is_some())
+            .collect(),
+        ..calibration.clone()
+    }
+}
+
 fn sha256(path: &Path) -> io::Result<String> {
     let mut file = File::open(path)?;
     let mut hasher = Sha256::new();
@@ -60,7 +74,7 @@ fn sha256(path: &Path) -> io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Axis, Entry, Recording, Role, simulated};
+    use crate::recording::{Axis, Entry, Recording, simulated};
 
     fn entry(path: &Path, role: Role) -> Entry {
         let recording = Recording::new(

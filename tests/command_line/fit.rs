@@ -53,7 +53,10 @@ fn both_exports_hold_the_matrices_of_the_fit() {
         assert_eq!(calibration["quality"][score], report[score]);
     }
     assert_eq!(calibration["compensated"]["features"], report["features"]);
-    let mut csv = csv::Reader::from_path(workshop.file("m.csv")).unwrap();
+    let mut csv = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_path(workshop.file("m.csv"))
+        .unwrap();
     let rows: Vec<BTreeMap<String, String>> = csv.deserialize().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 2);
     for row in rows {
