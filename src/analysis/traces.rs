@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::analysis::factory::Factory;
 use crate::analysis::ground::Past;
 use crate::calibration::Calibration;
 use crate::evaluation::Series;
@@ -67,6 +68,10 @@ pub struct AxisTraces {
     pub conventional_error: Option<Arc<Series>>,
     /// Comp. − Calc.
     pub compensated_error: Option<Arc<Series>>,
+    /// From the present gauges by the factory's matrix, where there is one with this axis.
+    pub factory: Option<Arc<Series>>,
+    /// That less Calc.
+    pub factory_error: Option<Arc<Series>>,
     /// Comp. less and plus two standard deviations, where the regressor knows them.
     pub band: Option<[Arc<Series>; 2]>,
 }
@@ -167,6 +172,8 @@ struct FixedAxis {
     calculated: Option<Arc<Series>>,
     conventional: Arc<Series>,
     conventional_error: Option<Arc<Series>>,
+    factory: Option<Arc<Series>>,
+    factory_error: Option<Arc<Series>>,
 }
 
 impl FixedTraces {
@@ -174,7 +181,13 @@ impl FixedTraces {
         self.view
     }
 
-    pub(super) fn new(view: View, entries: &[Entry], loads: &[Vec<f64>], axes: &[Axis]) -> Self {
+    pub(super) fn new(
+        view: View,
+        entries: &[Entry],
+        loads: &[Vec<f64>],
+        axes: &[Axis],
+        factory: Option<&Factory>,
+    ) -> Self {
         let shown = view.recordings(entries.len());
         let (segments, times) = end_to_end(shown.clone(), entries);
         let axes = axes
@@ -194,8 +207,17 @@ impl FixedTraces {
                         (recording.loads(), column, recording.axes().len())
                     })
                 });
+                let factory = factory.and_then(|factory| {
+                    let loads = shown.clone().map(|at| factory.load(at, axis));
+                    let loads: Option<Vec<_>> = loads.collect();
+                    Some(loads?.into_iter().flatten().collect::<Arc<[f64]>>())
+                });
+                let factory_error = factory.clone().zip(truth.clone());
                 FixedAxis {
                     axis,
+                    factory: factory.map(|factory| Arc::new(Series::new(factory))),
+                    factory_error: factory_error
+                        .map(|(load, truth)| Arc::new(Series::difference(load, truth))),
                     calculated: truth.clone().map(|truth| Arc::new(Series::new(truth))),
                     conventional_error: truth.clone().map(|truth| {
                         Arc::new(Series::difference(Arc::clone(&conventional), truth))
@@ -266,6 +288,8 @@ impl FixedTraces {
                         }),
                         compensated: Arc::new(Series::new(compensated)),
                         conventional_error: fixed.conventional_error.clone(),
+                        factory: fixed.factory.clone(),
+                        factory_error: fixed.factory_error.clone(),
                         band,
                     }
                 })
