@@ -27,6 +27,7 @@ fn slider_step(c: &mut Criterion) {
                 view,
                 calibration: None,
                 trained: false,
+                factory: None,
             };
             let mut nudge = 0.0;
             group.bench_function(format!("{name}, F_th {f_th} N"), |b| {

@@ -6,9 +6,12 @@
 //! regressors, a [`Study`] for thresholds.
 
 mod comparison;
+mod factory;
 mod fit;
 mod ground;
 pub mod loops;
+mod report;
+mod stretches;
 mod study;
 mod traces;
 mod training;
@@ -25,6 +28,9 @@ use crate::recording::RecordingSet;
 use ground::Ground;
 
 pub use comparison::{Candidate, ComparedRow, RowEvent, compare, paper_candidates};
+pub use factory::{FactoryScores, read_factory};
+pub use report::report;
+pub use stretches::{stretches_on_screen, stretches_within};
 pub use study::{BlockSuggestion, HistoryBlock, Study, StudyEvent};
 pub use traces::{AxisTraces, Segment, TraceSet, View};
 pub use training::train;
@@ -42,6 +48,8 @@ pub struct Request {
     pub calibration: Option<Arc<Calibration>>,
     /// Whether that calibration was trained on these very recordings, so that its own scores stand.
     pub trained: bool,
+    /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`].
+    pub factory: Option<Arc<Calibration>>,
 }
 
 impl Request {
@@ -54,6 +62,7 @@ impl Request {
             view: View::One(0),
             calibration: None,
             trained: false,
+            factory: None,
         }
     }
 }
@@ -67,6 +76,8 @@ pub struct Analysis {
     pub fitted: bool,
     /// One entry per recording of the set, in its order.
     pub recordings: Vec<RecordingResult>,
+    /// How the factory's matrix does; `None` without one.
+    pub factory: Option<FactoryScores>,
     /// What the panes draw.
     pub traces: Arc<TraceSet>,
     /// How long it took.

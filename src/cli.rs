@@ -6,7 +6,9 @@ mod fit;
 mod inspect;
 mod metrology;
 mod progress_line;
+mod report;
 mod sweep;
+mod traces;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -31,6 +33,7 @@ use crate::recording::{LayoutError, Recording, simulated};
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
 pub use inspect::Inspect;
+pub use report::ReportArgs;
 pub use sweep::SweepArgs;
 
 /// Calibrate force/torque sensors and see what their past does to them.
@@ -53,6 +56,8 @@ pub enum Job {
     Demo(Demo),
     /// Fit the conventional calibration and one with a past, and score both.
     Fit(Box<FitArgs>),
+    /// Fit, and write a report with tables and pictures: one HTML file.
+    Report(Box<ReportArgs>),
     /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
     Compare(Box<CompareArgs>),
     /// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
@@ -104,8 +109,10 @@ pub struct Apply {
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Where `<name>_loads.csv` goes; made if it is not there.
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "traces")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    traces: traces::TraceArgs,
     /// Write over files that are there already.
     #[arg(long)]
     force: bool,
@@ -142,6 +149,16 @@ pub enum JobError {
     Split(f64),
     #[error("{}: the ending says no format; use one of {}", .path.display(), CalibrationFormat::listed())]
     Ending { path: PathBuf },
+    #[error("{}: the ending says no format of traces; use .csv", .path.display())]
+    TracesEnding { path: PathBuf },
+    #[error(
+        "traces from {from_secs} s to {to_secs} s hold nothing; the first must not be above the second"
+    )]
+    TraceRange { from_secs: f64, to_secs: f64 },
+    #[error(
+        "no sample lies between {from_secs} s and {to_secs} s on the clock of its recording; choose other times"
+    )]
+    NoTraces { from_secs: f64, to_secs: f64 },
     #[error("{} is there already; choose another name, or give --force to write over it", .path.display())]
     Exists { path: PathBuf },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
@@ -168,6 +185,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Inspect(inspect) => inspect::run(&inspect),
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
+        Job::Report(args) => report::run(&args),
         Job::Compare(args) => compare::run(&args),
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
@@ -229,6 +247,15 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
 
 /// Reads files one after another, warnings to standard error.
 fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, JobError> {
+    read_hearing(files, args, &mut |_| {})
+}
+
+/// [`read_all`], with an ear for the warnings.
+fn read_hearing(
+    files: &[PathBuf],
+    args: &ReadArgs,
+    hear: &mut dyn FnMut(&LoadWarning),
+) -> Result<Vec<Vec<Recording>>, JobError> {
     let map = args.columns.as_deref().map(ColumnMap::read).transpose()?;
     let progress = Progress::default();
     files
@@ -239,6 +266,7 @@ fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, J
                 None => delimited::read(path, &progress)?,
             };
             print_warnings(&loaded.warnings);
+            loaded.warnings.iter().for_each(&mut *hear);
             Ok(loaded.recordings)
         })
         .collect()
@@ -271,6 +299,16 @@ fn check_not_over<'a>(
     Ok(())
 }
 
+/// What is read is not written over at all, what else is there only if the user says so.
+fn check_outputs<'a>(
+    inputs: impl Iterator<Item = &'a PathBuf> + Clone,
+    outputs: &[PathBuf],
+    force: bool,
+) -> Result<(), JobError> {
+    check_not_over(inputs, outputs)?;
+    check_new(outputs, force)
+}
+
 /// What is there stays there unless the user says so.
 fn check_new(outputs: &[PathBuf], force: bool) -> Result<(), JobError> {
     match outputs.iter().find(|path| !force && path.exists()) {
@@ -283,13 +321,48 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     let mut calibration = read_calibration(&args.calibration)?;
     let names_gauges =
         CalibrationFormat::from_path(&args.calibration).is_none_or(CalibrationFormat::names_gauges);
-    let outputs: Vec<PathBuf> = args
-        .files
-        .iter()
+    args.traces.check()?;
+    let outputs = load_files(args)?;
+    let inputs = args.files.iter().chain([&args.calibration]);
+    let written: Vec<PathBuf> = outputs.iter().chain(&args.traces.traces).cloned().collect();
+    check_outputs(inputs, &written, args.force)?;
+    if let Some(out) = &args.out {
+        make_directory(out)?;
+    }
+    let mut all = Vec::new();
+    for (at, path) in args.files.iter().enumerate() {
+        for recordings in read_all(std::slice::from_ref(path), &args.read)? {
+            if let Some(recording) = recordings.first()
+                && !names_gauges
+            {
+                name_gauges(&mut calibration, recording.gauge_names());
+            }
+            if let Some(output) = outputs.get(at) {
+                write_atomically_applied(&calibration, path, &recordings, output)?;
+                writeln!(io::stdout(), "{}", output.display())?;
+            }
+            if args.traces.traces.is_some() {
+                all.extend(recordings);
+            }
+        }
+    }
+    args.traces.write(&calibration, all.iter(), 1)?;
+    if let Some(path) = &args.traces.traces {
+        writeln!(io::stdout(), "{}", path.display())?;
+    }
+    Ok(())
+}
+
+/// Where the loads of each file go; none without a folder for them.
+fn load_files(args: &Apply) -> Result<Vec<PathBuf>, JobError> {
+    let Some(out) = &args.out else {
+        return Ok(Vec::new());
+    };
+    let outputs: Vec<PathBuf> = (args.files.iter())
         .map(|path| {
             let mut name = path.file_stem().unwrap_or_default().to_owned();
             name.push("_loads.csv");
-            args.out.join(name)
+            out.join(name)
         })
         .collect();
     for (at, output) in outputs.iter().enumerate() {
@@ -301,21 +374,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
             });
         }
     }
-    check_not_over(args.files.iter().chain([&args.calibration]), &outputs)?;
-    check_new(&outputs, args.force)?;
-    make_directory(&args.out)?;
-    for (path, output) in args.files.iter().zip(&outputs) {
-        for recordings in read_all(std::slice::from_ref(path), &args.read)? {
-            if let Some(recording) = recordings.first()
-                && !names_gauges
-            {
-                name_gauges(&mut calibration, recording.gauge_names());
-            }
-            write_atomically_applied(&calibration, path, &recordings, output)?;
-        }
-        writeln!(io::stdout(), "{}", output.display())?;
-    }
-    Ok(())
+    Ok(outputs)
 }
 
 fn write_atomically_applied(

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use crate::analysis::factory::Factory;
 use crate::analysis::traces::{FixedTraces, TraceSet, View};
 use crate::analysis::{Analysis, AnalysisError, RecordingResult, Request};
 use crate::calibration::{
@@ -29,6 +30,9 @@ pub(super) struct Ground {
     offset: bool,
     decimation: usize,
     calibration: Option<Arc<Calibration>>,
+    factory_calibration: Option<Arc<Calibration>>,
+    /// What the factory's matrix gives.
+    factory: Option<Factory>,
     /// The recordings as they are used.
     pub entries: Vec<Entry>,
     /// What the sums need; `None` where a calibration is applied.
@@ -49,11 +53,8 @@ impl Ground {
         Arc::ptr_eq(&self.recordings, &request.recordings)
             && self.offset == request.settings.offset
             && self.decimation == request.settings.decimation
-            && match (&self.calibration, &request.calibration) {
-                (None, None) => true,
-                (Some(own), Some(asked)) => Arc::ptr_eq(own, asked),
-                _ => false,
-            }
+            && is_same(&self.calibration, &request.calibration)
+            && is_same(&self.factory_calibration, &request.factory)
     }
 
     pub fn lay(request: &Request, progress: &Progress) -> Result<Self, AnalysisError> {
@@ -90,6 +91,10 @@ impl Ground {
                 (Some(conventional), map)
             }
         };
+        let factory = request.factory.as_ref();
+        let factory = factory
+            .map(|factory| Factory::new(factory, &entries))
+            .transpose()?;
         progress.check()?;
         let loads = entries
             .par_iter()
@@ -105,6 +110,8 @@ impl Ground {
             offset,
             decimation,
             calibration: request.calibration.clone(),
+            factory_calibration: request.factory.clone(),
+            factory,
             half_ranges: half_ranges(&training),
             entries,
             conventional,
@@ -157,7 +164,9 @@ impl Ground {
             })
             .collect();
         let traces = self.traces(request.view, &calibration, &past);
+        let factory = self.factory.as_ref();
         Ok(Analysis {
+            factory: factory.map(|factory| factory.scores(&self.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
             fitted: request.calibration.is_none() || request.trained,
             recordings,
@@ -217,6 +226,8 @@ impl Ground {
                 .iter()
                 .map(|recording| recording.name().to_owned())
                 .collect(),
+            rate_hz: self.recordings.rate_hz(Role::Train),
+            sources: Vec::new(),
         })
     }
 
@@ -312,11 +323,26 @@ impl Ground {
         let view = view.within(self.entries.len());
         let fixed = match self.fixed_traces.take() {
             Some(fixed) if fixed.view() == view => fixed,
-            _ => FixedTraces::new(view, &self.entries, &self.loads, &calibration.axes),
+            _ => FixedTraces::new(
+                view,
+                &self.entries,
+                &self.loads,
+                &calibration.axes,
+                self.factory.as_ref(),
+            ),
         };
         let traces = fixed.with_past(&self.entries, calibration, past);
         self.fixed_traces = Some(fixed);
         traces
+    }
+}
+
+/// Whether both are the same calibration, or none.
+fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibration>>) -> bool {
+    match (own, asked) {
+        (None, None) => true,
+        (Some(own), Some(asked)) => Arc::ptr_eq(own, asked),
+        _ => false,
     }
 }
 

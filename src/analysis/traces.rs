@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::analysis::factory::Factory;
 use crate::analysis::ground::Past;
 use crate::calibration::Calibration;
 use crate::evaluation::Series;
@@ -67,6 +68,10 @@ pub struct AxisTraces {
     pub conventional_error: Option<Arc<Series>>,
     /// Comp. − Calc.
     pub compensated_error: Option<Arc<Series>>,
+    /// From the present gauges by the factory's matrix, where there is one with this axis.
+    pub factory: Option<Arc<Series>>,
+    /// That less Calc.
+    pub factory_error: Option<Arc<Series>>,
     /// Comp. less and plus two standard deviations, where the regressor knows them.
     pub band: Option<[Arc<Series>; 2]>,
 }
@@ -117,6 +122,25 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
+    /// The recordings on screen, each with its own samples in a stretch of time; `None` for all.
+    #[must_use]
+    pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
+        let visible = match visible {
+            None => 0..self.times.len(),
+            Some((from, to)) => {
+                let start = self.times.partition_point(|time| *time < from);
+                start..self.times.partition_point(|time| *time <= to)
+            }
+        };
+        let segments = self.segments.iter().map(|segment| {
+            let first = segment.samples.start;
+            let start = visible.start.max(first);
+            let end = visible.end.min(segment.samples.end).max(start);
+            (segment.recording, start - first..end - first)
+        });
+        segments.collect()
+    }
+
     /// d(k, j): how different the conventional load of two samples is, in the unit of F_th.
     #[must_use]
     pub fn distance_between(&self, k: usize, j: usize) -> f64 {
@@ -148,6 +172,8 @@ struct FixedAxis {
     calculated: Option<Arc<Series>>,
     conventional: Arc<Series>,
     conventional_error: Option<Arc<Series>>,
+    factory: Option<Arc<Series>>,
+    factory_error: Option<Arc<Series>>,
 }
 
 impl FixedTraces {
@@ -155,7 +181,13 @@ impl FixedTraces {
         self.view
     }
 
-    pub(super) fn new(view: View, entries: &[Entry], loads: &[Vec<f64>], axes: &[Axis]) -> Self {
+    pub(super) fn new(
+        view: View,
+        entries: &[Entry],
+        loads: &[Vec<f64>],
+        axes: &[Axis],
+        factory: Option<&Factory>,
+    ) -> Self {
         let shown = view.recordings(entries.len());
         let (segments, times) = end_to_end(shown.clone(), entries);
         let axes = axes
@@ -175,8 +207,17 @@ impl FixedTraces {
                         (recording.loads(), column, recording.axes().len())
                     })
                 });
+                let factory = factory.and_then(|factory| {
+                    let loads = shown.clone().map(|at| factory.load(at, axis));
+                    let loads: Option<Vec<_>> = loads.collect();
+                    Some(loads?.into_iter().flatten().collect::<Arc<[f64]>>())
+                });
+                let factory_error = factory.clone().zip(truth.clone());
                 FixedAxis {
                     axis,
+                    factory: factory.map(|factory| Arc::new(Series::new(factory))),
+                    factory_error: factory_error
+                        .map(|(load, truth)| Arc::new(Series::difference(load, truth))),
                     calculated: truth.clone().map(|truth| Arc::new(Series::new(truth))),
                     conventional_error: truth.clone().map(|truth| {
                         Arc::new(Series::difference(Arc::clone(&conventional), truth))
@@ -247,6 +288,8 @@ impl FixedTraces {
                         }),
                         compensated: Arc::new(Series::new(compensated)),
                         conventional_error: fixed.conventional_error.clone(),
+                        factory: fixed.factory.clone(),
+                        factory_error: fixed.factory_error.clone(),
                         band,
                     }
                 })

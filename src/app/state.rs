@@ -499,6 +499,7 @@ impl AppState {
                 .map(|applied| Arc::clone(&applied.calibration))
                 .or_else(|| trained.clone()),
             trained: trained.is_some(),
+            factory: None,
         });
         std::iter::once(analyse).chain(study).collect()
     }

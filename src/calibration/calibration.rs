@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
-use crate::calibration::{CalibrationError, LinearMap, Regressor, loads_from_gauges};
+use crate::calibration::{
+    CalibrationError, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+};
 use crate::features::{
     Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath, feature_names,
 };
@@ -92,6 +94,13 @@ pub struct Calibration {
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
+    /// The median of the training recordings' rates, before decimation (Hz); `None` where it is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// The files of the training and test recordings, as far as somebody has looked at them; see
+    /// [`with_sources`](crate::export::with_sources).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<UsedRecording>,
 }
 
 /// What a calibration makes of a recording.

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::calibration::learned::Learned;
-use crate::calibration::{Calibration, LinearMap, Quality, Regressor};
+use crate::calibration::{Calibration, LinearMap, Quality, Regressor, UsedRecording};
 use crate::features::{Distance, FeatureSettings, GaugeScale, Thresholds};
 use crate::recording::Axis;
 
@@ -34,6 +34,9 @@ pub(super) struct FileForm {
     learned: Option<Learned>,
     quality: Quality,
     trained_on: Vec<String>,
+    rate_hz: Option<f64>,
+    #[serde(default)]
+    sources: Vec<UsedRecording>,
 }
 
 impl From<FileForm> for Calibration {
@@ -59,6 +62,8 @@ impl From<FileForm> for Calibration {
             learned,
             quality,
             trained_on,
+            rate_hz,
+            sources,
         } = file;
         let features = features.unwrap_or_else(|| FeatureSettings {
             look_backs: thresholds.into_iter().collect(),
@@ -84,6 +89,8 @@ impl From<FileForm> for Calibration {
             learned,
             quality,
             trained_on,
+            rate_hz,
+            sources,
         }
     }
 }

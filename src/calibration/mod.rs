@@ -18,6 +18,7 @@ pub mod network;
 mod normal_equations;
 mod settings;
 mod sums;
+mod used_recording;
 mod validate;
 
 pub use aged_sums::{AgedSums, ThresholdAges, aged_sums};
@@ -35,4 +36,5 @@ pub use normal_equations::NormalEquations;
 pub use settings::{FitSettings, Learner, Regressor, RidgeChoice, SettingsError};
 pub(crate) use sums::sample_row;
 pub use sums::{Piece, recording_sums};
+pub use used_recording::UsedRecording;
 pub use validate::CalibrationError;

@@ -106,6 +106,14 @@ impl Calibration {
                 });
             }
         }
+        if self
+            .rate_hz
+            .is_some_and(|rate| !(rate > 0.0 && rate.is_finite()))
+        {
+            return Err(CalibrationError::Number {
+                field: "rate_hz".to_owned(),
+            });
+        }
         self.features.validate()?;
         self.features.check_columns(n_gauges)?;
         let present = FeatureSettings::present();

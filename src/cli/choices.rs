@@ -5,9 +5,10 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
-use super::{JobError, ReadArgs, read_all};
+use super::{JobError, ReadArgs, read_hearing};
 use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
 use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::recording::delimited::LoadWarning;
 use crate::recording::{Entry, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.
@@ -32,8 +33,21 @@ pub struct RecordingArgs {
 }
 
 impl RecordingArgs {
+    /// The files that are named.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> + Clone {
+        self.train.iter().chain(&self.test)
+    }
+
     /// Reads them; warnings go to standard error.
     pub fn read(&self) -> Result<RecordingSet, JobError> {
+        self.read_hearing(&mut |_| {})
+    }
+
+    /// [`read`](Self::read), with an ear for the warnings.
+    pub fn read_hearing(
+        &self,
+        hear: &mut dyn FnMut(&LoadWarning),
+    ) -> Result<RecordingSet, JobError> {
         let mut set = RecordingSet::default();
         if self.train.is_empty() {
             let built_in = simulated::recordings(simulated::DEFAULT_SEED);
@@ -44,7 +58,7 @@ impl RecordingArgs {
             }
         }
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
-            for (path, recordings) in files.iter().zip(read_all(files, &self.read)?) {
+            for (path, recordings) in files.iter().zip(read_hearing(files, &self.read, hear)?) {
                 for recording in recordings {
                     if !recording.has_reference() {
                         return Err(JobError::NoReference { path: path.clone() });

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_not_over, tell};
+use super::{JobError, check_outputs, tell};
 use crate::analysis::{AnalysisError, Candidate, ComparedRow, RowEvent, compare, paper_candidates};
 use crate::calibration::Regressor;
 use crate::export::{write_atomically, write_comparison_csv};
@@ -36,14 +36,16 @@ pub struct CompareArgs {
     /// Also write the table as CSV.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
     /// Print a JSON array instead of a table.
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
-    let files = args.recordings.train.iter().chain(&args.recordings.test);
-    check_not_over(files, args.csv.as_slice())?;
+    check_outputs(args.recordings.files(), args.csv.as_slice(), args.force)?;
     let recordings = Arc::new(args.recordings.read()?);
     let regressors: Vec<Regressor> = match &args.regressors[..] {
         [] => Regressor::ALL.to_vec(),

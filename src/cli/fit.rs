@@ -1,7 +1,7 @@
 //! `loopscope fit`: one calibration, its scores, its files.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -9,11 +9,12 @@ use serde::Serialize;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_new, check_not_over, tell};
-use crate::analysis::{Request, train};
+use super::traces::TraceArgs;
+use super::{JobError, check_outputs, tell};
+use crate::analysis::{FactoryScores, Request, analyse, read_factory, train};
 use crate::calibration::{Calibration, EpochReport, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
-use crate::export::{CalibrationFormat, write_calibration};
+use crate::export::{CalibrationFormat, with_sources, write_calibration};
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
 
@@ -39,6 +40,12 @@ pub struct FitArgs {
     /// .rs, .py. Matrices and scales: .yaml .csv .npz .mat; .cal (conventional alone); .onnx (networks).
     #[arg(long, value_name = "FILE")]
     export: Vec<PathBuf>,
+    /// Also score the calibration that the sensor came with (an ATI-style .cal whose gauges are in the order of the recordings,
+    /// or .json), tared on the training recordings.
+    #[arg(long, value_name = "FILE")]
+    factory: Option<PathBuf>,
+    #[command(flatten)]
+    traces: TraceArgs,
     /// Write over files that are there already.
     #[arg(long)]
     force: bool,
@@ -54,9 +61,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             return Err(JobError::Ending { path: path.clone() });
         }
     }
-    let files = args.recordings.train.iter().chain(&args.recordings.test);
-    check_not_over(files, &args.export)?;
-    check_new(&args.export, args.force)?;
+    args.traces.check()?;
+    let outputs: Vec<PathBuf> = (args.export.iter().chain(&args.traces.traces))
+        .cloned()
+        .collect();
+    let inputs = args.recordings.files().chain(&args.factory);
+    check_outputs(inputs, &outputs, args.force)?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
     let settings = args
@@ -68,19 +78,74 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         line.say(&epoch_text(&report))
     })?;
     line.end();
-    for path in &args.export {
-        write_calibration(&calibration, path)?;
+    if !args.export.is_empty() {
+        let told = with_sources(&calibration, &request.recordings);
+        for path in &args.export {
+            write_calibration(&told, path)?;
+        }
     }
+    let entries = request.recordings.entries().iter();
+    let written = entries.map(|entry| &*entry.recording);
+    args.traces.write(&calibration, written, args.decimate)?;
+    let factory = match &args.factory {
+        Some(path) => factory_scores(path, &request, &calibration)?,
+        None => None,
+    };
     if let Some(reason) = calibration.why_not_left_out() {
         tell(&format_args!("note: no leave-one-out figures: {reason}"));
     }
     let mut out = io::stdout().lock();
     if args.json {
-        serde_json::to_writer_pretty(&mut out, &FitReport::new(&calibration, n_recordings))
-            .map_err(io::Error::from)?;
+        let report = FitReport {
+            factory,
+            ..FitReport::new(&calibration, n_recordings)
+        };
+        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
         print_fit(&calibration, n_recordings, &mut out)?;
+        if let Some(scores) = &factory {
+            print_factory(&calibration, scores, &mut out)?;
+        }
+    }
+    Ok(())
+}
+
+/// How the calibration that the sensor came with does on the same recordings.
+fn factory_scores(
+    path: &Path,
+    request: &Request,
+    calibration: &Calibration,
+) -> Result<Option<FactoryScores>, JobError> {
+    let factory = read_factory(path, &request.recordings.layout().gauge_names)?;
+    let request = Request {
+        factory: Some(Arc::new(factory)),
+        calibration: Some(Arc::new(calibration.clone())),
+        trained: true,
+        ..request.clone()
+    };
+    Ok(analyse(&request, &Progress::default())?.factory)
+}
+
+fn print_factory(
+    calibration: &Calibration,
+    scores: &FactoryScores,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    writeln!(
+        out,
+        "\nRMSE, factory            train          test  tared by"
+    )?;
+    for (at, axis) in calibration.axes.iter().enumerate() {
+        let label = format!("{} [{}]", axis.symbol(), axis.unit());
+        let cell = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.6}"));
+        writeln!(
+            out,
+            "  {label:<14} {:>13} {:>13} {:>9}",
+            cell(scores.train_rmse[at]),
+            cell(scores.test_rmse[at]),
+            cell(scores.offsets[at]),
+        )?;
     }
     Ok(())
 }
@@ -122,6 +187,8 @@ struct FitReport<'a> {
     rank: usize,
     condition: Option<f64>,
     features: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    factory: Option<FactoryScores>,
 }
 
 impl<'a> FitReport<'a> {
@@ -149,6 +216,7 @@ impl<'a> FitReport<'a> {
             rank: quality.rank,
             condition: quality.condition,
             features: calibration.feature_names(),
+            factory: None,
         }
     }
 }

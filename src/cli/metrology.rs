@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::{JobError, ReadArgs, check_not_over, read_all};
+use super::{JobError, ReadArgs, check_outputs, read_all};
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::evaluation::metrics::percent_change;
@@ -61,6 +61,9 @@ pub struct MetrologyArgs {
     /// Write the table, with definitions and sources, as CSV.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
     /// Print below the table how each figure is computed, and whose definition it follows.
     #[arg(long)]
     definitions: bool,
@@ -88,7 +91,8 @@ struct Report<'a> {
 
 pub(super) fn run(args: &MetrologyArgs) -> Result<(), JobError> {
     let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    check_not_over(args.files.iter().chain(&args.calibration), &outputs)?;
+    let inputs = args.files.iter().chain(&args.calibration);
+    check_outputs(inputs, &outputs, args.force)?;
     let subject = subject(args)?;
     let table = measure(args, &subject)?;
     if let Some(path) = &args.csv {

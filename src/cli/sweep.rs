@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::choices::{BlockArgs, List, RecordingArgs};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_not_over};
+use super::{JobError, check_outputs};
 use crate::analysis::{AnalysisError, BlockSuggestion, HistoryBlock, Study, StudyEvent};
 use crate::calibration::Scores;
 use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
@@ -66,6 +66,9 @@ pub struct SweepArgs {
     /// Write the map of the leave-one-out error as a picture.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
@@ -179,9 +182,8 @@ struct Sweep {
 }
 
 pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
-    let files = args.recordings.train.iter().chain(&args.recordings.test);
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    check_not_over(files, &outputs)?;
+    check_outputs(args.recordings.files(), &outputs, args.force)?;
     let line = Mutex::new(ProgressLine::default());
     let sweep = sweep(args, &line);
     line.into_inner()

@@ -1,6 +1,7 @@
 //! A calibration as named arrays: what NumPy and MATLAB are given.
 
 use super::code::input_by_input;
+use super::facts::Fact;
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
 
 /// One array with its name.
@@ -22,7 +23,7 @@ pub(super) enum Content {
 /// Everything that a fit leaves behind but the kernel's band.
 ///
 /// Weights of layers stand input by input: `values @ weights + biases`.
-pub(super) fn arrays(calibration: &Calibration, facts: &[(&'static str, String)]) -> Vec<Array> {
+pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Array> {
     let features = &calibration.features;
     let scale = &calibration.gauge_scale;
     let about = facts.iter().map(|(name, text)| format!("{name}: {text}"));

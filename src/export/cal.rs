@@ -10,6 +10,7 @@ use quick_xml::Reader;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
+use super::facts::Fact;
 use super::text::{for_xml, for_xml_comment};
 use crate::calibration::{Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION};
 use crate::features::{FeatureSettings, GaugeScale};
@@ -51,7 +52,7 @@ fn spelled(axis: Axis) -> String {
 /// Writes the conventional matrix. `Axis` rows are the same with a scale of 1, for readers that look there.
 pub(super) fn write(
     calibration: &Calibration,
-    facts: &[(&'static str, String)],
+    facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
     writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!--")?;
@@ -230,6 +231,8 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         learned: None,
         quality: Quality::default(),
         trained_on: Vec::new(),
+        rate_hz: None,
+        sources: Vec::new(),
     }
 }
 

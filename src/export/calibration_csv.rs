@@ -2,10 +2,19 @@
 
 use std::io;
 
+use super::facts::Fact;
+use super::text::printable;
 use crate::calibration::Calibration;
 
-/// Writes one row per calibration and axis.
-pub(super) fn write(calibration: &Calibration, out: &mut dyn io::Write) -> io::Result<()> {
+/// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
+pub(super) fn write(
+    calibration: &Calibration,
+    facts: &[Fact],
+    out: &mut dyn io::Write,
+) -> io::Result<()> {
+    for (name, text) in facts {
+        writeln!(out, "# {name}: {}", printable(text))?;
+    }
     let mut csv = csv::Writer::from_writer(out);
     let features = calibration.feature_names();
     let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);

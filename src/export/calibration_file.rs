@@ -79,9 +79,9 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, VERSION};
+    use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, UsedRecording, VERSION};
     use crate::features::{FeatureSettings, GaugeScale, feature_names};
-    use crate::recording::Axis;
+    use crate::recording::{Axis, Role};
 
     pub(crate) fn calibration() -> Calibration {
         let gauges = vec!["S,1".to_owned(), "S\"2".to_owned()];
@@ -112,6 +112,13 @@ mod tests {
             learned: None,
             quality: Quality::default(),
             trained_on: vec!["a \u{1b}[31m".to_owned()],
+            rate_hz: Some(20.5),
+            sources: vec![UsedRecording {
+                name: "a \u{1b}[31m".to_owned(),
+                role: Role::Test,
+                file: Some("a.csv */ --> \n#".to_owned()),
+                sha256: Some("ba78".to_owned()),
+            }],
             gauges,
         }
     }
@@ -134,7 +141,11 @@ mod tests {
     fn csv_names_rows_and_columns() {
         let calibration = calibration();
         let (_directory, path) = written(&calibration, "c.CSV");
-        let mut csv = csv::Reader::from_path(path).unwrap();
+        let comments = fs::read_to_string(&path).unwrap();
+        assert!(comments.contains("\n# leaves out: choices of the blocks but in words, scales\n"));
+        assert!(comments.contains("(test): a.csv */ --> \\u{a}#, SHA-256 ba78\n"));
+        let mut csv = csv::ReaderBuilder::new();
+        let mut csv = csv.comment(Some(b'#')).from_path(path).unwrap();
         let header: Vec<_> = csv.headers().unwrap().iter().map(str::to_owned).collect();
         assert_eq!(
             header[4..],

@@ -1,16 +1,19 @@
 //! What every export says of itself: where it comes from, what it holds, what it leaves out, and how good it is.
 
-use crate::calibration::{Calibration, Scores};
+use std::borrow::Cow;
+
+use crate::calibration::{Calibration, Scores, UsedRecording};
+use crate::evaluation::numbers::significant;
+use crate::recording::Role;
 
 /// More recordings than this are counted, not named.
 const NAMED_RECORDINGS: usize = 40;
 
+/// A name, unlike those of all other facts of a calibration, and a text.
+pub(super) type Fact = (Cow<'static, str>, String);
+
 /// Facts with their names, in the order in which they are told; texts as they are in the calibration, not escaped.
-pub(super) fn facts(
-    calibration: &Calibration,
-    holds: &str,
-    leaves_out: &str,
-) -> Vec<(&'static str, String)> {
+pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) -> Vec<Fact> {
     let units: Vec<String> = (calibration.axes.iter().zip(&calibration.units))
         .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
         .collect();
@@ -50,6 +53,13 @@ pub(super) fn facts(
             ),
         ),
         ("trained on", recordings),
+        (
+            "recorded at",
+            match calibration.rate_hz {
+                Some(rate) => format!("{} Hz", significant(rate, 5)),
+                None => "a rate that is not known".to_owned(),
+            },
+        ),
         ("RMSE conventional", scores(&quality.conventional)),
         ("RMSE compensated", scores(&quality.compensated)),
     ];
@@ -61,6 +71,30 @@ pub(super) fn facts(
                 "made from the built-in simulated sensor, not from a real one".to_owned(),
             ),
         );
+    }
+    let facts = facts.into_iter().map(|(name, text)| (name.into(), text));
+    facts.chain(source_files(&calibration.sources)).collect()
+}
+
+/// Each file by what it held, as far as they are named.
+fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
+    let files = sources.iter().enumerate().take(NAMED_RECORDINGS);
+    let mut facts: Vec<Fact> = files
+        .map(|(at, used)| {
+            let role = match used.role {
+                Role::Train => "train",
+                Role::Test => "test",
+                Role::Off => "off",
+            };
+            let file = used.file.as_deref().unwrap_or("no file");
+            let hash = used.sha256.as_deref().unwrap_or("not known");
+            let text = format!("{} ({role}): {file}, SHA-256 {hash}", used.name);
+            (format!("source {}", at + 1).into(), text)
+        })
+        .collect();
+    if sources.len() > NAMED_RECORDINGS {
+        let more = sources.len() - NAMED_RECORDINGS;
+        facts.push(("further sources".into(), more.to_string()));
     }
     facts
 }

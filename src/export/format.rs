@@ -16,7 +16,7 @@ use crate::recording::Axis;
 /// | format | endings | holds | reads back |
 /// |---|---|---|---|
 /// | `Json` | `.json` | everything | whole |
-/// | `Csv` | `.csv` | both matrices, rows and columns named | no |
+/// | `Csv` | `.csv` | both matrices, rows and columns named, below `#` lines that say what it is | no |
 /// | `CHeader` | `.h` | everything that runs: one C99 file | no |
 /// | `Rust` | `.rs` | likewise, one Rust file | no |
 /// | `Python` | `.py` | likewise, one Python file on NumPy | no |
@@ -162,7 +162,7 @@ impl CalibrationFormat {
                 "matrices and choices of the blocks",
                 "the network or kernel, without which the compensated load is not whole",
             ),
-            Self::Csv => ("matrices", "choices of the blocks, scales, quality"),
+            Self::Csv => ("matrices", "choices of the blocks but in words, scales"),
             Self::Yaml => ("matrices, choices of the blocks, scales", "nothing"),
             Self::Npz | Self::Mat => (
                 "matrices, choices of the blocks, scales, network or kernel",
@@ -226,7 +226,7 @@ impl CalibrationFormat {
                 serde_json::to_writer_pretty(&mut *out, calibration)?;
                 writeln!(out)
             }
-            Self::Csv => calibration_csv::write(calibration, out),
+            Self::Csv => calibration_csv::write(calibration, &facts, out),
             Self::Cal => cal::write(calibration, &facts, out),
             Self::Yaml => yaml::write(calibration, &facts, out),
             Self::Npz => npz::write(calibration, &facts, out),

@@ -1,13 +1,14 @@
 //! A plot of lines over two scales, and how it becomes a picture that stays sharp at any size (SVG 1.1).
 
+use std::borrow::Cow;
 use std::io;
 
 use crate::evaluation::numbers::{mark_label, mark_step};
 
-/// Size of the picture in its own units.
-const SIZE: (f64, f64) = (800.0, 600.0);
-/// Where the plot stands in it: left, top, right, bottom.
-const PLOT: [f64; 4] = [80.0, 44.0, 780.0, 540.0];
+/// Width and height of a picture that stands alone, in its own units.
+pub const PICTURE_SIZE: (f64, f64) = (800.0, 600.0);
+/// What is left free around the plot: left, top, right, bottom.
+const ROOM: [f64; 4] = [80.0, 44.0, 20.0, 60.0];
 /// About so far apart marks stand at least, along and up.
 const MARKS: (f64, f64) = (80.0, 45.0);
 
@@ -34,7 +35,7 @@ pub struct DrawnLine<'a> {
     /// Whether it is broken into dashes.
     pub dashed: bool,
     /// Points `[across, up]`; pieces are not joined.
-    pub pieces: Vec<&'a [[f64; 2]]>,
+    pub pieces: Vec<Cow<'a, [[f64; 2]]>>,
 }
 
 /// A plot.
@@ -50,21 +51,26 @@ pub struct Drawing<'a> {
     pub lines: Vec<DrawnLine<'a>>,
 }
 
-/// Writes a plot as SVG, with marks, labels and a legend.
+/// Writes a plot as SVG of this width and height, with marks, labels and a legend.
 ///
 /// # Errors
 /// Whatever `out` fails with.
-pub fn write_drawing_svg(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-    let [left, top, right, bottom] = PLOT;
-    let (width, height) = SIZE;
+pub fn write_drawing_svg(
+    drawing: &Drawing<'_>,
+    (width, height): (f64, f64),
+    out: &mut dyn io::Write,
+) -> io::Result<()> {
+    let plot = [ROOM[0], ROOM[1], width - ROOM[2], height - ROOM[3]];
+    let placed = Placed { drawing, plot };
+    let [left, top, right, bottom] = plot;
     writeln!(
         out,
         r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="sans-serif" font-size="13">"#
     )?;
     writeln!(out, r#"<rect width="100%" height="100%" fill="white"/>"#)?;
-    grid(drawing, out)?;
+    placed.grid(out)?;
     for line in &drawing.lines {
-        write_line(drawing, line, out)?;
+        placed.write_line(line, out)?;
     }
     // What runs out of the plot is covered rather than clipped: every reader of SVG can do that.
     writeln!(
@@ -72,7 +78,7 @@ pub fn write_drawing_svg(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::
         r#"<path fill="white" fill-rule="evenodd" d="M0 0H{width}V{height}H0ZM{left} {top}H{right}V{bottom}H{left}Z"/>"#
     )?;
     text(out, ((left + right) / 2.0, 20.0), "middle", &drawing.title)?;
-    mark_labels(drawing, out)?;
+    placed.mark_labels(out)?;
     writeln!(
         out,
         r##"<rect x="{left}" y="{top}" width="{}" height="{}" fill="none" stroke="#444"/>"##,
@@ -91,7 +97,7 @@ pub fn write_drawing_svg(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::
         (top + bottom) / 2.0,
         escaped(&drawing.up.label)
     )?;
-    legend(drawing, out)?;
+    placed.legend(out)?;
     writeln!(out, "</svg>")
 }
 
@@ -105,47 +111,80 @@ fn place(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     (start + (end - start) * share).clamp(-1e4, 1e4)
 }
 
-fn x(drawing: &Drawing<'_>, value: f64) -> f64 {
-    place(value, drawing.across.range, PLOT[0], PLOT[2])
+/// A drawing with the place of its plot: left, top, right, bottom.
+struct Placed<'a> {
+    drawing: &'a Drawing<'a>,
+    plot: [f64; 4],
 }
 
-fn y(drawing: &Drawing<'_>, value: f64) -> f64 {
-    place(value, drawing.up.range, PLOT[3], PLOT[1])
-}
+impl Placed<'_> {
+    fn x(&self, value: f64) -> f64 {
+        place(value, self.drawing.across.range, self.plot[0], self.plot[2])
+    }
 
-/// Marks of both scales: value and label.
-fn marks(drawing: &Drawing<'_>) -> [Vec<(f64, String)>; 2] {
-    let [left, top, right, bottom] = PLOT;
-    [
-        marks_of(drawing.across.range, (right - left) / MARKS.0),
-        marks_of(drawing.up.range, (bottom - top) / MARKS.1),
-    ]
-}
+    fn y(&self, value: f64) -> f64 {
+        place(value, self.drawing.up.range, self.plot[3], self.plot[1])
+    }
 
-fn grid(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-    let [left, top, right, bottom] = PLOT;
-    let [across, up] = marks(drawing);
-    for (value, _) in across {
-        let at = x(drawing, value);
-        grid_line(out, (at, top), (at, bottom))?;
+    /// Marks of both scales: value and label.
+    fn marks(&self) -> [Vec<(f64, String)>; 2] {
+        let [left, top, right, bottom] = self.plot;
+        [
+            marks_of(self.drawing.across.range, (right - left) / MARKS.0),
+            marks_of(self.drawing.up.range, (bottom - top) / MARKS.1),
+        ]
     }
-    for (value, _) in up {
-        let at = y(drawing, value);
-        grid_line(out, (left, at), (right, at))?;
-    }
-    Ok(())
-}
 
-fn mark_labels(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-    let [left, _, _, bottom] = PLOT;
-    let [across, up] = marks(drawing);
-    for (value, label) in across {
-        text(out, (x(drawing, value), bottom + 18.0), "middle", &label)?;
+    fn grid(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        let [left, top, right, bottom] = self.plot;
+        let [across, up] = self.marks();
+        for (value, _) in across {
+            let at = self.x(value);
+            grid_line(out, (at, top), (at, bottom))?;
+        }
+        for (value, _) in up {
+            let at = self.y(value);
+            grid_line(out, (left, at), (right, at))?;
+        }
+        Ok(())
     }
-    for (value, label) in up {
-        text(out, (left - 6.0, y(drawing, value) + 4.0), "end", &label)?;
+
+    fn mark_labels(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        let [left, _, _, bottom] = self.plot;
+        let [across, up] = self.marks();
+        for (value, label) in across {
+            text(out, (self.x(value), bottom + 18.0), "middle", &label)?;
+        }
+        for (value, label) in up {
+            text(out, (left - 6.0, self.y(value) + 4.0), "end", &label)?;
+        }
+        Ok(())
     }
-    Ok(())
+
+    fn write_line(&self, line: &DrawnLine<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write!(out, r#"<path {} d=""#, style(line))?;
+        for piece in &line.pieces {
+            for (at, [across, up]) in piece.iter().enumerate() {
+                let letter = if at == 0 { 'M' } else { 'L' };
+                write!(out, "{letter}{:.1} {:.1}", self.x(*across), self.y(*up))?;
+            }
+        }
+        writeln!(out, r#""/>"#)
+    }
+
+    /// One row of named lines above the plot.
+    fn legend(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        let lines = self.drawing.lines.iter();
+        let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
+        let [left, _, right, _] = self.plot;
+        let room = (right - left) / named.len().max(1) as f64;
+        for (at, line) in named.into_iter().enumerate() {
+            let start = left + room * at as f64;
+            writeln!(out, r#"<path {} d="M{start:.1} 34h26"/>"#, style(line))?;
+            text(out, (start + 32.0, 38.0), "start", &line.name)?;
+        }
+        Ok(())
+    }
 }
 
 /// At most about `most` marks on a scale.
@@ -190,42 +229,6 @@ fn style(line: &DrawnLine<'_>) -> String {
     )
 }
 
-fn write_line(
-    drawing: &Drawing<'_>,
-    line: &DrawnLine<'_>,
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
-    write!(out, r#"<path {} d=""#, style(line))?;
-    for piece in &line.pieces {
-        for (at, [across, up]) in piece.iter().enumerate() {
-            let letter = if at == 0 { 'M' } else { 'L' };
-            write!(
-                out,
-                "{letter}{:.1} {:.1}",
-                x(drawing, *across),
-                y(drawing, *up)
-            )?;
-        }
-    }
-    writeln!(out, r#""/>"#)
-}
-
-/// One row of named lines above the plot.
-fn legend(drawing: &Drawing<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-    let named: Vec<_> = drawing
-        .lines
-        .iter()
-        .filter(|line| !line.name.is_empty())
-        .collect();
-    let room = (PLOT[2] - PLOT[0]) / named.len().max(1) as f64;
-    for (at, line) in named.into_iter().enumerate() {
-        let start = PLOT[0] + room * at as f64;
-        writeln!(out, r#"<path {} d="M{start:.1} 34h26"/>"#, style(line))?;
-        text(out, (start + 32.0, 38.0), "start", &line.name)?;
-    }
-    Ok(())
-}
-
 /// Text that cannot be taken for markup.
 fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -263,11 +266,11 @@ mod tests {
                 opacity: 1.0,
                 width: 1.5,
                 dashed: true,
-                pieces: vec![&points],
+                pieces: vec![points[..].into()],
             }],
         };
         let mut out = Vec::new();
-        write_drawing_svg(&drawing, &mut out).unwrap();
+        write_drawing_svg(&drawing, PICTURE_SIZE, &mut out).unwrap();
         String::from_utf8(out).unwrap()
     }
 

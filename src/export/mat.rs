@@ -6,6 +6,7 @@
 use std::io;
 
 use super::arrays::{Array, Content, arrays};
+use super::facts::Fact;
 use crate::calibration::Calibration;
 
 const MI_INT8: u32 = 1;
@@ -20,7 +21,7 @@ const MX_DOUBLE: u32 = 6;
 /// Writes all [`arrays`]; lists of texts are matrices of characters, one row each, padded with blanks.
 pub(super) fn write(
     calibration: &Calibration,
-    facts: &[(&'static str, String)],
+    facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
     let title = concat!(

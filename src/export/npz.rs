@@ -5,12 +5,13 @@
 use std::io;
 
 use super::arrays::{Array, Content, arrays};
+use super::facts::Fact;
 use crate::calibration::Calibration;
 
 /// Writes all [`arrays`]; vectors have one dimension.
 pub(super) fn write(
     calibration: &Calibration,
-    facts: &[(&'static str, String)],
+    facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
     let files: Vec<(String, Vec<u8>)> = arrays(calibration, facts)

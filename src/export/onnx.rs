@@ -9,6 +9,7 @@
 use std::io;
 
 use super::code::{LearnedProgram, Program};
+use super::facts::Fact;
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Learned, Network};
 
@@ -20,7 +21,7 @@ const FLOAT: u64 = 1;
 /// Writes the model; nothing for a calibration without a network, which the table of formats refuses.
 pub(super) fn write(
     calibration: &Calibration,
-    facts: &[(&'static str, String)],
+    facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
     let program = Program::new(calibration);
@@ -58,10 +59,10 @@ pub(super) fn write(
     opset.text(1, "");
     opset.number(2, OPSET);
     model.message(8, &opset);
-    let facts = facts.iter().map(|(name, text)| (*name, text.clone()));
-    for (key, value) in facts.chain(row_metadata(calibration, &program)) {
+    let row = row_metadata(calibration, &program).map(|(name, text)| (name.into(), text));
+    for (key, value) in facts.iter().cloned().chain(row) {
         let mut entry = Message::default();
-        entry.text(1, key);
+        entry.text(1, &key);
         entry.text(2, &value);
         model.message(14, &entry);
     }

@@ -2,13 +2,14 @@
 
 use std::io;
 
+use super::facts::Fact;
 use super::text::for_yaml;
 use crate::calibration::{Calibration, LinearMap, Scores};
 
 /// Writes scalars, flow lists of numbers, and texts in double quotes.
 pub(super) fn write(
     calibration: &Calibration,
-    facts: &[(&'static str, String)],
+    facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
     let features = &calibration.features;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::recording::recording::median;
 use crate::recording::{Axis, Recording};
 
 /// What a recording is for.
@@ -138,6 +139,13 @@ impl RecordingSet {
                 .entries
                 .iter()
                 .all(|entry| *entry.recording.source() == crate::recording::Source::Simulated)
+    }
+
+    /// The median rate of the recordings in a role (Hz), of two the higher; `None` where none has a rate.
+    #[must_use]
+    pub fn rate_hz(&self, role: Role) -> Option<f64> {
+        let entries = self.entries.iter().filter(|entry| entry.role == role);
+        median(entries.filter_map(|entry| entry.recording.rate_hz()))
     }
 
     /// Appends a recording.

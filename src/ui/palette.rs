@@ -3,6 +3,7 @@
 use egui::{Color32, Stroke, Visuals};
 
 use crate::calibration::Regressor;
+use crate::export::print_color;
 
 /// One of the three loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,11 +43,11 @@ impl Trace {
     pub fn color(self, visuals: &Visuals) -> Color32 {
         match (self, visuals.dark_mode) {
             (Self::Calculated, true) => Color32::from_gray(215),
-            (Self::Calculated, false) => Color32::from_gray(60),
+            (Self::Calculated, false) => on_light(print_color::CALCULATED),
             (Self::Conventional, true) => Color32::from_rgb(240, 165, 40),
-            (Self::Conventional, false) => Color32::from_rgb(213, 94, 0),
+            (Self::Conventional, false) => on_light(print_color::CONVENTIONAL),
             (Self::Compensated, true) => Color32::from_rgb(86, 180, 233),
-            (Self::Compensated, false) => Color32::from_rgb(0, 114, 178),
+            (Self::Compensated, false) => on_light(print_color::COMPENSATED),
         }
     }
 
@@ -63,6 +64,10 @@ impl Trace {
         };
         Stroke::new(width, self.color(visuals))
     }
+}
+
+fn on_light([red, green, blue]: [u8; 3]) -> Color32 {
+    Color32::from_rgb(red, green, blue)
 }
 
 /// The colour of a regressor in tables and bars.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use egui::{ColorImage, Pos2, Rect};
 
 use crate::app::{Command, Existing, FileContent, Level, Notice, PictureTo, ScreenPart, Wish};
-use crate::export::{Drawing, write_drawing_svg};
+use crate::export::{Drawing, PICTURE_SIZE, write_drawing_svg};
 use crate::ui::dialogs::Reply;
 
 /// A menu that was pressed is still on screen in the frame after.
@@ -46,7 +46,7 @@ pub fn menu(
 /// The lines of a drawing as an SVG file.
 pub fn svg(print: &Drawing<'_>) -> std::io::Result<FileContent> {
     let mut bytes = Vec::new();
-    write_drawing_svg(print, &mut bytes)?;
+    write_drawing_svg(print, PICTURE_SIZE, &mut bytes)?;
     Ok(FileContent::Bytes(bytes.into()))
 }
 

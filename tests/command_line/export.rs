@@ -77,3 +77,97 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
         &["apply", "s.cal", "run.csv", "--out", ".", "--force"],
     );
 }
+
+/// 10 Hz recordings: every format that holds text says which files it was made of, by what they hold.
+#[test]
+fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
+    let workshop = Workshop::with_recordings();
+    let names = ["k.json", "k.csv", "k.h", "k.rs", "k.py", "k.yaml", "k.npz"];
+    let mut arguments = [&["fit"], &ALL_FILES[..]].concat();
+    for name in &names {
+        arguments.extend(["--export", name]);
+    }
+    succeed(workshop.path(), &arguments);
+    let calibration: serde_json::Value = serde_json::from_str(&workshop.read("k.json")).unwrap();
+    let sources = calibration["sources"].as_array().unwrap();
+    assert_eq!(sources.len(), 4);
+    assert_eq!(sources[3]["role"], "test");
+    let hash = sources[3]["sha256"].as_str().unwrap();
+    assert_eq!(hash.len(), 64);
+    for name in &names {
+        let bytes = fs::read(workshop.file(name)).unwrap();
+        // NumPy keeps four bytes for a letter.
+        let letters: Vec<u8> = bytes.into_iter().filter(|byte| *byte != 0).collect();
+        let text = String::from_utf8_lossy(&letters);
+        assert!(text.contains(hash), "{name}");
+        let quality = match *name {
+            "k.json" => "test_rmse",
+            _ => "on test recordings",
+        };
+        assert!(text.contains(quality), "{name}");
+    }
+    assert!(
+        workshop
+            .read("k.h")
+            .contains("#define LOOPSCOPE_RATE_HZ 10\n")
+    );
+    assert!(workshop.read("k.rs").contains("State::new(10.0)"));
+}
+
+/// What an older program wrote says nothing of rate and files.
+#[test]
+fn a_calibration_without_the_newest_facts_is_read() {
+    let workshop = Workshop::with_recordings();
+    succeed(
+        workshop.path(),
+        &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat(),
+    );
+    let mut older: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    older
+        .as_object_mut()
+        .unwrap()
+        .retain(|key, _| key != "sources" && key != "rate_hz");
+    workshop.write("c.json", older.to_string());
+    succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", "."]);
+}
+
+/// Edited by hand: each is refused with its place, and nothing is written.
+#[test]
+fn a_calibration_that_somebody_spoilt_is_not_applied() {
+    let workshop = Workshop::with_recordings();
+    succeed(
+        workshop.path(),
+        &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat(),
+    );
+    let whole: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    type Spoil = fn(&mut serde_json::Value);
+    let spoils: [(Spoil, &str); 6] = [
+        (
+            |c| c["conventional"]["matrix"] = serde_json::json!([]),
+            "conventional.matrix",
+        ),
+        (
+            |c| c["compensated"]["matrix"][0][1] = serde_json::Value::Null,
+            "JSON",
+        ),
+        (|c| c["units"][0] = "lbf".into(), "unit of Fz"),
+        (|c| c["version"] = 77.into(), "version 77"),
+        (|c| c["rate_hz"] = (-1.0).into(), "rate_hz"),
+        (
+            |c| drop(c.as_object_mut().unwrap().remove("gauges")),
+            "gauges",
+        ),
+    ];
+    for (spoil, word) in spoils {
+        let mut spoilt = whole.clone();
+        spoil(&mut spoilt);
+        workshop.write("s.json", spoilt.to_string());
+        let told = run(workshop.path(), &["apply", "s.json", "a.csv", "--out", "."]);
+        let told = stderr(&told);
+        assert!(
+            told.contains("s.json") && told.contains(word),
+            "{word}: {told}"
+        );
+        assert!(!workshop.file("a_loads.csv").exists());
+    }
+}

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::program::{fit, numbers, stderr, succeed};
+use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop, recording, rows};
 
 #[test]
@@ -53,7 +53,10 @@ fn both_exports_hold_the_matrices_of_the_fit() {
         assert_eq!(calibration["quality"][score], report[score]);
     }
     assert_eq!(calibration["compensated"]["features"], report["features"]);
-    let mut csv = csv::Reader::from_path(workshop.file("m.csv")).unwrap();
+    let mut csv = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_path(workshop.file("m.csv"))
+        .unwrap();
     let rows: Vec<BTreeMap<String, String>> = csv.deserialize().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 2);
     for row in rows {
@@ -124,4 +127,35 @@ fn what_is_wrong_with_single_rows_is_told_with_its_line_and_stops_nothing() {
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["n_train"], 300);
     assert_eq!(report["recordings"], 2);
+}
+
+/// A calibration that was fitted before and is given as the factory's has the conventional errors of its own fit.
+#[test]
+fn the_factory_calibration_is_scored_beside_the_fit() {
+    let workshop = Workshop::with_recordings();
+    let report = fit(
+        workshop.path(),
+        &[&ALL_FILES[..], &["--export", "c.json"]].concat(),
+    );
+    let own = numbers(&report["conventional"]["test_rmse"])[0];
+    let beside = fit(
+        workshop.path(),
+        &[&ALL_FILES[..], &["--factory", "c.json"]].concat(),
+    );
+    assert!((numbers(&beside["factory"]["test_rmse"])[0] - own).abs() < 1e-9 * own);
+    let output = succeed(
+        workshop.path(),
+        &[&["fit"], &ALL_FILES[..], &["--factory", "c.json"]].concat(),
+    );
+    assert!(
+        String::from_utf8(output.stdout)
+            .unwrap()
+            .contains("RMSE, factory")
+    );
+    workshop.write("s.cal", "<FTSensor/>");
+    let told = run(
+        workshop.path(),
+        &[&["fit"], &ALL_FILES[..], &["--factory", "s.cal"]].concat(),
+    );
+    assert!(stderr(&told).contains("s.cal"), "{}", stderr(&told));
 }

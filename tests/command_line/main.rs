@@ -14,5 +14,7 @@ mod fit;
 mod inspect;
 mod metrology;
 mod refusals;
+mod report;
 mod streams;
 mod sweep;
+mod traces;

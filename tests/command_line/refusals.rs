@@ -244,3 +244,34 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
     }
     assert!(!workshop.file("new").exists());
 }
+
+/// The table is refused before any work, so nothing is printed either; `--json` alone asks for no file.
+#[test]
+fn tables_and_pictures_are_written_over_only_by_force() {
+    let workshop = Workshop::with_recordings();
+    let sweep = "sweep --train a.csv b.csv c.csv --f-th 0,2 --t-th 5";
+    for (job, option, name) in [
+        ("metrology a.csv", "--csv", "m.csv"),
+        (
+            "compare --train a.csv --regressors linear --decimate 10",
+            "--csv",
+            "m.csv",
+        ),
+        (sweep, "--csv", "m.csv"),
+        (sweep, "--svg", "m.svg"),
+    ] {
+        workshop.write(name, "mine");
+        let arguments: Vec<&str> = job.split(' ').chain([option, name]).collect();
+        let refused = run(workshop.path(), &arguments);
+        assert!(
+            !refused.status.success() && refused.stdout.is_empty(),
+            "{job}"
+        );
+        assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
+        assert_eq!(workshop.read(name), "mine");
+        succeed(workshop.path(), &[&arguments[..], &["--force"]].concat());
+        assert_ne!(workshop.read(name), "mine");
+        let json: Vec<&str> = job.split(' ').chain(["--json"]).collect();
+        succeed(workshop.path(), &json);
+    }
+}

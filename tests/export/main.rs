@@ -4,5 +4,6 @@ mod c;
 mod cal;
 mod data_files;
 mod python;
+mod report;
 mod rust;
 mod support;

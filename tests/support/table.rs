@@ -14,7 +14,8 @@ impl Table {
     /// Reads a file whose cells are all numbers, below one header line.
     #[track_caller]
     pub fn read(path: &Path) -> Self {
-        let mut csv = csv::Reader::from_path(path).unwrap();
+        let mut csv = csv::ReaderBuilder::new();
+        let mut csv = csv.comment(Some(b'#')).from_path(path).unwrap();
         Self {
             header: csv.headers().unwrap().iter().map(str::to_owned).collect(),
             rows: csv

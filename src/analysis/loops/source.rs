@@ -65,7 +65,11 @@ impl Source {
         let wanted = match span {
             Span::All => (0..self.recordings.len()).map(whole).collect(),
             Span::One(recording) => vec![whole(recording)],
-            Span::Visible => on_screen(request),
+            Span::Visible => {
+                let shown = request.traces.on_screen(request.visible).into_iter();
+                let parts = shown.map(|(recording, samples)| Part { recording, samples });
+                parts.collect()
+            }
         };
         let there = wanted.into_iter().filter_map(|part| {
             let n = self.recordings.get(part.recording)?.n_samples();
@@ -161,26 +165,4 @@ fn column(values: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Ve
     let rows = values.chunks_exact(width);
     let rows = rows.skip(samples.start).take(samples.len());
     rows.map(|row| row[at]).collect()
-}
-
-/// What the trace panes show.
-fn on_screen(request: &LookRequest) -> Vec<Part> {
-    let traces = &request.traces;
-    let visible = match request.visible {
-        None => 0..traces.times.len(),
-        Some((from, to)) => {
-            let start = traces.times.partition_point(|time| *time < from);
-            start..traces.times.partition_point(|time| *time <= to)
-        }
-    };
-    let segments = traces.segments.iter().map(|segment| {
-        let first = segment.samples.start;
-        let start = visible.start.max(first);
-        let end = visible.end.min(segment.samples.end).max(start);
-        Part {
-            recording: segment.recording,
-            samples: start - first..end - first,
-        }
-    });
-    segments.collect()
 }

@@ -13,10 +13,13 @@ pub(super) use self::program::{LearnedProgram, Program};
 use self::template::{Scope, Value, render};
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Kernel, Learned, Network};
+use crate::export::facts::Fact;
 use crate::export::text::{for_block_comment, identifier, printable};
 
-/// The rate for which a C file keeps room unless it is told another (Hz).
+/// The rate for which a C file keeps room where neither it nor the calibration says another (Hz) …
 const DEFAULT_RATE_HZ: u64 = 1000;
+/// … and what it keeps room for at most: no sensor is read faster.
+const HIGHEST_RATE_HZ: f64 = 1e6;
 /// A longer past fills the memory of what runs such files.
 pub(super) const LONGEST_WINDOW_SECS: f64 = 86_400.0;
 
@@ -97,12 +100,12 @@ impl Language {
 /// The calibration in a language; names in it are made of `name`.
 pub(super) fn source_code(
     calibration: &Calibration,
-    facts: &[(&'static str, String)],
+    facts: &[Fact],
     language: Language,
     name: &str,
 ) -> String {
     let program = Program::new(calibration);
-    let mut scope = sizes(&program, language);
+    let mut scope = sizes(&program, rate_hz(calibration), language);
     scope.extend(blocks(&program, language));
     scope.extend(linear(&program, language));
     scope.extend(learned(&program, language));
@@ -122,7 +125,7 @@ fn text(value: impl ToString) -> Value {
 }
 
 /// Counts, flags, and what an update costs.
-fn sizes(program: &Program, language: Language) -> Scope {
+fn sizes(program: &Program, rate_hz: u64, language: Language) -> Scope {
     let n_gauges = program.centre.len();
     let (plays, taus, lags) = (
         program.radii.len(),
@@ -132,7 +135,7 @@ fn sizes(program: &Program, language: Language) -> Scope {
     let mut at_rate = String::new();
     let mut search_cost = String::new();
     if program.keeps_samples() {
-        at_rate = format!(" at {DEFAULT_RATE_HZ} Hz");
+        at_rate = format!(" at {rate_hz} Hz");
     }
     if !program.look_backs.is_empty() {
         write!(
@@ -144,7 +147,7 @@ fn sizes(program: &Program, language: Language) -> Scope {
         )
         .expect("writing to a text cannot fail");
     }
-    let state_bytes = |real| state_bytes(program, real);
+    let state_bytes = |real| state_bytes(program, rate_hz, real);
     Scope::from([
         ("n_gauges", text(n_gauges)),
         ("n_axes", text(program.conventional.base.len())),
@@ -164,6 +167,7 @@ fn sizes(program: &Program, language: Language) -> Scope {
         ("appends", Value::Flag(program.n_columns > n_gauges)),
         ("window_secs", text(format!("{:?}", program.window_secs()))),
         ("window_ms", text(window_ms(program))),
+        ("rate_hz", text(rate_hz)),
         ("products", text(program.n_products())),
         ("search_cost", Value::Text(language.comment(&search_cost))),
         ("at_rate", Value::Text(at_rate)),
@@ -176,10 +180,19 @@ fn window_ms(program: &Program) -> u64 {
     (program.window_secs() * 1000.0).ceil() as u64
 }
 
-/// How large a state is in C with numbers of `real` bytes: what the template declares, at the default rate.
-fn state_bytes(program: &Program, real: usize) -> usize {
+/// The whole rate that is not below that of the recordings.
+fn rate_hz(calibration: &Calibration) -> u64 {
+    match calibration.rate_hz {
+        // A clock's last digits must not make one more of it.
+        Some(rate) => ((rate * (1.0 - 1e-6)).ceil()).clamp(1.0, HIGHEST_RATE_HZ) as u64,
+        None => DEFAULT_RATE_HZ,
+    }
+}
+
+/// How large a state is in C with numbers of `real` bytes: what the template declares, at this rate.
+fn state_bytes(program: &Program, rate_hz: u64, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
-    let in_window = (window_ms(program) * DEFAULT_RATE_HZ).div_ceil(1000) as usize;
+    let in_window = (window_ms(program) * rate_hz).div_ceil(1000) as usize;
     let boxes = match program.keeps_samples() {
         true => (in_window * 17 / 16 + 2).div_ceil(256) + 1,
         false => 0,

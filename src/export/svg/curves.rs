@@ -9,6 +9,8 @@ use super::frame::{Anchor, BOTTOM, LEFT, Page, RIGHT, Scale, TOP};
 const COLOURS: [&str; 6] = [
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
 ];
+/// What tells lines apart that are not marked as dashed, where there is no colour.
+const DASHES: [&str; 3] = ["", "2 4", "12 3 2 3"];
 /// Room above and below the curves, as a share of their range.
 const ROOM: f64 = 0.06;
 
@@ -69,12 +71,18 @@ pub fn write_curves_svg(plot: &CurvePlot, out: &mut dyn io::Write) -> io::Result
             "<path d=\"M{marked:.1} {TOP}V{BOTTOM}\" stroke=\"#666666\" stroke-dasharray=\"2 3\"/>"
         ));
     }
+    let mut n_solid = 0;
     for (at, line) in plot.lines.iter().enumerate() {
         let colour = COLOURS[at % COLOURS.len()];
-        let dash = if line.dashed {
-            " stroke-dasharray=\"6 4\""
+        let pattern = if line.dashed {
+            "6 4"
         } else {
-            ""
+            n_solid += 1;
+            DASHES[(n_solid - 1) % DASHES.len()]
+        };
+        let dash = match pattern {
+            "" => String::new(),
+            pattern => format!(" stroke-dasharray=\"{pattern}\""),
         };
         let finite = line
             .points

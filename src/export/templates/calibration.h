@@ -18,7 +18,7 @@
  *
  * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so.
 @if ring
- * LOOPSCOPE_RATE_HZ is the fastest rate of samples, a whole number: 1000 unless you define it. The past that the blocks
+ * LOOPSCOPE_RATE_HZ is the fastest rate of samples, a whole number: @{rate_hz} unless you define it. The past that the blocks
  * need, @{window_secs} s, must fit the ring of @{PREFIX}_RING samples; if samples come faster the oldest are lost, and the
  * answer is that of a shorter t_th or of a lag that has not yet passed.
 @end
@@ -45,7 +45,7 @@ extern "C" {
 #endif
 @if ring
 #ifndef LOOPSCOPE_RATE_HZ
-#define LOOPSCOPE_RATE_HZ 1000
+#define LOOPSCOPE_RATE_HZ @{rate_hz}
 #endif
 @end
 

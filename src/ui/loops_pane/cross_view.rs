@@ -65,7 +65,7 @@ fn drawing<'a>(
             width: 1.1,
             dashed: false,
             pieces: (picture.strokes.iter())
-                .map(|stroke| &stroke.points[..])
+                .map(|stroke| stroke.points[..].into())
                 .collect(),
         }],
     }

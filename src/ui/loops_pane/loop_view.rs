@@ -103,7 +103,7 @@ impl<'a> View<'a> {
                 dashed: false,
                 pieces: (curve.strokes.iter())
                     .filter(|stroke| stroke.rising == rising)
-                    .map(|stroke| &stroke.points[..])
+                    .map(|stroke| stroke.points[..].into())
                     .collect(),
             })
         });
@@ -117,7 +117,7 @@ impl<'a> View<'a> {
                     opacity: 1.0,
                     width: 2.4,
                     dashed: way == "falling",
-                    pieces: vec![&branch[..]],
+                    pieces: vec![branch[..].into()],
                 })
             })
         });
@@ -161,7 +161,7 @@ impl<'a> View<'a> {
                     opacity: 1.0,
                     width: 1.6,
                     dashed: false,
-                    pieces: vec![&figures.widths[..]],
+                    pieces: vec![figures.widths[..].into()],
                 })
                 .collect(),
         }

@@ -148,7 +148,7 @@ fn drawing<'a>(
                     opacity: if fitted { 1.0 } else { 0.45 },
                     width: if fitted { 2.2 } else { 1.0 },
                     dashed: false,
-                    pieces: vec![points],
+                    pieces: vec![points.into()],
                 };
                 [
                     line(name.to_owned(), &own.points, false),

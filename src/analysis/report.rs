@@ -1,0 +1,508 @@
+//! All that a report says of a calibration, gathered: fit, errors over the thresholds, loops, figures, traces.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use crate::analysis::loops::{
+    Look, LookError, LookRequest, LoopPicture, LoopQuestion, Output, Question, Span, TableOf,
+    TableQuestion, Up, Viewer,
+};
+use crate::analysis::{
+    Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
+    train,
+};
+use crate::evaluation::Series;
+use crate::evaluation::metrology::{Metrology, MetrologySettings};
+use crate::evaluation::numbers::significant;
+use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
+use crate::export::svg::CurvePlot;
+use crate::export::{
+    Drawing, DrawnLine, ReportCurves, ReportData, ReportErrors, ReportRecording, Scale,
+    curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
+};
+use crate::features::Thresholds;
+use crate::progress::Progress;
+use crate::recording::{Axis, Entry, RecordingSet, Role};
+
+/// F_th and t_th that the curves are computed at, beside those of the fit.
+const CURVE_POINTS: (usize, usize) = (29, 9);
+/// A trace is drawn with about so many pairs of least and greatest value.
+const TRACE_BUCKETS: usize = 900;
+/// What a picture leaves free above and below.
+const MARGIN: f64 = 0.05;
+
+/// Fits what `request` asks for (or takes its calibration) and gathers a report on it.
+///
+/// Loops and figures are of the test recordings, or of the training recordings where there is none; which recordings
+/// `request` shows plays no part. What cannot be computed becomes a sentence in its place.
+///
+/// # Errors
+/// [`AnalysisError`] where there is no calibration to report on, or somebody asked to stop.
+pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, AnalysisError> {
+    const STAGES: u64 = 5;
+    progress.add_total(STAGES);
+    let calibration = match &request.calibration {
+        Some(calibration) => Arc::clone(calibration),
+        None => Arc::new(train(request, &progress.part(), &mut |_| {})?),
+    };
+    progress.check()?;
+    progress.advance(1);
+    let applied = Request {
+        trained: request.calibration.is_none() || request.trained,
+        calibration: Some(calibration),
+        view: View::One(0),
+        ..request.clone()
+    };
+    let mut analyst = Analyst::default();
+    let mut analysis = analyst.analyse(&applied, &progress.part())?;
+    let shown = worst(&applied.recordings, &analysis);
+    if let Some((at, _)) = shown {
+        let view = View::One(at);
+        analysis = analyst.analyse(
+            &Request {
+                view,
+                ..applied.clone()
+            },
+            &progress.part(),
+        )?;
+    }
+    drop(analyst);
+    progress.advance(1);
+    let mut warnings = warnings(&applied.recordings, &analysis);
+    let thresholds = match analysis.fitted {
+        true => thresholds(request, &progress.part(), &mut warnings)?,
+        false => Err("The calibration was not fitted to these recordings.".to_owned()),
+    };
+    progress.advance(1);
+    let (measured, about) = measured_recordings(&applied.recordings);
+    let mut looker = Looker::new(&analysis, measured, request.settings.decimation, progress);
+    let loops = (analysis.calibration.axes.iter())
+        .map(|axis| looker.loops(*axis))
+        .collect::<Result<_, _>>()?;
+    progress.advance(1);
+    let metrology = looker.table()?;
+    progress.advance(1);
+    Ok(ReportData {
+        made: SystemTime::now(),
+        fitted: analysis.fitted,
+        recordings: recordings(&applied.recordings, &analysis.recordings),
+        thresholds,
+        measured: about,
+        loops,
+        errors: shown.map(|(at, chosen)| ReportErrors {
+            recording: applied.recordings.entries()[at].recording.name().to_owned(),
+            chosen,
+            drawings: error_drawings(&analysis.traces),
+        }),
+        metrology,
+        warnings,
+        calibration: analysis.calibration,
+    })
+}
+
+fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportRecording> {
+    let used = used_recordings(set).into_iter();
+    (used.zip(set.entries()).zip(results))
+        .map(|((used, entry), result)| ReportRecording {
+            used,
+            n_samples: entry.recording.n_samples(),
+            duration_secs: entry.recording.duration_secs(),
+            rate_hz: entry.recording.rate_hz(),
+            conventional_rmse: result.conventional_rmse.clone(),
+            compensated_rmse: result.compensated_rmse.clone(),
+        })
+        .collect()
+}
+
+/// The recording with the greatest compensated error, all axes over their full scale, and why it is this one.
+fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str)> {
+    let full_scale = &analysis.calibration.full_scale;
+    let badness = |at: usize| -> Option<f64> {
+        let rmse = analysis.recordings[at].compensated_rmse.as_ref()?;
+        let shares = rmse
+            .iter()
+            .zip(full_scale)
+            .map(|(rmse, full)| match *full > 0.0 {
+                true => (rmse / full).powi(2),
+                false => 0.0,
+            });
+        Some(shares.sum())
+    };
+    let in_role = |role: Role| {
+        let entries = set.entries().iter().enumerate();
+        let rated = entries
+            .filter(move |(_, entry)| entry.role == role)
+            .filter_map(|(at, _)| Some((at, badness(at)?)));
+        rated.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
+    };
+    let chosen = [
+        (
+            Role::Test,
+            "the test recording with the greatest errors over full scale",
+        ),
+        (
+            Role::Train,
+            "the training recording with the greatest errors over full scale",
+        ),
+        (
+            Role::Off,
+            "the recording with the greatest errors over full scale",
+        ),
+    ];
+    chosen
+        .into_iter()
+        .find_map(|(role, why)| Some((in_role(role)?, why)))
+}
+
+/// The recordings that loops and figures are of, with that in words.
+fn measured_recordings(set: &RecordingSet) -> (RecordingSet, String) {
+    let in_role = |role: Role| {
+        let entries = set.entries().iter().filter(|entry| entry.role == role);
+        let mut chosen = RecordingSet::default();
+        for entry in entries {
+            let entry: Entry = entry.clone();
+            chosen
+                .push(entry)
+                .expect("recordings of one set go together");
+        }
+        chosen
+    };
+    for (role, words) in [
+        (Role::Test, "the test recordings"),
+        (
+            Role::Train,
+            "the training recordings (none is in the test role)",
+        ),
+    ] {
+        let chosen = in_role(role);
+        if !chosen.entries().is_empty() {
+            return (chosen, words.to_owned());
+        }
+    }
+    (set.clone(), "all recordings".to_owned())
+}
+
+fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
+    let calibration = &analysis.calibration;
+    let quality = &calibration.quality;
+    let mut warnings = Vec::new();
+    if calibration.simulated {
+        warnings.push("Made from the built-in simulated sensor, not from a real one.".to_owned());
+    }
+    if !set.entries().iter().any(|entry| entry.role == Role::Test) {
+        warnings.push(
+            "No recording is in the test role, so nothing says how the calibration does on recordings it never saw, except what was left out one by one."
+                .to_owned(),
+        );
+    }
+    if let Some(reason) = calibration.why_not_left_out() {
+        warnings.push(format!("No leave-one-out errors: {reason}."));
+    }
+    let n_features = calibration.feature_names().len();
+    if analysis.fitted && quality.rank < n_features && calibration.learned.is_none() {
+        warnings.push(format!(
+            "Only {} of {n_features} features are independent: some gauges or blocks repeat each other, or the past never differs from the present.",
+            quality.rank
+        ));
+    }
+    if let (Some(before), Some(after)) = (
+        &quality.conventional.test_rmse,
+        &quality.compensated.test_rmse,
+    ) {
+        let axes = calibration.axes.iter().zip(before.iter().zip(after));
+        let worse: Vec<&str> = axes
+            .filter(|(_, (before, after))| after > before)
+            .map(|(axis, _)| axis.symbol())
+            .collect();
+        if !worse.is_empty() {
+            warnings.push(format!(
+                "On the test recordings the compensated load is worse than the conventional one on {}.",
+                worse.join(", ")
+            ));
+        }
+    }
+    warnings
+}
+
+/// The errors over both thresholds through those of the fit; `Err` holds why there are none.
+fn thresholds(
+    request: &Request,
+    progress: &Progress,
+    warnings: &mut Vec<String>,
+) -> Result<Result<ReportCurves, String>, AnalysisError> {
+    let recordings = Arc::clone(&request.recordings);
+    let mut made = || {
+        let study = Study::lay(recordings.clone(), request.settings.clone(), progress)?;
+        let present = study.present_thresholds();
+        let grid = grid_through(present, study.largest_distance())?;
+        let map = study.threshold_map(&grid, progress, &|_| {})?;
+        Ok(curves(request, &map, present, warnings))
+    };
+    match made() {
+        Ok(curves) => Ok(Ok(curves)),
+        Err(AnalysisError::Cancelled(cancelled)) => Err(cancelled.into()),
+        Err(error) => Ok(Err(error.to_string())),
+    }
+}
+
+fn grid_through(present: Thresholds, largest: f64) -> Result<ThresholdGrid, AnalysisError> {
+    let (n_f, n_t) = CURVE_POINTS;
+    let covering = ThresholdGrid::covering(largest, n_f, n_t)?;
+    let with = |values: &[f64], own: f64| {
+        let mut values = [values, &[own]].concat();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
+    };
+    let f_ths = with(covering.f_ths(), present.f_th);
+    let t_ths_secs = with(covering.t_ths_secs(), present.t_th_secs);
+    Ok(ThresholdGrid::new(f_ths, t_ths_secs)?)
+}
+
+fn curves(
+    request: &Request,
+    map: &ThresholdMap,
+    present: Thresholds,
+    warnings: &mut Vec<String>,
+) -> ReportCurves {
+    let (f_at, t_at) = map.nearest(present);
+    let groups = [Measure::Forces, Measure::Moments].into_iter();
+    let groups = groups.filter(|group| group.weights(&map.scale).is_some());
+    let settings = &request.settings;
+    let has_look_back = !settings.features.look_backs.is_empty();
+    let marked = |plot: CurvePlot, at: f64| CurvePlot {
+        marked: has_look_back.then_some(at),
+        ..plot
+    };
+    let plots = groups.flat_map(|group| {
+        [
+            marked(curves_over_f_th(map, group, t_at, None), present.f_th),
+            marked(curves_over_t_th(map, group, f_at, None), present.t_th_secs),
+        ]
+    });
+    let plots = plots.collect();
+    let mut about = match has_look_back {
+        true => "Root mean squared errors through the thresholds of the fit, which the upright lines mark.".to_owned(),
+        false => "The fit has no look-back; the curves show what one would do beside its other blocks.".to_owned(),
+    };
+    if settings.regressor.learner().is_some() {
+        about.push_str(
+            " They are those of the linear regressor, which can be fitted at every threshold.",
+        );
+    }
+    let measure = map.scale.default_measure();
+    if let Ok(found) = map.suggestion(measure) {
+        let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
+        let Thresholds { f_th, t_th_secs } = found.thresholds;
+        about.push_str(&format!(
+            " The least leave-one-out error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}).",
+            significant(found.left_out, 4),
+            f_th_label(map.distance),
+            significant(found.conventional, 4),
+        ));
+        if !found.beats_conventional {
+            warnings.push(
+                "The conventional calibration does as well as the best look-back within one standard error; a look-back may not be worth it."
+                    .to_owned(),
+            );
+        }
+    }
+    ReportCurves { plots, about }
+}
+
+/// Asks the viewer of loops about the measured recordings.
+struct Looker<'a> {
+    viewer: Viewer,
+    request: LookRequest,
+    progress: &'a Progress,
+}
+
+impl<'a> Looker<'a> {
+    fn new(
+        analysis: &Analysis,
+        recordings: RecordingSet,
+        decimation: usize,
+        progress: &'a Progress,
+    ) -> Self {
+        Self {
+            viewer: Viewer::default(),
+            request: LookRequest {
+                calibration: Arc::clone(&analysis.calibration),
+                recordings: Arc::new(recordings),
+                decimation,
+                traces: Arc::clone(&analysis.traces),
+                visible: None,
+                question: Self::table_question(),
+            },
+            progress,
+        }
+    }
+
+    fn table_question() -> Question {
+        Question::Table(TableQuestion {
+            of: TableOf::All,
+            settings: MetrologySettings::default(),
+        })
+    }
+
+    fn look(&mut self, question: Question) -> Result<Result<Look, String>, AnalysisError> {
+        self.request.question = question;
+        match self.viewer.look(&self.request, &self.progress.part()) {
+            Ok(look) => Ok(Ok(look)),
+            Err(LookError::Cancelled(cancelled)) => Err(cancelled.into()),
+            Err(error) => Ok(Err(sentence(&error.to_string()))),
+        }
+    }
+
+    fn loops(&mut self, axis: Axis) -> Result<Result<Drawing<'static>, String>, AnalysisError> {
+        let question = Question::Loops(LoopQuestion {
+            axis,
+            up: Up::Error,
+            span: Span::All,
+            dead_band: None,
+            frame: None,
+        });
+        let look = self.look(question)?;
+        Ok(look.and_then(|look| match look {
+            Look::Loops(picture) => Ok(loop_drawing(&picture)),
+            _ => Err("There are no loops.".to_owned()),
+        }))
+    }
+
+    fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
+        let look = self.look(Self::table_question())?;
+        Ok(look.and_then(|look| match look {
+            Look::Table(table, _) => Ok(table),
+            _ => Err("There are no figures.".to_owned()),
+        }))
+    }
+}
+
+/// With a capital letter and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase);
+    let capital: String = first.into_iter().flatten().collect();
+    format!("{capital}{}.", letters.as_str().trim_end_matches('.'))
+}
+
+fn name(output: Output) -> &'static str {
+    match output {
+        Output::Conventional => "Conv.",
+        Output::Compensated => "Comp.",
+    }
+}
+
+/// A line in its colour; Conv. is dashed, so that the two are told apart without it.
+fn line(output: Output, name: String, pieces: Vec<Cow<'static, [[f64; 2]]>>) -> DrawnLine<'static> {
+    let is_conventional = output == Output::Conventional;
+    DrawnLine {
+        name,
+        color: match output {
+            Output::Conventional => print_color::CONVENTIONAL,
+            Output::Compensated => print_color::COMPENSATED,
+        },
+        opacity: 1.0,
+        width: 2.4,
+        dashed: is_conventional,
+        pieces,
+    }
+}
+
+fn loop_drawing(picture: &LoopPicture) -> Drawing<'static> {
+    let axis = picture.question.axis;
+    let curves = || {
+        let curves = picture.curves.iter();
+        curves.filter_map(|curve| Some((curve.output?, curve)))
+    };
+    let branches = curves().map(|(output, curve)| {
+        let strokes = curve.strokes.iter();
+        let pieces = strokes.map(|stroke| stroke.points.clone().into()).collect();
+        DrawnLine {
+            opacity: 0.25,
+            width: 0.8,
+            dashed: false,
+            ..line(output, String::new(), pieces)
+        }
+    });
+    let means = curves().filter_map(|(output, curve)| {
+        let mean = curve.mean.as_ref().ok()?;
+        let pieces = mean.branches.iter().map(|branch| branch.clone().into());
+        let width = significant(mean.mean_width, 3);
+        let name = format!("{}, mean width {width} {}", name(output), axis.unit());
+        Some(line(output, name, pieces.collect()))
+    });
+    let (full, all) = (picture.n_full_cycles, picture.n_cycles);
+    Drawing {
+        title: format!("{}: {full} full of {all} cycles", axis.symbol()),
+        across: Scale {
+            label: format!("{} Calc. [{}]", axis.symbol(), axis.unit()),
+            range: picture.whole.loads,
+        },
+        up: Scale {
+            label: format!("{} error [{}]", axis.symbol(), axis.unit()),
+            range: picture.whole.outputs,
+        },
+        lines: branches.chain(means).collect(),
+    }
+}
+
+fn error_drawings(traces: &TraceSet) -> Vec<Drawing<'static>> {
+    let drawings = traces.axes.iter();
+    drawings
+        .filter_map(|axis| error_drawing(traces, axis))
+        .collect()
+}
+
+fn error_drawing(traces: &TraceSet, axis: &AxisTraces) -> Option<Drawing<'static>> {
+    let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
+    let errors = [
+        (Output::Conventional, axis.conventional_error.as_ref()?),
+        (Output::Compensated, axis.compensated_error.as_ref()?),
+    ];
+    let lines = errors.map(|(output, series)| DrawnLine {
+        width: if output == Output::Conventional {
+            1.0
+        } else {
+            1.6
+        },
+        ..line(
+            output,
+            name(output).to_owned(),
+            vec![points(traces, series).into()],
+        )
+    });
+    let heights = || {
+        lines
+            .iter()
+            .flat_map(|line| &line.pieces[0][..])
+            .map(|[_, up]| *up)
+    };
+    let low = heights().fold(0.0, f64::min);
+    let high = heights().fold(0.0, f64::max);
+    let margin = (MARGIN * (high - low)).max(1e-12);
+    let end = traces.times.last().copied().unwrap_or(0.0);
+    Some(Drawing {
+        title: symbol.to_owned(),
+        across: Scale {
+            label: "time [s]".to_owned(),
+            range: (0.0, end),
+        },
+        up: Scale {
+            label: format!("{symbol} error [{unit}]"),
+            range: (low - margin, high + margin),
+        },
+        lines: lines.into(),
+    })
+}
+
+/// A trace as few points as the page can show.
+fn points(traces: &TraceSet, series: &Series) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    let last = traces.times.len() - 1;
+    series.reduce(0..series.len(), TRACE_BUCKETS, |at, value| {
+        points.push([traces.times[(at as usize).min(last)], value]);
+    });
+    points
+}

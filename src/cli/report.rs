@@ -1,0 +1,57 @@
+//! `loopscope report`: one fit, told in full as a page to read, print and keep.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::choices::{FitChoices, RecordingArgs, RegressorArg};
+use super::{JobError, check_outputs};
+use crate::analysis::{Request, report};
+use crate::export::write_report;
+use crate::progress::Progress;
+
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    #[command(flatten)]
+    recordings: RecordingArgs,
+    #[command(flatten)]
+    choices: FitChoices,
+    /// How the load is made of the features.
+    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
+    regressor: RegressorArg,
+    /// Use every N-th sample only.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    decimate: usize,
+    /// Where the report goes: one HTML file that needs nothing beside it.
+    #[arg(long, value_name = "FILE.html")]
+    out: PathBuf,
+    /// Write over a file that is there already.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
+    let outputs = std::slice::from_ref(&args.out);
+    check_outputs(args.recordings.files(), outputs, args.force)?;
+    let mut heard = Vec::new();
+    let recordings = args
+        .recordings
+        .read_hearing(&mut |warning| heard.push(warning.to_string()))?;
+    let settings = args
+        .choices
+        .settings(&recordings, args.regressor.into(), args.decimate);
+    let request = Request::fit(Arc::new(recordings), settings);
+    let mut data = report(&request, &Progress::default())?;
+    data.warnings.extend(heard);
+    write_report(&args.out, &data)?;
+    writeln!(io::stdout(), "{}", args.out.display())?;
+    Ok(())
+}

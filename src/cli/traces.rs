@@ -1,0 +1,83 @@
+//! `--traces`: loads and errors over time as one table, in `fit` and `apply`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::JobError;
+use crate::analysis::stretches_within;
+use crate::calibration::Calibration;
+use crate::export::{TraceFormat, write_traces};
+use crate::progress::Progress;
+use crate::recording::Recording;
+
+/// Where traces go, and which part of them.
+#[derive(Debug, Args)]
+pub struct TraceArgs {
+    /// Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: .csv.
+    #[arg(long, value_name = "FILE")]
+    pub traces: Option<PathBuf>,
+    /// Leave out of the table what is before this time on each recording's own clock.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        requires = "traces",
+        allow_negative_numbers = true
+    )]
+    from: Option<f64>,
+    /// Leave out of the table what is after this time.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        requires = "traces",
+        allow_negative_numbers = true
+    )]
+    to: Option<f64>,
+}
+
+impl TraceArgs {
+    /// Checks what can be checked before any work.
+    pub fn check(&self) -> Result<(), JobError> {
+        let Some(path) = &self.traces else {
+            return Ok(());
+        };
+        if TraceFormat::from_path(path).is_none() {
+            return Err(JobError::TracesEnding { path: path.clone() });
+        }
+        let (from_secs, to_secs) = self.range();
+        match from_secs <= to_secs {
+            true => Ok(()),
+            false => Err(JobError::TraceRange { from_secs, to_secs }),
+        }
+    }
+
+    fn range(&self) -> (f64, f64) {
+        (
+            self.from.unwrap_or(f64::NEG_INFINITY),
+            self.to.unwrap_or(f64::INFINITY),
+        )
+    }
+
+    /// Writes the table, if it was asked for.
+    pub fn write<'a>(
+        &self,
+        calibration: &Calibration,
+        recordings: impl Iterator<Item = &'a Recording>,
+        decimation: usize,
+    ) -> Result<(), JobError> {
+        let Some(path) = &self.traces else {
+            return Ok(());
+        };
+        let (from_secs, to_secs) = self.range();
+        let stretches = stretches_within(recordings, decimation, (from_secs, to_secs));
+        if stretches.is_empty() {
+            return Err(JobError::NoTraces { from_secs, to_secs });
+        }
+        Ok(write_traces(
+            path,
+            calibration,
+            &stretches,
+            &Progress::default(),
+        )?)
+    }
+}

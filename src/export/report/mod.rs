@@ -1,0 +1,126 @@
+//! A report on a calibration: one HTML file that needs nothing beside it, to be read, printed and kept.
+//!
+//! Guarantees: well-formed markup, whatever names files have; no script, and nothing that is fetched from elsewhere; what
+//! could not be computed is said in its place.
+
+mod date;
+mod figures;
+mod markup;
+mod metrology;
+mod tables;
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use self::markup::Markup;
+use super::svg::CurvePlot;
+use super::{Drawing, WriteError, write_atomically};
+use crate::calibration::{Calibration, UsedRecording};
+use crate::evaluation::metrology::Metrology;
+
+/// Everything that a report says.
+///
+/// [`analysis::report`](crate::analysis::report) gathers it.
+#[derive(Clone, Debug)]
+pub struct ReportData {
+    /// When it was made.
+    pub made: SystemTime,
+    /// What it is about.
+    pub calibration: Arc<Calibration>,
+    /// Whether the calibration was fitted to these recordings rather than applied to them.
+    pub fitted: bool,
+    /// All recordings, in order.
+    pub recordings: Vec<ReportRecording>,
+    /// The errors over both thresholds, or a sentence that says why they are missing.
+    pub thresholds: Result<ReportCurves, String>,
+    /// Which recordings loops and figures are of, in words.
+    pub measured: String,
+    /// Per axis of the calibration: its loops, or a sentence that says why there are none.
+    pub loops: Vec<Result<Drawing<'static>, String>>,
+    /// The errors over time of the recording that came out worst.
+    pub errors: Option<ReportErrors>,
+    /// The table of figures, or a sentence that says why it is missing.
+    pub metrology: Result<Arc<Metrology>, String>,
+    /// What to know before reading on.
+    pub warnings: Vec<String>,
+}
+
+/// One recording in a report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReportRecording {
+    /// Its name, role and file.
+    pub used: UsedRecording,
+    /// How many samples it has, before decimation.
+    pub n_samples: usize,
+    /// From first to last sample (s).
+    pub duration_secs: f64,
+    /// One over the median step (Hz).
+    pub rate_hz: Option<f64>,
+    /// RMSE per axis with the present alone; `None` without a reference.
+    pub conventional_rmse: Option<Vec<f64>>,
+    /// RMSE per axis with the past; `None` without a reference.
+    pub compensated_rmse: Option<Vec<f64>>,
+}
+
+/// Errors over the thresholds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReportCurves {
+    /// Over F_th and over t_th, for forces and moments.
+    pub plots: Vec<CurvePlot>,
+    /// What they show.
+    pub about: String,
+}
+
+/// Errors over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReportErrors {
+    /// The recording's name.
+    pub recording: String,
+    /// Why it is this one.
+    pub chosen: &'static str,
+    /// One per axis that has a reference.
+    pub drawings: Vec<Drawing<'static>>,
+}
+
+/// Writes a report, whole or not at all.
+///
+/// # Errors
+/// [`WriteError`] if the file cannot be written.
+pub fn write_report(path: &Path, report: &ReportData) -> Result<(), WriteError> {
+    write_atomically(path, |out| out.write_all(html(report)?.as_bytes()))
+}
+
+const STYLE: &str = include_str!("style.css");
+
+/// The whole page.
+fn html(report: &ReportData) -> io::Result<String> {
+    let mut page = Markup::default();
+    page.raw("<!DOCTYPE html>");
+    let mut pictures = Ok(());
+    page.within("html", "lang=\"en\"", |page| {
+        page.within("head", "", |head| {
+            head.raw("<meta charset=\"utf-8\"/>");
+            head.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>");
+            head.element("title", "LoopScope calibration report");
+            head.within("style", "", |style| style.raw(STYLE));
+        });
+        page.within("body", "", |body| pictures = contents(report, body));
+    });
+    pictures.map(|()| page.into_string())
+}
+
+fn contents(report: &ReportData, page: &mut Markup) -> io::Result<()> {
+    tables::head(report, page);
+    tables::warnings(report, page);
+    tables::scores(report, page);
+    tables::settings(report, page);
+    figures::thresholds(report, page)?;
+    figures::loops(report, page)?;
+    figures::errors(report, page)?;
+    metrology::section(report, page);
+    tables::matrices(report, page);
+    tables::recordings(report, page);
+    Ok(())
+}

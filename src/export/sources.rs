@@ -1,0 +1,92 @@
+//! The files that recordings were read from, by what is in them.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use crate::calibration::{Calibration, UsedRecording};
+use crate::export::hash::sha256;
+use crate::recording::{RecordingSet, Role, Source};
+
+/// Every recording of a set with its role, its file's name and what that file holds now, as a SHA-256.
+///
+/// Each file is read once, however many recordings come from it. What cannot be read any more has no hash.
+#[must_use]
+pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
+    let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
+    let entries = recordings.entries().iter();
+    entries
+        .map(|entry| {
+            let path = match entry.recording.source() {
+                Source::File(path) => Some(path.as_path()),
+                Source::Simulated => None,
+            };
+            UsedRecording {
+                name: entry.recording.name().to_owned(),
+                role: entry.role,
+                file: path.map(|path| {
+                    let name = path.file_name().unwrap_or(path.as_os_str());
+                    name.to_string_lossy().into_owned()
+                }),
+                sha256: path.and_then(|path| {
+                    let hash = hashes.entry(path).or_insert_with(|| sha256(path).ok());
+                    hash.clone()
+                }),
+            }
+        })
+        .collect()
+}
+
+/// A calibration that was fitted to these recordings, with what their files hold.
+///
+/// It reads every file anew, so it belongs where something is written, not where something is fitted.
+#[must_use]
+pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
+    let used = used_recordings(recordings).into_iter();
+    Calibration {
+        sources: used
+            .filter(|used| used.role != Role::Off && used.file.is_some())
+            .collect(),
+        ..calibration.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Axis, Entry, Recording, simulated};
+
+    fn entry(path: &Path, role: Role) -> Entry {
+        let recording = Recording::new(
+            "run",
+            Source::File(path.to_owned()),
+            vec![0.0],
+            vec!["S1".to_owned()],
+            vec![1.0],
+            vec![Axis::Fz],
+            vec![2.0],
+        );
+        Entry::new(recording.unwrap(), role)
+    }
+
+    /// The hash of "abc" is the first example of FIPS 180-2.
+    #[test]
+    fn a_file_is_known_by_what_it_holds_and_a_lost_one_by_its_name_alone() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("abc.csv");
+        std::fs::write(&path, "abc").unwrap();
+        let mut set = RecordingSet::default();
+        set.push(entry(&path, Role::Train)).unwrap();
+        set.push(entry(Path::new("gone/lost.csv"), Role::Test))
+            .unwrap();
+        let used = used_recordings(&set);
+        assert_eq!(
+            used[0].sha256.as_deref(),
+            Some("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad")
+        );
+        assert_eq!((used[0].role, used[1].role), (Role::Train, Role::Test));
+        assert_eq!(used[1].file.as_deref(), Some("lost.csv"));
+        assert_eq!(used[1].sha256, None);
+        let simulated = used_recordings(&simulated::recordings(1));
+        assert!(simulated.iter().all(|used| used.file.is_none()));
+    }
+}

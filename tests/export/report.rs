@@ -1,0 +1,203 @@
+//! The report as a file: markup that any reader takes, whatever names files have, and a browser that draws it.
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+
+use loopscope::analysis::{Request, report};
+use loopscope::calibration::FitSettings;
+use loopscope::export::{ReportData, write_report};
+use loopscope::progress::Progress;
+use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+const HOSTILE: &str =
+    "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
+
+/// Two gauges that lag behind one force, named to break out of any markup.
+fn hostile(seed: f64, n: usize) -> Recording {
+    let times: Vec<f64> = (0..n).map(|k| k as f64 / 10.0).collect();
+    let mut lagging = 0.0_f64;
+    let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+    for t in &times {
+        let force = 6.0 * (0.9 * t + seed).sin();
+        lagging = lagging.clamp(force - 1.5, force + 1.5);
+        gauges.extend([force + 0.4 * lagging, lagging]);
+        loads.push(force);
+    }
+    let names = vec![HOSTILE.to_owned(), "S2".to_owned()];
+    let source = Source::File("gone/<img src=x>.csv".into());
+    let name = format!("{HOSTILE} {seed}");
+    Recording::new(name, source, times, names, gauges, vec![Axis::Fz], loads).unwrap()
+}
+
+fn hostile_set(roles: &[Role]) -> Arc<RecordingSet> {
+    let mut set = RecordingSet::default();
+    for (at, role) in roles.iter().enumerate() {
+        set.push(Entry::new(hostile(at as f64, 300), *role))
+            .unwrap();
+    }
+    Arc::new(set)
+}
+
+fn reported(roles: &[Role]) -> ReportData {
+    let request = Request::fit(hostile_set(roles), FitSettings::default());
+    report(&request, &Progress::default()).unwrap()
+}
+
+fn written(data: &ReportData, path: &Path) -> String {
+    write_report(path, data).unwrap();
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// The names of all elements and attributes, and the text between the tags; panics where the markup is not well-formed.
+fn parsed(html: &str) -> (Vec<String>, String) {
+    use quick_xml::events::Event;
+    let mut reader = quick_xml::Reader::from_str(html);
+    reader.config_mut().check_end_names = true;
+    let (mut names, mut text, mut depth) = (Vec::new(), String::new(), 0);
+    loop {
+        let event = reader.read_event().unwrap();
+        if let Event::Start(tag) | Event::Empty(tag) = &event {
+            names.push(String::from_utf8(tag.name().as_ref().to_vec()).unwrap());
+            for attribute in tag.attributes() {
+                let key = attribute.unwrap().key.as_ref().to_vec();
+                names.push(String::from_utf8(key).unwrap());
+            }
+        }
+        match event {
+            Event::Eof => break,
+            Event::Start(_) => depth += 1,
+            Event::End(_) => depth -= 1,
+            Event::Text(part) => text.push_str(&part.decode().unwrap()),
+            Event::GeneralRef(part) => {
+                text.push_str(match &*part.decode().unwrap() {
+                    "lt" => "<",
+                    "gt" => ">",
+                    "amp" => "&",
+                    "quot" => "\"",
+                    "apos" => "'",
+                    other => panic!("&{other}; is no entity of XML"),
+                });
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(depth, 0);
+    (names, text)
+}
+
+const SECTIONS: [&str; 9] = [
+    "warnings",
+    "scores",
+    "settings",
+    "thresholds",
+    "loops",
+    "errors",
+    "metrology",
+    "matrices",
+    "recordings",
+];
+
+#[test]
+fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
+    let directory = tempfile::tempdir().unwrap();
+    let data = reported(&[Role::Train, Role::Train, Role::Train, Role::Test]);
+    assert!(data.thresholds.is_ok() && data.metrology.is_ok());
+    assert!(data.loops.iter().all(Result::is_ok));
+    let html = written(&data, &directory.path().join("r.html"));
+    let (names, text) = parsed(&html);
+    assert!(text.contains("<script>alert('1')</script> & \"q\" ]]> --> \\u{1b}[31m \\u{202e}"));
+    for section in SECTIONS {
+        assert!(
+            html.contains(&format!("<section id=\"{section}\"")),
+            "{section}"
+        );
+    }
+    // Curves over both thresholds, one loop, one trace.
+    assert_eq!(names.iter().filter(|name| *name == "svg").count(), 4);
+    for unwanted in ["script", "img", "link", "src", "href", "onload"] {
+        assert!(!names.contains(&unwanted.to_owned()), "{unwanted}");
+    }
+    assert!(!html.contains("url(") && !html.contains("@import"));
+}
+
+/// The only addresses are the name space of SVG, which nothing fetches, and what the hostile name says as text.
+#[test]
+fn nothing_is_fetched_from_elsewhere() {
+    let directory = tempfile::tempdir().unwrap();
+    let data = reported(&[Role::Train]);
+    let html = written(&data, &directory.path().join("r.html"));
+    let rest = html
+        .replace("xmlns=\"http://www.w3.org/2000/svg\"", "")
+        .replace("https://x.y", "");
+    assert!(!rest.contains("http"));
+    assert!(
+        data.warnings
+            .iter()
+            .any(|warning| warning.contains("test role"))
+    );
+    assert!(html.contains("the file could not be read again"));
+}
+
+#[test]
+fn the_errors_over_time_are_those_of_the_worst_test_recording() {
+    let data = reported(&[Role::Train, Role::Train, Role::Test, Role::Test, Role::Test]);
+    let tests = data.recordings.iter().skip(2);
+    let worst = tests
+        .max_by(|a, b| {
+            let error =
+                |one: &loopscope::export::ReportRecording| one.compensated_rmse.clone().unwrap()[0];
+            error(a).total_cmp(&error(b))
+        })
+        .unwrap();
+    assert_eq!(data.errors.unwrap().recording, worst.used.name);
+}
+
+#[test]
+fn a_report_is_not_half_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let data = reported(&[Role::Train]);
+    let path = directory.path().join("gone").join("r.html");
+    let told = write_report(&path, &data).unwrap_err().to_string();
+    assert!(told.contains("no directory"), "{told}");
+    std::fs::write(directory.path().join("r.html"), "mine").unwrap();
+    let mut permissions = std::fs::metadata(directory.path().join("r.html"))
+        .unwrap()
+        .permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(directory.path().join("r.html"), permissions).unwrap();
+    let told = write_report(&directory.path().join("r.html"), &data)
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("read-only"), "{told}");
+}
+
+/// A browser lays the page out and finds the last section and every picture in it.
+#[test]
+fn a_browser_reads_the_report() {
+    let browsers = ["chromium", "chromium-browser", "google-chrome"];
+    let found = browsers.iter().find(|name| {
+        let version = Command::new(name).arg("--version").output();
+        version.is_ok_and(|output| output.status.success())
+    });
+    let Some(browser) = found else {
+        eprintln!("skipped: no Chromium is installed");
+        return;
+    };
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("r.html");
+    written(&reported(&[Role::Train, Role::Test]), &path);
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"])
+        .arg(format!(
+            "--user-data-dir={}",
+            directory.path().join("profile").display()
+        ))
+        .arg(&path)
+        .output()
+        .unwrap();
+    let dom = String::from_utf8_lossy(&output.stdout);
+    assert!(dom.contains("<section id=\"recordings\""), "{dom}");
+    assert_eq!(dom.matches("<svg").count(), 4);
+    assert!(!dom.contains("<script"));
+}
