@@ -51,6 +51,12 @@ pub enum Command {
     BuiltInReady(RecordingSet),
     /// Stop applying a calibration, fit again.
     FitAgain,
+    /// Compare no longer with the matrix that the sensor came with.
+    DropFactory,
+    /// Ask where to write a report.
+    ChooseReport,
+    /// Ask where to write the traces that are on screen: this stretch of time, or all.
+    ChooseTraces(Option<(f64, f64)>),
     /// Ask where to write the calibration.
     ChooseExport,
     /// Write the calibration.
@@ -104,6 +110,8 @@ pub enum Opened {
     Recordings(Loaded, Option<Box<ColumnMap>>),
     /// A calibration.
     Calibration(Arc<Calibration>),
+    /// The matrix that the sensor came with.
+    Factory(Arc<Calibration>),
     /// A session with its files.
     Session(Box<OpenedSession>),
     /// Its columns have to be said first, for this reason.

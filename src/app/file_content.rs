@@ -2,17 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::analysis::ComparedRow;
+use crate::analysis::{ComparedRow, Request, TraceSet};
 use crate::app::{Mark, Session};
 use crate::calibration::Calibration;
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
+use crate::recording::RecordingSet;
 
 /// What is to be written into a file; where there is a choice, the ending of its name says how.
 #[derive(Clone, Debug)]
 pub enum FileContent {
-    /// A calibration.
-    Calibration(Arc<Calibration>),
+    /// A calibration, with what it was fitted to.
+    Calibration(Arc<Calibration>, Option<Arc<RecordingSet>>),
+    /// A report on what is asked for.
+    Report(Box<Request>),
+    /// Loads and errors over time.
+    Traces(Box<TracesToWrite>),
     /// The comparison of regressors as CSV.
     Comparison(Vec<ComparedRow>),
     /// The metrology table as CSV.
@@ -23,6 +28,21 @@ pub enum FileContent {
     Session(Box<Session>, Box<Mark>),
     /// A finished file, such as a picture.
     Bytes(Arc<[u8]>),
+}
+
+/// The traces on screen, and what they are made of.
+#[derive(Clone, Debug)]
+pub struct TracesToWrite {
+    /// What makes loads of the gauges.
+    pub calibration: Arc<Calibration>,
+    /// The recordings.
+    pub recordings: Arc<RecordingSet>,
+    /// Every so many-th sample is used.
+    pub decimation: usize,
+    /// The traces.
+    pub traces: Arc<TraceSet>,
+    /// The stretch of their time that is written; `None`: all.
+    pub visible: Option<(f64, f64)>,
 }
 
 /// What to do with a file that is there already.

@@ -11,6 +11,7 @@ mod importing;
 mod notice;
 mod pane;
 mod preferences;
+mod reference;
 mod session;
 mod state;
 mod study;
@@ -20,11 +21,12 @@ mod wish;
 pub use choices::Choices;
 pub use command::{Command, Effect, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
-pub use file_content::{Existing, FileContent};
+pub use file_content::{Existing, FileContent, TracesToWrite};
 pub use importing::{ImportCommand, Importing, KnownOf};
 pub use notice::{Level, Notice};
 pub use pane::Pane;
 pub use preferences::{Preferences, Theme};
+pub use reference::FactoryCalibration;
 pub use session::{
     Mark, OpenedSession, Session, SessionCommand, SessionError, SessionFile, SessionPart,
 };

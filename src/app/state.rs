@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
 use crate::app::{
-    Command, Comparison, Effect, Existing, FileContent, Importing, Level, Mark, Notice, Opened,
-    OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy, Training,
+    Command, Comparison, Effect, Existing, FactoryCalibration, FileContent, Importing, Level, Mark,
+    Notice, Opened, OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy, TracesToWrite,
+    Training,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
@@ -44,6 +45,8 @@ pub struct AppState {
     pub hidden_axes: Vec<Axis>,
     /// A calibration that is applied instead of fitted.
     pub applied: Option<Applied>,
+    /// The matrix that the sensor came with, beside the one that is fitted.
+    pub factory: Option<FactoryCalibration>,
     /// Networks and kernels.
     pub training: Training,
     /// Regressors side by side.
@@ -140,9 +143,18 @@ impl AppState {
                 self.applied = None;
                 self.analyse()
             }
+            Command::DropFactory => self.drop_factory(),
+            Command::ChooseReport => {
+                let content = FileContent::Report(Box::new(self.request()));
+                vec![Effect::AskWhere(content, "report.html".to_owned())]
+            }
+            Command::ChooseTraces(visible) => match self.traces(visible) {
+                Some(content) => vec![Effect::AskWhere(content, "traces.csv".to_owned())],
+                None => Vec::new(),
+            },
             Command::ChooseExport => match self.calibration() {
                 Some(calibration) => {
-                    let content = FileContent::Calibration(calibration);
+                    let content = FileContent::Calibration(calibration, self.sources());
                     vec![Effect::AskWhere(content, "calibration.json".to_owned())]
                 }
                 None => self.nothing_to_export(),
@@ -155,7 +167,7 @@ impl AppState {
                 Vec::new()
             }
             Command::PathTyped(path) => match (self.naming.take(), path) {
-                (Some((FileContent::Calibration(_), _)), Some(path)) => {
+                (Some((FileContent::Calibration(..), _)), Some(path)) => {
                     self.export(path, Existing::Ask)
                 }
                 (Some((content, _)), Some(path)) => {
@@ -304,6 +316,7 @@ impl AppState {
         self.recordings = Arc::new(set);
         self.unsplit = None;
         self.n_openings += 1;
+        self.fit_factory();
     }
 
     /// The last analysis' results stand in the order of recordings that are no longer there.
@@ -344,6 +357,7 @@ impl AppState {
         let mut loaded = Vec::new();
         let mut calibration = None;
         let mut session = None;
+        let mut factory = None;
         let mut to_import = Vec::new();
         for (path, opened) in files {
             if opened.is_ok() {
@@ -357,6 +371,7 @@ impl AppState {
                     loaded.push(recordings);
                 }
                 Ok(Opened::Calibration(found)) => calibration = Some((path, found)),
+                Ok(Opened::Factory(found)) => factory = Some((path, found)),
                 Ok(Opened::Session(opened)) => session = Some((path, *opened)),
                 Ok(Opened::WantsMap(reason)) => {
                     self.tell(Notice::new(Level::Info, reason));
@@ -375,6 +390,9 @@ impl AppState {
         }
         if changed {
             effects.extend(self.analyse());
+        }
+        if let Some((path, calibration)) = factory {
+            effects.extend(self.take_factory(path, &calibration));
         }
         effects
     }
@@ -452,6 +470,11 @@ impl AppState {
         Some(Arc::clone(applied.unwrap_or(&analysis.calibration)))
     }
 
+    /// What the exported calibration was fitted to, if it was fitted here.
+    fn sources(&self) -> Option<Arc<RecordingSet>> {
+        self.applied.is_none().then(|| Arc::clone(&self.recordings))
+    }
+
     fn nothing_to_export(&mut self) -> Vec<Effect> {
         let text = "There is no calibration to export yet";
         self.tell(Notice::new(Level::Error, text));
@@ -474,7 +497,7 @@ impl AppState {
             return Vec::new();
         }
         vec![Effect::Write(
-            FileContent::Calibration(calibration),
+            FileContent::Calibration(calibration, self.sources()),
             path,
             existing,
         )]
@@ -483,25 +506,37 @@ impl AppState {
     pub(super) fn analyse(&mut self) -> Vec<Effect> {
         self.problem = None;
         self.comparison.follow(&self.settings);
-        let trained = self
-            .training
-            .fitting(self)
-            .filter(|_| self.applied.is_none())
-            .cloned();
         let study = self.follow_study();
-        let analyse = Effect::Analyse(Request {
+        let analyse = Effect::Analyse(self.request());
+        std::iter::once(analyse).chain(study).collect()
+    }
+
+    /// What is to be analysed.
+    fn request(&self) -> Request {
+        let trained = self.training.fitting(self);
+        let trained = trained.filter(|_| self.applied.is_none()).cloned();
+        let applied = self.applied.as_ref().map(|applied| &applied.calibration);
+        let factory = self.factory.as_ref().map(|factory| &factory.calibration);
+        Request {
             recordings: Arc::clone(&self.recordings),
             settings: self.settings.clone(),
             view: self.view,
-            calibration: self
-                .applied
-                .as_ref()
-                .map(|applied| Arc::clone(&applied.calibration))
-                .or_else(|| trained.clone()),
             trained: trained.is_some(),
-            factory: None,
-        });
-        std::iter::once(analyse).chain(study).collect()
+            calibration: applied.cloned().or(trained),
+            factory: factory.cloned(),
+        }
+    }
+
+    /// The traces on screen as a file's content.
+    fn traces(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
+        let analysis = self.analysis.as_ref()?;
+        Some(FileContent::Traces(Box::new(TracesToWrite {
+            calibration: Arc::clone(&analysis.calibration),
+            recordings: Arc::clone(&self.recordings),
+            decimation: self.settings.decimation,
+            traces: Arc::clone(&analysis.traces),
+            visible,
+        })))
     }
 
     pub(super) fn tell(&mut self, notice: Notice) {
@@ -900,7 +935,8 @@ mod tests {
         last_notice(&state, Level::Error, "c.xlsx");
         for path in ["c.json", "c.CSV"] {
             let effects = state.apply(Command::Export(path.into(), Existing::Ask));
-            let [Effect::Write(FileContent::Calibration(calibration), to, _)] = &effects[..] else {
+            let [Effect::Write(FileContent::Calibration(calibration, _), to, _)] = &effects[..]
+            else {
                 panic!("not one Write: {effects:?}");
             };
             assert_eq!(
@@ -921,7 +957,7 @@ mod tests {
         let rescored = analyse_now(&mut state, effects);
         assert_ne!(rescored.calibration.quality, calibration.quality);
         let effects = state.apply(Command::Export("d.json".into(), Existing::Ask));
-        let [Effect::Write(FileContent::Calibration(written), ..)] = &effects[..] else {
+        let [Effect::Write(FileContent::Calibration(written, _), ..)] = &effects[..] else {
             panic!("not one Write: {effects:?}");
         };
         assert_eq!(*written, calibration);

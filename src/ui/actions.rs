@@ -71,6 +71,18 @@ pub fn files(state: &AppState) -> Vec<Action> {
             state.analysis.is_some(),
             Command::ChooseExport,
         ),
+        action(
+            "Save report…",
+            None,
+            state.analysis.is_some(),
+            Command::ChooseReport,
+        ),
+        action(
+            "Save traces on screen…",
+            None,
+            state.analysis.is_some(),
+            Command::Wish(Wish::SaveTraces),
+        ),
         always(
             "Save session",
             ctrl(Key::S),

@@ -46,7 +46,7 @@ impl SaveAs {
     pub fn to(self, path: PathBuf) -> Command {
         match self.content {
             // Its ending is checked against what can be exported.
-            FileContent::Calibration(_) => Command::Export(path, Existing::Replace),
+            FileContent::Calibration(..) => Command::Export(path, Existing::Replace),
             content => Command::Save(content, path, Existing::Replace),
         }
     }

@@ -58,6 +58,9 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
                         ui.strong(title).on_hover_text(explanation);
                         ui.label("");
                         ui.label("");
+                        if analysis.factory.is_some() {
+                            ui.label("");
+                        }
                     }
                     ui.end_row();
                     ui.label("");
@@ -68,12 +71,31 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
                                 .on_hover_text(trace.explanation());
                         }
                         ui.label("change").on_hover_text("From Conv. to Comp.");
+                        if analysis.factory.is_some() {
+                            let color = Trace::Factory.color(ui.visuals());
+                            ui.colored_label(color, Trace::Factory.label())
+                                .on_hover_text(Trace::Factory.explanation());
+                        }
                     }
                     ui.end_row();
                     for (at, axis) in calibration.axes.iter().enumerate() {
                         ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
-                        for (_, _, pick) in sets {
+                        for (set, _, pick) in sets {
                             cells(ui, quality, pick, at);
+                            if let Some(factory) = &analysis.factory {
+                                let rmse = match set {
+                                    "Train" => factory.train_rmse.get(at),
+                                    "Test" => factory.test_rmse.get(at),
+                                    _ => None,
+                                };
+                                let rmse = rmse.copied().flatten();
+                                ui.label(
+                                    rmse.map_or_else(
+                                        || "–".to_owned(),
+                                        |rmse| significant(rmse, 4),
+                                    ),
+                                );
+                            }
                         }
                         ui.end_row();
                     }

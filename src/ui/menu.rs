@@ -19,7 +19,7 @@ pub fn menu_bar(
             let mut files = actions::files(state);
             // The last one leaves; those before it write.
             let quit = files.pop();
-            let writing = files.split_off(files.len() - 3);
+            let writing = files.split_off(files.len() - 5);
             items(ui, files, out);
             recent(ui, state, out);
             ui.separator();

@@ -14,11 +14,18 @@ pub enum Trace {
     Conventional,
     /// With what the past adds.
     Compensated,
+    /// By the matrix that the sensor came with.
+    Factory,
 }
 
 impl Trace {
     /// All, in the order in which they are drawn: the later over the earlier.
-    pub const ALL: [Self; 3] = [Self::Calculated, Self::Conventional, Self::Compensated];
+    pub const ALL: [Self; 4] = [
+        Self::Calculated,
+        Self::Factory,
+        Self::Conventional,
+        Self::Compensated,
+    ];
 
     /// The paper's abbreviation.
     pub fn label(self) -> &'static str {
@@ -26,6 +33,7 @@ impl Trace {
             Self::Calculated => "Calc.",
             Self::Conventional => "Conv.",
             Self::Compensated => "Comp.",
+            Self::Factory => "Factory",
         }
     }
 
@@ -37,6 +45,7 @@ impl Trace {
             Self::Compensated => {
                 "Compensated: from the present gauges and those of the past sample (Eq. 9-12)"
             }
+            Self::Factory => "By the matrix that the sensor came with",
         }
     }
 
@@ -46,6 +55,8 @@ impl Trace {
             (Self::Calculated, false) => on_light(print_color::CALCULATED),
             (Self::Conventional, true) => Color32::from_rgb(240, 165, 40),
             (Self::Conventional, false) => on_light(print_color::CONVENTIONAL),
+            (Self::Factory, true) => Color32::from_rgb(204, 121, 167),
+            (Self::Factory, false) => Color32::from_rgb(160, 70, 120),
             (Self::Compensated, true) => Color32::from_rgb(86, 180, 233),
             (Self::Compensated, false) => on_light(print_color::COMPENSATED),
         }
@@ -53,13 +64,13 @@ impl Trace {
 
     /// Whether it is dashed, so that it can be told apart without its colour.
     pub fn is_dashed(self) -> bool {
-        self == Self::Conventional
+        matches!(self, Self::Conventional | Self::Factory)
     }
 
     pub fn stroke(self, visuals: &Visuals) -> Stroke {
         let width = match self {
             Self::Calculated => 1.8,
-            Self::Conventional => 1.2,
+            Self::Conventional | Self::Factory => 1.2,
             Self::Compensated => 1.4,
         };
         Stroke::new(width, self.color(visuals))

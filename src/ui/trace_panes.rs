@@ -255,7 +255,8 @@ fn choices(ui: &mut egui::Ui, state: &AppState, panes: &mut TracePanes, out: &mu
             }
         }
         ui.separator();
-        for trace in Trace::ALL {
+        let traces = Trace::ALL.into_iter();
+        for trace in traces.filter(|trace| *trace != Trace::Factory || state.factory.is_some()) {
             let mut shown = panes.is_shown(trace);
             line_sample(ui, trace);
             let color = trace.color(ui.visuals());
@@ -269,6 +270,13 @@ fn choices(ui: &mut egui::Ui, state: &AppState, panes: &mut TracePanes, out: &mu
                 if !shown {
                     panes.hidden.push(trace);
                 }
+            }
+        }
+        if let Some(factory) = &state.factory {
+            let drop = ui.small_button("×");
+            let path = factory.path.display();
+            if drop.on_hover_text(format!("Compare no longer with {path}")).clicked() {
+                out.push(Command::DropFactory);
             }
         }
         ui.separator();

@@ -3,14 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::analysis::{AnalysisError, HistoryBlock, Study, compare, train};
+use crate::analysis::{
+    AnalysisError, HistoryBlock, Study, compare, report, stretches_on_screen, train,
+};
 use crate::app::{
     Command, ComparisonCommand, Effect, Existing, FileContent, ImportCommand, KnownOf, Level,
     Notice, Opened, OpenedFile, SessionCommand, StudyCommand, TrainingCommand,
 };
 use crate::export::{
-    WriteError, read_calibration, write_atomically, write_calibration, write_comparison_csv,
-    write_metrology_csv, write_threshold_map,
+    CalibrationFormat, WriteError, read_calibration, with_sources, write_atomically,
+    write_calibration, write_comparison_csv, write_metrology_csv, write_report,
+    write_threshold_map, write_traces,
 };
 use crate::panicked::caught;
 use crate::progress::Progress;
@@ -32,6 +35,8 @@ enum Kind {
     Train,
     Compare,
     Choose,
+    /// Takes its time, so it can be seen and cancelled.
+    Report,
     /// Ends by itself, so that no file is left half written.
     Write,
 }
@@ -262,16 +267,20 @@ impl Shell {
         // The notice about it must say where a relative path led.
         let path = std::path::absolute(&path).unwrap_or(path);
         let title = format!("Writing {}", file_name(&path));
-        self.start(Kind::Write, title, move |_| {
+        let kind = match content {
+            FileContent::Report(_) | FileContent::Traces(_) => Kind::Report,
+            _ => Kind::Write,
+        };
+        self.start(kind, title, move |progress| {
             if existing == Existing::Ask && path.exists() {
                 return Command::AskToReplace(content, path);
             }
-            let written = write_content(&content, &path);
+            let written = write_content(&content, &path, progress);
             match (written, content) {
                 (Ok(()), FileContent::Session(_, mark)) => {
                     Command::Session(SessionCommand::Saved(path, mark))
                 }
-                (written, _) => Command::Saved(path, written.map_err(|error| error.to_string())),
+                (written, _) => Command::Saved(path, written),
             }
         });
     }
@@ -288,9 +297,21 @@ pub(super) fn look_at((path, known): (PathBuf, KnownOf), progress: &Progress) ->
     Command::Import(ImportCommand::Inspected(path, found))
 }
 
-fn write_content(content: &FileContent, path: &Path) -> Result<(), WriteError> {
-    match content {
-        FileContent::Calibration(calibration) => write_calibration(calibration, path),
+fn write_content(content: &FileContent, path: &Path, progress: &Progress) -> Result<(), String> {
+    let written: Result<(), WriteError> = match content {
+        FileContent::Calibration(calibration, Some(recordings)) => {
+            write_calibration(&with_sources(calibration, recordings), path)
+        }
+        FileContent::Calibration(calibration, None) => write_calibration(calibration, path),
+        FileContent::Report(request) => match report(request, progress) {
+            Ok(report) => write_report(path, &report),
+            Err(error) => return Err(error.to_string()),
+        },
+        FileContent::Traces(what) => {
+            let (recordings, decimation) = (&what.recordings, what.decimation);
+            let stretches = stretches_on_screen(recordings, decimation, &what.traces, what.visible);
+            write_traces(path, &what.calibration, &stretches, progress)
+        }
         FileContent::Thresholds(map, measure) => write_threshold_map(map, *measure, path),
         FileContent::Comparison(rows) => {
             write_atomically(path, |out| write_comparison_csv(rows, out))
@@ -305,7 +326,8 @@ fn write_content(content: &FileContent, path: &Path) -> Result<(), WriteError> {
             write_atomically(path, |out| out.write_all(&text))
         }
         FileContent::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),
-    }
+    };
+    written.map_err(|error| error.to_string())
 }
 
 fn file_name(path: &Path) -> String {
@@ -318,6 +340,11 @@ fn file_name(path: &Path) -> String {
 pub(super) fn is_calibration(path: &Path) -> bool {
     path.extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
+}
+
+/// Whether the file is a matrix as sensors come with.
+fn is_factory(path: &Path) -> bool {
+    CalibrationFormat::from_path(path) == Some(CalibrationFormat::Cal)
 }
 
 /// Reads files one after another; what was read before a cancel is kept.
@@ -334,6 +361,10 @@ fn read_files(
     for (path, map) in files {
         let opened = if is_calibration(&path) && sessions::is_one(&path) {
             sessions::read(&path, progress).map(|opened| Opened::Session(Box::new(opened)))
+        } else if is_factory(&path) {
+            read_calibration(&path)
+                .map(|calibration| Opened::Factory(Arc::new(calibration)))
+                .map_err(|error| error.to_string())
         } else if is_calibration(&path) {
             read_calibration(&path)
                 .map(|calibration| Opened::Calibration(Arc::new(calibration)))

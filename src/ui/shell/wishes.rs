@@ -46,6 +46,10 @@ impl Shell {
                 };
             }
             Wish::Picture(part, to) => self.pictures.ask(part, to),
+            Wish::SaveTraces => {
+                let visible = self.panes.visible_time();
+                self.commands.push_back(Command::ChooseTraces(visible));
+            }
             Wish::SaveSession(path) => {
                 let layout = Some(self.workspace.to_value());
                 let command = SessionCommand::SaveTo(path, layout);

@@ -106,8 +106,10 @@ fn rows(axis: &AxisTraces) -> Vec<Row> {
         (Trace::Calculated.label(), axis.calculated.as_ref()),
         (Trace::Conventional.label(), Some(&axis.conventional)),
         (Trace::Compensated.label(), Some(&axis.compensated)),
+        (Trace::Factory.label(), axis.factory.as_ref()),
         ("Conv. error", axis.conventional_error.as_ref()),
         ("Comp. error", axis.compensated_error.as_ref()),
+        ("Factory error", axis.factory_error.as_ref()),
     ];
     let row = |(label, series): (&str, Option<&Arc<Series>>)| {
         Some(Row {

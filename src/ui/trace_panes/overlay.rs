@@ -140,7 +140,11 @@ pub fn tooltip(
                     axis.compensated_error.as_deref(),
                 ),
             ];
-            for (trace, series, error) in rows {
+            let factory = axis.factory.as_deref().map(|factory| {
+                let error = axis.factory_error.as_deref();
+                (Trace::Factory, Some(factory), error)
+            });
+            for (trace, series, error) in rows.into_iter().chain(factory) {
                 let Some(series) = series else {
                     continue;
                 };

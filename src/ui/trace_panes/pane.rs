@@ -219,6 +219,8 @@ fn shown_series<'a>(
         (Kind::Load, Trace::Conventional) => Some(&*axis.conventional),
         (Kind::Load, Trace::Compensated) => Some(&*axis.compensated),
         (Kind::Error, Trace::Calculated) => None,
+        (Kind::Load, Trace::Factory) => axis.factory.as_deref(),
+        (Kind::Error, Trace::Factory) => axis.factory_error.as_deref(),
         (Kind::Error, Trace::Conventional) => axis.conventional_error.as_deref(),
         (Kind::Error, Trace::Compensated) => axis.compensated_error.as_deref(),
     };
