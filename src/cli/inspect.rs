@@ -68,14 +68,22 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    writeln!(
-        out,
-        "{}: {} bytes of {} text, about {} rows",
-        table.path.display(),
-        table.file_bytes,
-        table.encoding.name(),
-        table.about_rows
-    )?;
+    let (path, n_bytes) = (table.path.display(), table.file_bytes);
+    let (encoding, n_rows) = (table.encoding.name(), table.about_rows);
+    match table.kind {
+        Some(kind) => writeln!(out, "{path}: {n_bytes} bytes, a {kind}, {n_rows} rows")?,
+        None => {
+            writeln!(
+                out,
+                "{path}: {n_bytes} bytes of {encoding} text, about {n_rows} rows"
+            )?;
+            print_layout(table, out)?;
+        }
+    }
+    print_columns(table, out)
+}
+
+fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     let decimal = match table.text.decimal {
         Decimal::Point => "point",
         Decimal::Comma => "comma",
@@ -94,7 +102,10 @@ fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
         out,
         "delimiter {}, decimal {decimal}, {place}{units}",
         table.text.delimiter.name()
-    )?;
+    )
+}
+
+fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     let row = |report: &ColumnReport| {
         let range = match (report.min, report.max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),

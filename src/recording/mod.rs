@@ -2,6 +2,7 @@
 //!
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
+mod arrays;
 mod axis;
 pub mod clock_offset;
 pub mod columns;
@@ -18,6 +19,7 @@ pub mod simulated;
 pub mod units;
 pub mod write_csv;
 
+pub use arrays::ArraysError;
 pub use axis::Axis;
 pub use recording::{Recording, RecordingError, Source};
 pub use set::{Entry, Layout, LayoutError, RecordingSet, Role};

@@ -49,7 +49,9 @@ impl Dialogs for NativeDialogs {
                 .set_title("Open recordings or a calibration")
                 .add_filter(
                     "Recordings and calibrations",
-                    &["csv", "txt", "tsv", "dat", "json"],
+                    &[
+                        "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json",
+                    ],
                 )
                 .add_filter("All files", &["*"]);
             let files = pollster::block_on(dialog.pick_files())?;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use super::warning::LoadWarning;
 use crate::progress::Cancelled;
-use crate::recording::Axis;
 use crate::recording::columns::{ColumnRole, MapError};
+use crate::recording::{ArraysError, Axis};
 
 /// The way out where names settle too little.
 const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
@@ -22,7 +22,7 @@ const SHOWN_CHARS: usize = 40;
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadError {
-    #[error("{}: not a file; choose a text file with one row per sample", path.display())]
+    #[error("{}: not a file; choose a file with one row per sample", path.display())]
     NotAFile { path: PathBuf },
     #[error("{}: cannot be read: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },
@@ -30,6 +30,10 @@ pub enum ReadError {
     Empty { path: PathBuf },
     #[error("{}: not text but {what}; unpack it, or export the recording as CSV", path.display())]
     NotText { path: PathBuf, what: &'static str },
+    #[error("{}: {source}", path.display())]
+    Arrays { path: PathBuf, source: ArraysError },
+    #[error("{}: an array of {columns} columns without names; say what they are in a column map ({HOW_TO_MAP})", path.display())]
+    NoNames { path: PathBuf, columns: usize },
     #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample", path.display())]
     LineTooLong { path: PathBuf, limit_bytes: usize },
     #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
@@ -183,7 +187,7 @@ impl From<Cancelled> for ReadError {
 }
 
 /// A file's own text as a message may repeat it: control characters escaped, and short.
-pub(super) fn shown(text: &str) -> Cow<'_, str> {
+pub(in super::super) fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.escape_debug().len() == 1;
     if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
         return Cow::Borrowed(text);
@@ -197,7 +201,7 @@ pub(super) fn shown(text: &str) -> Cow<'_, str> {
 }
 
 /// The first few names, and how many more there are.
-pub(super) fn listed(names: &[String]) -> String {
+pub(in super::super) fn listed(names: &[String]) -> String {
     let first: Vec<_> = names
         .iter()
         .take(LISTED_NAMES)

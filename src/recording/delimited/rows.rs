@@ -3,6 +3,8 @@
 //! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two blocks gives
 //! what one block with the lines of both would have given.
 
+mod of_arrays;
+
 use super::ati;
 use super::cells::{Cells, decimal_comma_number, is_skipped, number};
 use super::plan::{Plan, Use};

@@ -94,6 +94,10 @@ pub enum Finding {
     HeldReference { samples_each: usize },
     /// A gauge sample at whose time there is no reference.
     NoReferenceThen { time_secs: f64 },
+    /// What a file of arrays holds besides the table.
+    LeftOut { names: Vec<String> },
+    /// A recording whose end is missing.
+    EndsEarly,
     /// Samples in bursts became their means.
     AveragedBursts { n_before: usize, n_after: usize },
 }
@@ -211,6 +215,17 @@ impl fmt::Display for Finding {
             Self::NoReferenceThen { time_secs } => write!(
                 f,
                 "no reference at {time_secs} s on the gauges' clock; sample left out"
+            ),
+            Self::LeftOut { names } => {
+                write!(
+                    f,
+                    "not columns of the table, so left out: {}",
+                    listed(names)
+                )
+            }
+            Self::EndsEarly => write!(
+                f,
+                "the file ends early, as if its recorder was stopped; what it holds is read"
             ),
             Self::AveragedBursts { n_before, n_after } => {
                 write!(f, "{n_before} samples in bursts became {n_after} means")
