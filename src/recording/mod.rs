@@ -9,6 +9,7 @@ pub mod columns;
 pub mod delimited;
 pub mod join;
 pub mod kinetics;
+pub mod pose;
 #[expect(
     clippy::module_inception,
     reason = "the room's main thing has the room's name"

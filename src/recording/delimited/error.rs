@@ -149,6 +149,12 @@ pub enum ReadError {
         from_secs: f64,
         to_secs: f64,
     },
+    #[error("{}: the name of the file holds none of the mounts {}, or two of them; name it after one, or make a column \"mount\"", path.display(), listed(mounts))]
+    NoMount { path: PathBuf, mounts: Vec<String> },
+    #[error("{}: a weight is found by the forces on it: map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
+    NothingToWeigh { path: PathBuf },
+    #[error("{}: gravity keeps its direction in the sensor's frame, so a weight cannot be told from an offset; turn the sensor", path.display())]
+    NeverTurned { path: PathBuf },
     #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, set \"clock_offset_secs\" under \"join\" in the column map (`loopscope inspect` estimates it)", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,

@@ -6,9 +6,9 @@ use super::opened::Opened;
 use super::plan::{Plan, Side};
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{BLOCK_BYTES, Loaded, ReadError, assemble, names};
+use super::{BLOCK_BYTES, Loaded, ReadError, assemble, names, weigh};
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, Decimal, TableMap};
+use crate::recording::columns::{ColumnMap, Decimal, TableMap, WeightMap};
 
 /// How files are read.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +53,9 @@ impl<'a> Reading<'a> {
         let (map, notes) = match map {
             Some(map) => {
                 map.check()?;
+                if let Some(weight) = &map.weight {
+                    weight.check_complete(map.reference_table())?;
+                }
                 (map.clone(), Vec::new())
             }
             None => by_names(path, &opened)?,
@@ -63,7 +66,11 @@ impl<'a> Reading<'a> {
             Side::Both
         };
         let notes = opened.notes().into_iter().chain(notes).collect::<Vec<_>>();
-        let mut gauges = self.table(path, opened, &map.table, side)?;
+        let weight = map.weight.as_ref();
+        let mut gauges = self.table(path, opened, &map.table, side, weight)?;
+        if let Some(weight) = weight {
+            weigh::weigh(&mut gauges, weight)?;
+        }
         for note in notes {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
@@ -92,22 +99,27 @@ impl<'a> Reading<'a> {
         };
         let opened = self.open(&path)?;
         self.progress.add_total(opened.read_bytes());
-        let mut reference = self.table(&path, opened, table, side)?;
+        let weight = map.weight.as_ref();
+        let mut reference = self.table(&path, opened, table, side, weight)?;
+        if let Some(weight) = weight {
+            weigh::weigh(&mut reference, weight)?;
+        }
         two_clocks::check_reference(&reference)?;
         assemble::note_held_reference(&reference.plan, &mut reference.rows);
         Ok(Some(reference))
     }
 
-    fn table(
+    pub(super) fn table(
         &self,
         path: &Path,
         opened: Opened,
         table: &TableMap,
         side: Side,
+        weight: Option<&WeightMap>,
     ) -> Result<Table, ReadError> {
         let table = opened.fitting(table);
         let start = opened.start(path, &table)?;
-        let plan = Plan::new(path, &table, &start, side)?;
+        let plan = Plan::new(path, &table, &start, side, weight)?;
         let mut rows = opened.rows(&plan, &start, self.progress)?;
         assemble::settle_times(&plan, &mut rows);
         if rows.times.is_empty() {

@@ -12,6 +12,7 @@
 //! | `plan` | a map, brought to one file |
 //! | `opened` | a file, text or [arrays](super::arrays), behind one face |
 //! | `rows`, `stream` | blocks to numbers, many at a time |
+//! | `weigh` | poses to loads, and loads to a weight |
 //! | `two_clocks` | gauges and reference to one table |
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
@@ -37,12 +38,14 @@ mod timeline;
 mod times;
 mod two_clocks;
 mod warning;
+mod weigh;
 
 use std::path::Path;
 
 pub use error::ReadError;
 pub use text::Encoding;
 pub use warning::{Finding, LoadWarning};
+pub use weigh::estimate_weight;
 
 pub(super) use column_name::{is_gauge_name, is_time_name};
 pub(super) use error::{listed, shown};
@@ -147,7 +150,7 @@ mod tests {
         let start = layout::locate(head, &detected.text).unwrap();
         names::check_named(path, &detected, &start)?;
         let named = names::by_names(&detected, &start, &[]);
-        let plan = plan::Plan::new(path, &named.table, &start, plan::Side::Both)?;
+        let plan = plan::Plan::new(path, &named.table, &start, plan::Side::Both, None)?;
         Ok((plan, named.notes))
     }
 

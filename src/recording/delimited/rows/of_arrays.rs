@@ -1,8 +1,8 @@
 //! Rows of numbers that need no parsing: what is kept, left out and told is the same as of text.
 
 use super::super::opened::cells;
-use super::super::plan::{Plan, Use};
-use super::{Rows, Unusable, ati, finite, is_dropout};
+use super::super::plan::{Plan, PosePlan, Use};
+use super::{Rows, Unusable, ati, finite, is_dropout, mount_in};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::Axis;
 use crate::recording::arrays::{Column, Table};
@@ -44,6 +44,7 @@ impl Rows {
 
     fn keep_numbers(&mut self, table: &Table, row: usize, plan: &Plan) -> Result<(), Unusable> {
         let mut loads = [0.0; Axis::ALL.len()];
+        let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
         let mut time = if self.counts_rows {
             self.n_table_rows as f64
         } else {
@@ -67,6 +68,13 @@ impl Rows {
                     loads[slot] = finite(value(column)? * factor).ok_or(Unusable)?;
                 }
                 Use::Time => time += finite(value(column)?).ok_or(Unusable)?,
+                Use::Pose { slot, factor } => {
+                    pose[slot] = finite(value(column)? * factor).ok_or(Unusable)?;
+                }
+                Use::Mount { slot } => {
+                    let name = value(column)?.to_string();
+                    pose[slot] = mount_in(name.as_bytes(), plan).ok_or(Unusable)?;
+                }
                 // A number is no date.
                 Use::TimeText(_) => return Err(Unusable),
                 Use::Status => {
@@ -79,6 +87,7 @@ impl Rows {
         }
         self.times.push(time);
         self.loads.extend_from_slice(&loads[..plan.axes.len()]);
+        self.poses.extend_from_slice(&pose[..plan.pose_width()]);
         Ok(())
     }
 }
