@@ -9,9 +9,11 @@ use super::{JobError, ReadArgs, check_not_over};
 use crate::export::write_atomically;
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, Decimal};
+use crate::recording::delimited::estimate_weight;
 use crate::recording::delimited::inspect::{
     Check, ColumnReport, Inspection, Known, TableReport, inspect,
 };
+use crate::recording::pose::WeightEstimate;
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -23,6 +25,9 @@ pub struct Inspect {
     /// Write the column map that was given or found, to be changed and used with --columns.
     #[arg(long, value_name = "MAP.json")]
     write_map: Option<PathBuf>,
+    /// Instead of looking: find the weight that the sensor carries, from its pose and a measured load.
+    #[arg(long, requires = "columns")]
+    estimate_weight: bool,
     /// Print one JSON object instead of a text.
     #[arg(long)]
     json: bool,
@@ -37,6 +42,10 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         .transpose()?;
     if let Some(path) = &args.write_map {
         check_not_over([&args.file].into_iter(), std::slice::from_ref(path))?;
+    }
+    if let (true, Some(map)) = (args.estimate_weight, &map) {
+        let estimate = estimate_weight(&args.file, map, &Progress::default())?;
+        return print_weight(&estimate, args.json);
     }
     let known = map.as_ref().map_or(Known::Nothing, Known::Map);
     let inspection = inspect(&args.file, known, &Progress::default())?;
@@ -68,14 +77,65 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
+    let (path, n_bytes) = (table.path.display(), table.file_bytes);
+    let (encoding, n_rows) = (table.encoding.name(), table.about_rows);
+    match table.kind {
+        Some(kind) => writeln!(out, "{path}: {n_bytes} bytes, a {kind}, {n_rows} rows")?,
+        None => {
+            writeln!(
+                out,
+                "{path}: {n_bytes} bytes of {encoding} text, about {n_rows} rows"
+            )?;
+            print_layout(table, out)?;
+        }
+    }
+    print_columns(table, out)
+}
+
+fn print_weight(estimate: &WeightEstimate, is_json: bool) -> Result<(), JobError> {
+    let mut out = io::stdout().lock();
+    if is_json {
+        serde_json::to_writer_pretty(&mut out, estimate).map_err(io::Error::from)?;
+        writeln!(out)?;
+        return Ok(());
+    }
+    let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
     writeln!(
         out,
-        "{}: {} bytes of {} text, about {} rows",
-        table.path.display(),
-        table.file_bytes,
-        table.encoding.name(),
-        table.about_rows
+        "mass: {:.6} kg, from {} samples",
+        estimate.mass_kg, estimate.n_samples
     )?;
+    match estimate.centre_m {
+        Some(centre) => writeln!(out, "centre of mass: {} m", list(centre))?,
+        None => writeln!(
+            out,
+            "centre of mass: not found; it takes Mx, My and Mz, and a sensor turned about two axes"
+        )?,
+    }
+    let offset = list(estimate.force_offset);
+    writeln!(
+        out,
+        "offset of the reference: {offset} N, left over {:.6} N RMS",
+        estimate.force_rms
+    )?;
+    if let (Some(offset), Some(rms)) = (estimate.moment_offset, estimate.moment_rms) {
+        writeln!(
+            out,
+            "offset of its moments: {} N·m, left over {rms:.6} N·m RMS",
+            list(offset)
+        )?;
+    }
+    if let Some(centre) = estimate.centre_m {
+        let (mass, centre) = (estimate.mass_kg, list(centre));
+        writeln!(
+            out,
+            "for a column map: \"weight\": {{ \"mass_kg\": {mass:.6}, \"centre_m\": [{centre}] }}"
+        )?;
+    }
+    Ok(())
+}
+
+fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     let decimal = match table.text.decimal {
         Decimal::Point => "point",
         Decimal::Comma => "comma",
@@ -94,7 +154,10 @@ fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
         out,
         "delimiter {}, decimal {decimal}, {place}{units}",
         table.text.delimiter.name()
-    )?;
+    )
+}
+
+fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     let row = |report: &ColumnReport| {
         let range = match (report.min, report.max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),

@@ -1,6 +1,7 @@
-//! The load that a hanging weight puts on a sensor, from how the sensor is turned.
+//! The load that a hanging weight puts on a sensor, from how the sensor is turned, and how turning is written.
 //!
-//! Guarantees: quasi-static (no inertia force), and the force never exceeds the weight's `m·g` beyond rounding.
+//! Guarantees: quasi-static unless an acceleration is given, and then the force never exceeds the weight's `m·g` beyond
+//! rounding.
 
 /// Standard gravity in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
@@ -52,7 +53,30 @@ pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
 pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
     // The weight pulls along −z of the world, and Rᵀ times that axis is R's last row.
     let pull = -weight.mass_kg * STANDARD_GRAVITY;
-    let [fx, fy, fz] = sensor_to_world[2].map(|along_up| pull * along_up);
+    with_moments(sensor_to_world[2].map(|along_up| pull * along_up), weight)
+}
+
+/// The load at the sensor's origin in its own frame of a weight on which `pull` (m/s², in the world) acts: gravity less
+/// the acceleration of its centre. `F = m Rᵀ (g − a)`, `M = r × F`.
+///
+/// **Shapes** `[Fx, Fy, Fz, Mx, My, Mz]`.
+///
+/// **Units** N and N·m.
+#[must_use]
+pub fn load_of_pull(sensor_to_world: &Rotation, weight: &Weight, pull: [f64; 3]) -> [f64; 6] {
+    let force = pull_in_sensor(sensor_to_world, pull).map(|pull| weight.mass_kg * pull);
+    with_moments(force, weight)
+}
+
+/// A vector of the world in the sensor's frame: `Rᵀ p`.
+#[must_use]
+pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = sensor_to_world;
+    std::array::from_fn(|i| x[i] * pull[0] + y[i] * pull[1] + z[i] * pull[2])
+}
+
+/// The force and its moments about the origin.
+fn with_moments([fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
     let [x, y, z] = weight.centre_m;
     [
         fx,
@@ -61,6 +85,61 @@ pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
         y * fz - z * fy,
         z * fx - x * fz,
         x * fy - y * fx,
+    ]
+}
+
+/// The attitude of a quaternion `[w, x, y, z]` of any length; `None` without length.
+#[must_use]
+pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
+    let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if length <= 1e-9 || !length.is_finite() {
+        return None;
+    }
+    let [w, x, y, z] = quaternion.map(|part| part / length);
+    Some([
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - w * z),
+            2.0 * (x * z + w * y),
+        ],
+        [
+            2.0 * (x * y + w * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - w * x),
+        ],
+        [
+            2.0 * (x * z - w * y),
+            2.0 * (y * z + w * x),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    ])
+}
+
+/// The attitude after turning about the axis of a vector by its length (rad).
+#[must_use]
+pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
+    let angle = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // sin(angle / 2) / angle has the limit one half.
+    let share = if angle > 0.0 {
+        (angle / 2.0).sin() / angle
+    } else {
+        0.5
+    };
+    let [x, y, z] = vector.map(|part| share * part);
+    rotation_from_quaternion([(angle / 2.0).cos(), x, y, z]).unwrap_or([[f64::NAN; 3]; 3])
+}
+
+/// The attitude after turning by `roll` about x, then by `pitch` about the world's y, then by `yaw` about its z.
+///
+/// **Units** angles in rad.
+#[must_use]
+pub fn rotation_from_roll_pitch_yaw(roll: f64, pitch: f64, yaw: f64) -> Rotation {
+    let [x, y, z] = rotation_from_roll_pitch(roll, pitch);
+    let (sin, cos) = yaw.sin_cos();
+    [
+        std::array::from_fn(|i| cos * x[i] - sin * y[i]),
+        std::array::from_fn(|i| sin * x[i] + cos * y[i]),
+        z,
     ]
 }
 

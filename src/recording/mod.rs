@@ -2,12 +2,14 @@
 //!
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
+mod arrays;
 mod axis;
 pub mod clock_offset;
 pub mod columns;
 pub mod delimited;
 pub mod join;
 pub mod kinetics;
+pub mod pose;
 #[expect(
     clippy::module_inception,
     reason = "the room's main thing has the room's name"
@@ -18,6 +20,7 @@ pub mod simulated;
 pub mod units;
 pub mod write_csv;
 
+pub use arrays::ArraysError;
 pub use axis::Axis;
 pub use recording::{Recording, RecordingError, Source};
 pub use set::{Entry, Layout, LayoutError, RecordingSet, Role};

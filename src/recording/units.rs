@@ -11,6 +11,11 @@ pub const MOMENT_UNITS: &str =
 /// Time units that [`TimeUnit::from_name`] understands, for messages.
 pub const TIME_UNITS: &str = "s, ms, us, ns";
 
+/// Angle units that [`angle_in_radians`] understands, for messages.
+pub const ANGLE_UNITS: &str = "rad, deg";
+/// Length units that [`length_in_metres`] understands, for messages.
+pub const LENGTH_UNITS: &str = "m, cm, mm";
+
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
 const KILOGRAM_FORCE: f64 = 9.806_65;
 const INCH: f64 = 0.0254;
@@ -41,6 +46,27 @@ pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
         "lbfin" | "inlbf" => POUND_FORCE * INCH,
         "lbfft" | "ftlbf" => POUND_FORCE * FOOT,
         "kgfcm" => KILOGRAM_FORCE / 1e2,
+        _ => return None,
+    })
+}
+
+/// How many radians one `unit` is; `None` for an unknown spelling.
+#[must_use]
+pub fn angle_in_radians(unit: &str) -> Option<f64> {
+    Some(match unit.trim().to_lowercase().as_str() {
+        "rad" | "radian" | "radians" => 1.0,
+        "deg" | "degree" | "degrees" | "°" => std::f64::consts::PI / 180.0,
+        _ => return None,
+    })
+}
+
+/// How many metres one `unit` is; `None` for an unknown spelling.
+#[must_use]
+pub fn length_in_metres(unit: &str) -> Option<f64> {
+    Some(match unit.trim() {
+        "m" => 1.0,
+        "cm" => 1e-2,
+        "mm" => 1e-3,
         _ => return None,
     })
 }

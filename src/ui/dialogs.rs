@@ -68,8 +68,15 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
-        let dialog =
-            rfd::AsyncFileDialog::new().set_title("Open recordings, a calibration or a session");
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Open recordings, a calibration or a session")
+            .add_filter(
+                "Recordings, calibrations, sessions",
+                &[
+                    "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json", "cal",
+                ],
+            )
+            .add_filter("All files", &["*"]);
         asked(reply, no_dialog(), || {
             let files = pollster::block_on(dialog.pick_files())?;
             let paths = files.iter().map(|file| file.path().to_owned()).collect();

@@ -202,3 +202,37 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
     }
     assert_eq!(workshop.read("other.csv"), two_columns);
 }
+
+/// Upright, rolled by 90° and pitched by 90°, `W = m g` with m = 2 kg pulls along −z, −y and x; Fx shows 1 N too much.
+#[test]
+fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
+    let workshop = Workshop::with_recordings();
+    let rows = "1,0,0,0,1,0,-19.6133\n1,1,0,0,1,-19.6133,0\n1,0,1,0,20.6133,0,0\n";
+    let rows: String = (0..3)
+        .zip(rows.lines())
+        .map(|(k, row)| format!("{k},{row}\n"))
+        .collect();
+    workshop.write("run.csv", format!("t_s,w,x,y,z,Fx,Fy,Fz\n{rows}"));
+    let roles = "time pose_qw pose_qx pose_qy pose_qz Fx Fy Fz".split(' ');
+    let rules: Vec<String> = roles
+        .enumerate()
+        .map(|(at, role)| format!(r#"{{ "column": {}, "is": "{role}" }}"#, at + 1))
+        .collect();
+    let map = format!(
+        r#"{{ "format": "loopscope column map", "version": 1, "table": {{ "shape": {{ "columns": 8 }},
+            "text": {{ "header": true }}, "columns": [{}] }} }}"#,
+        rules.join(", ")
+    );
+    workshop.write("map.json", map);
+    let arguments = ["run.csv", "--columns", "map.json", "--estimate-weight"];
+    let found = inspected(&workshop, &arguments);
+    assert!((found["mass_kg"].as_f64().unwrap() - 2.0).abs() < 1e-9);
+    assert!((numbers(&found["force_offset"])[0] - 1.0).abs() < 1e-9);
+    let text = succeed(workshop.path(), &[&["inspect"], &arguments[..]].concat());
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(
+        text.starts_with("mass: 2.000000 kg, from 3 samples"),
+        "{text}"
+    );
+    assert!(text.contains("centre of mass: not found"), "{text}");
+}

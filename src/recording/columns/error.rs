@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use super::ColumnRole;
+
 /// Why a column map is of no use, whatever the recording.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -20,8 +22,33 @@ pub enum MapError {
     Version { found: u64, known: u32 },
     #[error("a column cannot be \"{name}\"; known: {known}")]
     UnknownRole { name: String, known: String },
-    #[error("a column cannot be \"{name}\" yet: the name is kept for poses; use \"ignore\"")]
-    ReservedRole { name: String },
+    #[error(
+        "the pose has a position, but not how the sensor is turned; add pose_qw to pose_qz, pose_roll to pose_yaw, pose_rx to pose_rz, or pose_r11 to pose_r33"
+    )]
+    NoAttitude,
+    #[error("the pose has no column \"{missing}\"; list all of its parts")]
+    PoseIncomplete { missing: ColumnRole },
+    #[error(
+        "\"{first}\" and \"{second}\" both say how the sensor is turned; keep one of the two, and \"ignore\" the other's columns"
+    )]
+    TwoPoses {
+        first: ColumnRole,
+        second: ColumnRole,
+    },
+    #[error(
+        "\"weight\" needs the pose of the sensor, and no column is a part of it; make columns pose_qw, pose_qx and so on"
+    )]
+    WeightWithoutPose,
+    #[error(
+        "with \"weight\" the load is computed from the pose, but a column is {role}, too; take out one of the two"
+    )]
+    WeightAndLoad { role: ColumnRole },
+    #[error(
+        "{mount}: mass_kg and centre_m must both be said, for the weight or for each mount, and each mount needs a name of its own"
+    )]
+    WeightUnknown { mount: String },
+    #[error("a column is \"mount\", but \"weight\" has no \"mounts\" to choose from")]
+    NoMounts,
     #[error("column {number} does not exist: \"shape\" says {columns} columns, counted from 1")]
     NoSuchColumn { number: usize, columns: usize },
     #[error(

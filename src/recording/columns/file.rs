@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::line_per_item::LinePerItem;
 use super::{
-    ColumnKey, ColumnMap, ColumnRule, Join, MapError, MapFileError, ReferenceFile, TableMap,
+    Attitude, ColumnKey, ColumnMap, ColumnRule, Join, MapError, MapFileError, ReferenceFile,
+    TableMap, WeightMap,
 };
 
 const FORMAT: &str = "loopscope column map";
@@ -39,6 +40,8 @@ pub(super) struct MapFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     join: Option<Join>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    weight: Option<WeightMap>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     average_bursts_secs: Option<f64>,
 }
 
@@ -50,6 +53,7 @@ impl From<ColumnMap> for MapFile {
             join: map.has_two_clocks().then_some(map.join),
             table: map.table,
             reference: map.reference,
+            weight: map.weight,
             average_bursts_secs: map.average_bursts_secs,
         }
     }
@@ -63,6 +67,7 @@ impl TryFrom<MapFile> for ColumnMap {
             table: file.table,
             reference: file.reference,
             join: file.join.unwrap_or_default(),
+            weight: file.weight,
             average_bursts_secs: file.average_bursts_secs,
         };
         map.check()?;
@@ -124,14 +129,7 @@ impl ColumnMap {
     /// # Errors
     /// What the writer returns.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
-        let file = MapFile {
-            format: FORMAT.to_owned(),
-            version: VERSION,
-            table: self.table.clone(),
-            reference: self.reference.clone(),
-            join: self.has_two_clocks().then(|| self.join.clone()),
-            average_bursts_secs: self.average_bursts_secs,
-        };
+        let file = MapFile::from(self.clone());
         let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
         file.serialize(&mut writer)?;
         writeln!(out)
@@ -151,6 +149,10 @@ impl ColumnMap {
                 });
             }
             reference.table.check()?;
+        }
+        Attitude::of_table(self.reference_table())?;
+        if let Some(weight) = &self.weight {
+            weight.check(self.reference_table())?;
         }
         if let Some(limit) = self.join.limit_secs {
             must("join.limit_secs", limit, "0 or more", |x| x >= 0.0)?;
@@ -212,7 +214,7 @@ impl TableMap {
     }
 }
 
-fn must(
+pub(super) fn must(
     what: impl Into<String>,
     value: f64,
     must: &'static str,
@@ -268,6 +270,7 @@ mod tests {
                 limit_secs: Some(0.1),
                 clock_offset_secs: -2.5,
             },
+            weight: None,
             average_bursts_secs: Some(0.001),
         }
     }
@@ -295,7 +298,8 @@ mod tests {
             ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),
             ("\"column\": 2", "\"column\": \"S1\"", "there is no header"),
             ("\"gauge\"", "\"gage\"", "a column cannot be \"gage\""),
-            ("\"gauge\"", "\"pose_x\"", "kept for poses"),
+            ("\"Fz\"", "\"pose_x\"", "not how the sensor is turned"),
+            ("\"Fz\"", "\"pose_qx\"", "no column \"pose_qw\""),
             ("\"semicolon\"", "\"colon\"", "`colon`"),
             (
                 "\"scale\": -1.0",

@@ -8,13 +8,15 @@ mod error;
 mod file;
 mod line_per_item;
 mod role;
+mod weight;
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 pub use error::{MapError, MapFileError};
-pub use role::ColumnRole;
+pub use role::{ColumnRole, PosePart};
+pub use weight::{Angles, Attitude, Mount, WeightMap};
 
 /// How a file, or a pair of files, becomes recordings.
 ///
@@ -23,6 +25,7 @@ pub use role::ColumnRole;
 /// | `table` | the file with the gauges |
 /// | `reference` | where the reference load stands, if it has a file of its own |
 /// | `join` | how a reference on its own clock is brought to the times of the gauges |
+/// | `weight` | the load is computed from the pose of a sensor that carries a known weight |
 /// | `average_bursts_secs` | successive gauge samples no further apart than this become one, their mean; `None` leaves them |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "file::MapFile", try_from = "file::MapFile")]
@@ -33,6 +36,8 @@ pub struct ColumnMap {
     pub reference: Option<ReferenceFile>,
     /// How two clocks become one; without a second clock it does nothing.
     pub join: Join,
+    /// The weight whose load is computed from the pose.
+    pub weight: Option<WeightMap>,
     /// Successive gauge samples no further apart than this (s) become one.
     pub average_bursts_secs: Option<f64>,
 }
@@ -145,7 +150,7 @@ pub struct ColumnRule {
     pub name: Option<String>,
     /// Its unit: of a load one that is understood; of a gauge a label; of a time `s`, `ms`, `us`, `ns`, `samples`,
     /// `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`. By default what the header says, then what the values look
-    /// like (times) or SI (loads).
+    /// like (times) or SI (loads, positions); of an angle `rad` or `deg`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Values are multiplied with this; -1 turns the sign.
@@ -260,6 +265,14 @@ impl ColumnMap {
             table,
             ..Self::default()
         }
+    }
+
+    /// The table with the reference.
+    #[must_use]
+    pub fn reference_table(&self) -> &TableMap {
+        self.reference
+            .as_ref()
+            .map_or(&self.table, |file| &file.table)
     }
 
     /// Whether the reference has its own times, in its own file or in its own column.

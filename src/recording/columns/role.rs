@@ -25,16 +25,88 @@ pub enum ColumnRole {
     Load(Axis),
     /// A status word in hexadecimal digits; rows in which it reports an error are left out.
     Status,
+    /// A part of the sensor's pose, from which the load of a known weight is computed.
+    Pose(PosePart),
+    /// Which of several weights the sensor carries, by name.
+    Mount,
 }
 
-/// Names that will mean parts of a pose.
-const RESERVED: [&str; 7] = [
-    "pose_x", "pose_y", "pose_z", "pose_qw", "pose_qx", "pose_qy", "pose_qz",
-];
+/// One number of a pose: of the sensor's position in the world, or of how it is turned (sensor to world).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum PosePart {
+    X,
+    Y,
+    Z,
+    Qw,
+    Qx,
+    Qy,
+    Qz,
+    Roll,
+    Pitch,
+    Yaw,
+    /// Of a rotation vector.
+    Rx,
+    Ry,
+    Rz,
+    /// Of a rotation matrix: row, column.
+    R11,
+    R12,
+    R13,
+    R21,
+    R22,
+    R23,
+    R31,
+    R32,
+    R33,
+}
+
+impl PosePart {
+    /// The position, which is only needed for the acceleration.
+    pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// As in the file of a map.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "pose_x",
+            Self::Y => "pose_y",
+            Self::Z => "pose_z",
+            Self::Qw => "pose_qw",
+            Self::Qx => "pose_qx",
+            Self::Qy => "pose_qy",
+            Self::Qz => "pose_qz",
+            Self::Roll => "pose_roll",
+            Self::Pitch => "pose_pitch",
+            Self::Yaw => "pose_yaw",
+            Self::Rx => "pose_rx",
+            Self::Ry => "pose_ry",
+            Self::Rz => "pose_rz",
+            Self::R11 => "pose_r11",
+            Self::R12 => "pose_r12",
+            Self::R13 => "pose_r13",
+            Self::R21 => "pose_r21",
+            Self::R22 => "pose_r22",
+            Self::R23 => "pose_r23",
+            Self::R31 => "pose_r31",
+            Self::R32 => "pose_r32",
+            Self::R33 => "pose_r33",
+        }
+    }
+
+    /// Whether this is an angle or a length along an axis of one.
+    #[must_use]
+    pub const fn is_angle(self) -> bool {
+        matches!(
+            self,
+            Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz
+        )
+    }
+}
 
 impl ColumnRole {
     /// Everything that a column can be.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 35] = [
         Self::Ignore,
         Self::Time,
         Self::TimeReference,
@@ -47,6 +119,29 @@ impl ColumnRole {
         Self::Load(Axis::My),
         Self::Load(Axis::Mz),
         Self::Status,
+        Self::Pose(PosePart::X),
+        Self::Pose(PosePart::Y),
+        Self::Pose(PosePart::Z),
+        Self::Pose(PosePart::Qw),
+        Self::Pose(PosePart::Qx),
+        Self::Pose(PosePart::Qy),
+        Self::Pose(PosePart::Qz),
+        Self::Pose(PosePart::Roll),
+        Self::Pose(PosePart::Pitch),
+        Self::Pose(PosePart::Yaw),
+        Self::Pose(PosePart::Rx),
+        Self::Pose(PosePart::Ry),
+        Self::Pose(PosePart::Rz),
+        Self::Pose(PosePart::R11),
+        Self::Pose(PosePart::R12),
+        Self::Pose(PosePart::R13),
+        Self::Pose(PosePart::R21),
+        Self::Pose(PosePart::R22),
+        Self::Pose(PosePart::R23),
+        Self::Pose(PosePart::R31),
+        Self::Pose(PosePart::R32),
+        Self::Pose(PosePart::R33),
+        Self::Mount,
     ];
 
     /// As in the file of a map.
@@ -60,6 +155,8 @@ impl ColumnRole {
             Self::Gauge => "gauge",
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",
+            Self::Pose(part) => part.name(),
+            Self::Mount => "mount",
         }
     }
 }
@@ -83,12 +180,8 @@ impl TryFrom<String> for ColumnRole {
         if let Some(role) = Self::ALL.into_iter().find(|role| role.name() == name) {
             return Ok(role);
         }
-        Err(if RESERVED.contains(&name.as_str()) {
-            MapError::ReservedRole { name }
-        } else {
-            let known = Self::ALL.map(Self::name).join(", ");
-            MapError::UnknownRole { name, known }
-        })
+        let known = Self::ALL.map(Self::name).join(", ");
+        Err(MapError::UnknownRole { name, known })
     }
 }
 
@@ -104,6 +197,5 @@ mod tests {
         let error = |name: &str| ColumnRole::try_from(name.to_owned()).unwrap_err();
         assert!(matches!(error("Fq"), MapError::UnknownRole { .. }));
         assert!(error("Fq").to_string().contains("time_reference, date"));
-        assert!(matches!(error("pose_x"), MapError::ReservedRole { .. }));
     }
 }

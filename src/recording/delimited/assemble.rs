@@ -41,6 +41,8 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
                 | Finding::NotATime { .. }
                 | Finding::StatusError { .. }
                 | Finding::Dropout { .. }
+                | Finding::NotARotation
+                | Finding::UnknownMount { .. }
                 | Finding::NotFinite { .. }
                 | Finding::TooFewCells { .. }
         )

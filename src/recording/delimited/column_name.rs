@@ -114,6 +114,16 @@ fn kind_of(name: &str) -> Option<Kind> {
     }
 }
 
+/// Whether a column with this name is a gauge.
+pub(in super::super) fn is_gauge_name(name: &str) -> bool {
+    ColumnName::parse(name).kind == Some(Kind::Gauge)
+}
+
+/// Whether a column with this name is the time.
+pub(in super::super) fn is_time_name(name: &str) -> bool {
+    ColumnName::parse(name).kind == Some(Kind::Time)
+}
+
 fn is_gauge(name: &str) -> bool {
     let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let n_digits = name.len() - start.len();

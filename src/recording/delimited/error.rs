@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use super::warning::LoadWarning;
 use crate::progress::Cancelled;
-use crate::recording::Axis;
 use crate::recording::columns::{ColumnRole, MapError};
+use crate::recording::{ArraysError, Axis};
 
 /// The way out where names settle too little.
 const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
@@ -22,7 +22,7 @@ const SHOWN_CHARS: usize = 40;
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadError {
-    #[error("{}: not a file; choose a text file with one row per sample", path.display())]
+    #[error("{}: not a file; choose a file with one row per sample", path.display())]
     NotAFile { path: PathBuf },
     #[error("{}: cannot be read: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },
@@ -30,6 +30,10 @@ pub enum ReadError {
     Empty { path: PathBuf },
     #[error("{}: not text but {what}; unpack it, or export the recording as CSV", path.display())]
     NotText { path: PathBuf, what: &'static str },
+    #[error("{}: {source}", path.display())]
+    Arrays { path: PathBuf, source: ArraysError },
+    #[error("{}: an array of {columns} columns without names; say what they are in a column map ({HOW_TO_MAP})", path.display())]
+    NoNames { path: PathBuf, columns: usize },
     #[error("{}: a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample", path.display())]
     LineTooLong { path: PathBuf, limit_bytes: usize },
     #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
@@ -145,6 +149,12 @@ pub enum ReadError {
         from_secs: f64,
         to_secs: f64,
     },
+    #[error("{}: the name of the file holds none of the mounts {}, or two of them; name it after one, or make a column \"mount\"", path.display(), listed(mounts))]
+    NoMount { path: PathBuf, mounts: Vec<String> },
+    #[error("{}: a weight is found by the forces on it: map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
+    NothingToWeigh { path: PathBuf },
+    #[error("{}: gravity keeps its direction in the sensor's frame, so a weight cannot be told from an offset; turn the sensor", path.display())]
+    NeverTurned { path: PathBuf },
     #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, set \"clock_offset_secs\" under \"join\" in the column map (`loopscope inspect` estimates it)", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,
@@ -201,7 +211,7 @@ impl From<Cancelled> for ReadError {
 }
 
 /// A file's own text as a message may repeat it: control characters escaped, and short.
-pub(super) fn shown(text: &str) -> Cow<'_, str> {
+pub(in super::super) fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.escape_debug().len() == 1;
     if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
         return Cow::Borrowed(text);
@@ -215,7 +225,7 @@ pub(super) fn shown(text: &str) -> Cow<'_, str> {
 }
 
 /// The first few names, and how many more there are.
-pub(super) fn listed(names: &[String]) -> String {
+pub(in super::super) fn listed(names: &[String]) -> String {
     let first: Vec<_> = names
         .iter()
         .take(LISTED_NAMES)

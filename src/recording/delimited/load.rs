@@ -2,18 +2,13 @@
 
 use std::path::Path;
 
-use super::blocks::Blocks;
-use super::cells::is_skipped;
-use super::layout::{self, Start};
+use super::opened::Opened;
 use super::plan::{Plan, Side};
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{BLOCK_BYTES, Loaded, ReadError, assemble, names, stream};
+use super::{BLOCK_BYTES, Loaded, ReadError, assemble, names, weigh};
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, Decimal, TableMap};
-
-/// So much of a file is there when its table is looked for.
-pub(super) const HEAD_BYTES: usize = 1 << 16;
+use crate::recording::columns::{ColumnMap, Decimal, TableMap, WeightMap};
 
 /// How files are read.
 #[derive(Clone, Copy, Debug)]
@@ -22,13 +17,6 @@ pub(super) struct Reading<'a> {
     pub(super) block_bytes: usize,
     /// Read only so much of each file.
     pub(super) limit_bytes: Option<u64>,
-}
-
-/// A file that was opened, and its start.
-#[derive(Debug)]
-pub(super) struct Opened {
-    blocks: Blocks,
-    pub(super) head: Vec<u8>,
 }
 
 /// Gauges and reference before they are joined, and notes on the map that was made for them.
@@ -51,9 +39,7 @@ impl<'a> Reading<'a> {
     }
 
     pub(super) fn open(&self, path: &Path) -> Result<Opened, ReadError> {
-        let mut blocks = Blocks::open(path, self.block_bytes, self.limit_bytes)?;
-        let head = blocks.head(HEAD_BYTES)?;
-        Ok(Opened { blocks, head })
+        Opened::open(path, self.block_bytes, self.limit_bytes, self.progress)
     }
 
     /// Reads a file by a map; without one, by its names.
@@ -67,6 +53,9 @@ impl<'a> Reading<'a> {
         let (map, notes) = match map {
             Some(map) => {
                 map.check()?;
+                if let Some(weight) = &map.weight {
+                    weight.check_complete(map.reference_table())?;
+                }
                 (map.clone(), Vec::new())
             }
             None => by_names(path, &opened)?,
@@ -76,7 +65,12 @@ impl<'a> Reading<'a> {
         } else {
             Side::Both
         };
-        let mut gauges = self.table(path, opened, &map.table, side)?;
+        let notes = opened.notes().into_iter().chain(notes).collect::<Vec<_>>();
+        let weight = map.weight.as_ref();
+        let mut gauges = self.table(path, opened, &map.table, side, weight)?;
+        if let Some(weight) = weight {
+            weigh::weigh(&mut gauges, weight)?;
+        }
         for note in notes {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
@@ -104,25 +98,29 @@ impl<'a> Reading<'a> {
             None => return Ok(None),
         };
         let opened = self.open(&path)?;
-        self.progress.add_total(opened.blocks.file_bytes());
-        let mut reference = self.table(&path, opened, table, side)?;
+        self.progress.add_total(opened.read_bytes());
+        let weight = map.weight.as_ref();
+        let mut reference = self.table(&path, opened, table, side, weight)?;
+        if let Some(weight) = weight {
+            weigh::weigh(&mut reference, weight)?;
+        }
         two_clocks::check_reference(&reference)?;
         assemble::note_held_reference(&reference.plan, &mut reference.rows);
         Ok(Some(reference))
     }
 
-    fn table(
+    pub(super) fn table(
         &self,
         path: &Path,
-        mut opened: Opened,
+        opened: Opened,
         table: &TableMap,
         side: Side,
+        weight: Option<&WeightMap>,
     ) -> Result<Table, ReadError> {
-        let start = opened.start(path, table)?;
-        let plan = Plan::new(path, table, &start, side)?;
-        let Opened { blocks, head } = &mut opened;
-        let head = std::mem::take(head);
-        let mut rows = stream::read_rows(&plan, &start, head, blocks, self.progress)?;
+        let table = opened.fitting(table);
+        let start = opened.start(path, &table)?;
+        let plan = Plan::new(path, &table, &start, side, weight)?;
+        let mut rows = opened.rows(&plan, &start, self.progress)?;
         assemble::settle_times(&plan, &mut rows);
         if rows.times.is_empty() {
             return Err(assemble::why_nothing_is_usable(path, &plan, rows));
@@ -135,51 +133,21 @@ impl<'a> Reading<'a> {
     }
 }
 
-impl Opened {
-    /// Where the table is that a map describes.
-    pub(super) fn start(&self, path: &Path, table: &TableMap) -> Result<Start, ReadError> {
-        layout::locate(&self.head, &table.text).ok_or_else(|| ReadError::TooShortForMap {
-            path: path.to_owned(),
-            what: if table.text.header {
-                "lines to skip and a header"
-            } else {
-                "lines to skip and rows"
-            },
-        })
-    }
-
-    /// How many rows the file has if all are like those of its head.
-    pub(super) fn about_rows(&self, start: &Start) -> u64 {
-        let rows = &self.head[start.n_bytes.min(self.head.len())..];
-        let lines = rows.split(|byte| *byte == b'\n');
-        let n_rows = lines.filter(|line| !is_skipped(line)).count() as f64;
-        let text_bytes = self.file_bytes() / self.encoding().bytes_per_character();
-        let share =
-            text_bytes.saturating_sub(start.n_bytes as u64) as f64 / rows.len().max(1) as f64;
-        // A file that is here as a whole differs by its byte order mark at most.
-        let share = if share < 1.001 { 1.0 } else { share };
-        (n_rows * share).round() as u64
-    }
-
-    pub(super) fn encoding(&self) -> super::Encoding {
-        self.blocks.encoding()
-    }
-
-    /// How long the file is.
-    pub(super) fn file_bytes(&self) -> u64 {
-        self.blocks.whole_file_bytes()
-    }
-}
-
 /// The map that the names of a file make, and what is to be said about it.
 fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Finding>), ReadError> {
     let no_header = || ReadError::NoHeader {
         path: path.to_owned(),
     };
-    let detected = layout::detect(&opened.head).ok_or_else(no_header)?;
-    let start = layout::locate(&opened.head, &detected.text).ok_or_else(no_header)?;
+    let detected = opened.detected().ok_or_else(no_header)?;
+    let start = opened.located(&detected.text).ok_or_else(no_header)?;
+    if opened.kind().is_some() && !detected.text.header {
+        return Err(ReadError::NoNames {
+            path: path.to_owned(),
+            columns: start.n_columns,
+        });
+    }
     names::check_named(path, &detected, &start)?;
-    let rows = layout::first_rows(&opened.head, &detected.text, &start);
+    let rows = opened.first_rows(&detected.text, &start);
     let mut named = names::by_names(&detected, &start, &rows);
     // Nobody has said that commas are decimal points: then each is told.
     named.table.text.decimal = Decimal::Point;

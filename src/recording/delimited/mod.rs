@@ -1,7 +1,7 @@
-//! Text files with one row per sample, as loggers and spreadsheets write them.
+//! Recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
 //!
 //! Guarantees: what comes out is finite and in SI, whatever goes in; a row is used whole or skipped with a warning
-//! that names its place; wrong data never panics; the file itself is never held in memory.
+//! that names its place (rows of arrays count as lines); wrong data never panics; a text file is never held in memory.
 //!
 //! | room | what |
 //! |---|---|
@@ -10,7 +10,9 @@
 //! | `layout` | where the table stands and how it is cut |
 //! | `column_name`, `names`, `ati` | names to a [`ColumnMap`] |
 //! | `plan` | a map, brought to one file |
+//! | `opened` | a file, text or [arrays](super::arrays), behind one face |
 //! | `rows`, `stream` | blocks to numbers, many at a time |
+//! | `weigh` | poses to loads, and loads to a weight |
 //! | `two_clocks` | gauges and reference to one table |
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
@@ -27,6 +29,7 @@ pub mod inspect;
 mod layout;
 mod load;
 mod names;
+mod opened;
 mod plan;
 mod rows;
 mod stream;
@@ -35,12 +38,17 @@ mod timeline;
 mod times;
 mod two_clocks;
 mod warning;
+mod weigh;
 
 use std::path::Path;
 
 pub use error::ReadError;
 pub use text::Encoding;
 pub use warning::{Finding, LoadWarning};
+pub use weigh::estimate_weight;
+
+pub(super) use column_name::{is_gauge_name, is_time_name};
+pub(super) use error::{listed, shown};
 
 use crate::progress::Progress;
 use crate::recording::Recording;
@@ -59,7 +67,7 @@ pub struct Loaded {
     pub warnings: Vec<LoadWarning>,
 }
 
-/// Reads one delimited text file.
+/// Reads one file: delimited text, or arrays of NumPy, MATLAB, Parquet or MCAP. Its first bytes say which, not its name.
 ///
 /// The names of the columns say what they are: a time, 1 to 64 gauges, and the axes of the reference load if there is
 /// one. Other columns are not looked at. A pause or a step back in time starts a new recording. Where names settle too
@@ -75,7 +83,7 @@ pub fn read(path: &Path, progress: &Progress) -> Result<Loaded, ReadError> {
     Reading::whole(progress).load(path, None)
 }
 
-/// Reads one delimited text file, and the file of its reference if the map names one, as the map says.
+/// Reads one file, and the file of its reference if the map names one, as the map says.
 ///
 /// `progress` advances by bytes; whoever shows it adds the size of the file to its total. What is read besides, a second
 /// file or the same one for its second clock, is added here.
@@ -142,7 +150,7 @@ mod tests {
         let start = layout::locate(head, &detected.text).unwrap();
         names::check_named(path, &detected, &start)?;
         let named = names::by_names(&detected, &start, &[]);
-        let plan = plan::Plan::new(path, &named.table, &start, plan::Side::Both)?;
+        let plan = plan::Plan::new(path, &named.table, &start, plan::Side::Both, None)?;
         Ok((plan, named.notes))
     }
 

@@ -27,10 +27,12 @@ pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) 
     let columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
     let times: Vec<usize> = (0..columns.len())
         .filter(|&index| columns[index].kind == Some(Kind::Time))
+        .filter(|&index| start.reference_time != Some(index))
         .collect();
     let mut rules = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let is = match column.kind {
+            _ if start.reference_time == Some(index) => ColumnRole::TimeReference,
             Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
             Some(Kind::Gauge) => ColumnRole::Gauge,
             Some(Kind::Load(axis)) => ColumnRole::Load(axis),

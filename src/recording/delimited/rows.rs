@@ -3,9 +3,11 @@
 //! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two blocks gives
 //! what one block with the lines of both would have given.
 
+mod of_arrays;
+
 use super::ati;
 use super::cells::{Cells, decimal_comma_number, is_skipped, number};
-use super::plan::{Plan, Use};
+use super::plan::{Plan, PosePlan, Use};
 use super::warning::{Finding, Findings};
 use crate::recording::Axis;
 
@@ -17,6 +19,8 @@ pub(super) struct Rows {
     pub(super) gauges: Vec<f64>,
     /// Row-major, in axis order.
     pub(super) loads: Vec<f64>,
+    /// Row-major, as the plan's pose says; empty once the loads are computed.
+    pub(super) poses: Vec<f64>,
     pub(super) findings: Findings,
     pub(super) n_bytes: usize,
     pub(super) n_lines: u64,
@@ -82,6 +86,7 @@ impl Rows {
         self.times.reserve_exact(n_rows);
         self.gauges.reserve_exact(n_rows * plan.gauge_names.len());
         self.loads.reserve_exact(n_rows * plan.axes.len());
+        self.poses.reserve_exact(n_rows * plan.pose_width());
     }
 
     /// Appends the rows of the block that follows.
@@ -96,6 +101,7 @@ impl Rows {
         }
         self.gauges.extend_from_slice(&next.gauges);
         self.loads.extend_from_slice(&next.loads);
+        self.poses.extend_from_slice(&next.poses);
         self.findings.append(next.findings, n_lines);
         self.n_bytes += next.n_bytes;
         self.n_lines += next.n_lines;
@@ -139,6 +145,7 @@ impl Rows {
     fn keep(&mut self, line: &[u8], plan: &Plan) -> Result<(), Unusable> {
         let mut cells = Cells::new(line, plan.delimiter);
         let mut loads = [0.0; Axis::ALL.len()];
+        let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
         let mut time = if self.counts_rows {
             self.n_table_rows as f64
         } else {
@@ -165,6 +172,14 @@ impl Rows {
                 Use::TimeText(form) => {
                     time += form.secs(cells.next().ok_or(Unusable)?).ok_or(Unusable)?;
                 }
+                Use::Pose { slot, factor } => {
+                    let value = next_number(&mut cells, index, plan, &mut comma)?;
+                    pose[slot] = finite(value * factor).ok_or(Unusable)?;
+                }
+                Use::Mount { slot } => {
+                    let cell = cells.next().ok_or(Unusable)?;
+                    pose[slot] = mount_in(cell, plan).ok_or(Unusable)?;
+                }
                 Use::Status => match ati::reports_error(cells.next().ok_or(Unusable)?) {
                     Some(false) => {}
                     _ => return Err(Unusable),
@@ -173,6 +188,7 @@ impl Rows {
         }
         self.times.push(time);
         self.loads.extend_from_slice(&loads[..plan.axes.len()]);
+        self.poses.extend_from_slice(&pose[..plan.pose_width()]);
         if let Some((index, cell)) = comma {
             let finding = Finding::DecimalComma {
                 column: index + 1,
@@ -229,7 +245,13 @@ impl Rows {
     pub(super) fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let n_rows = self.times.len();
         self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
-        for values in [&mut self.times, &mut self.gauges, &mut self.loads] {
+        let lists = [
+            &mut self.times,
+            &mut self.gauges,
+            &mut self.loads,
+            &mut self.poses,
+        ];
+        for values in lists {
             let width = values.len().checked_div(n_rows).unwrap_or(0);
             let mut kept = 0;
             for row in (0..n_rows).filter(|row| is_kept(*row)) {
@@ -280,26 +302,36 @@ fn trouble(cell: &[u8], usage: Use, index: usize, plan: &Plan) -> Option<Finding
                 value,
             }),
         },
-        Use::Time | Use::Gauge { .. } | Use::Load { .. } => match number_in(cell, plan) {
-            None => Some(Finding::NotANumber {
+        Use::Mount { .. } => match mount_in(cell, plan) {
+            Some(_) => None,
+            None => Some(Finding::UnknownMount {
                 column,
                 name,
                 value,
             }),
-            Some((number, _)) if is_dropout(number, index, plan) => Some(Finding::Dropout {
-                column,
-                name,
-                value,
-            }),
-            Some((number, _)) => match in_si(number, usage) {
-                Some(_) => None,
-                None => Some(Finding::NotFinite {
+        },
+        Use::Time | Use::Gauge { .. } | Use::Load { .. } | Use::Pose { .. } => {
+            match number_in(cell, plan) {
+                None => Some(Finding::NotANumber {
                     column,
                     name,
                     value,
                 }),
-            },
-        },
+                Some((number, _)) if is_dropout(number, index, plan) => Some(Finding::Dropout {
+                    column,
+                    name,
+                    value,
+                }),
+                Some((number, _)) => match in_si(number, usage) {
+                    Some(_) => None,
+                    None => Some(Finding::NotFinite {
+                        column,
+                        name,
+                        value,
+                    }),
+                },
+            }
+        }
     }
 }
 
@@ -353,6 +385,13 @@ fn number_in(cell: &[u8], plan: &Plan) -> Option<(f64, bool)> {
     }
 }
 
+/// Which mount a cell names.
+fn mount_in(cell: &[u8], plan: &Plan) -> Option<f64> {
+    let mounts = &plan.pose.as_ref()?.mounts;
+    let mount = mounts.iter().position(|name| name.as_bytes() == cell)?;
+    Some(mount as f64)
+}
+
 fn is_dropout(value: f64, index: usize, plan: &Plan) -> bool {
     !plan.dropouts.is_empty() && plan.dropouts[index].contains(&value)
 }
@@ -360,7 +399,9 @@ fn is_dropout(value: f64, index: usize, plan: &Plan) -> bool {
 /// The value in SI (times as they are); `None` unless finite.
 fn in_si(value: f64, usage: Use) -> Option<f64> {
     let value = match usage {
-        Use::Gauge { factor } | Use::Load { factor, .. } => value * factor,
+        Use::Gauge { factor } | Use::Load { factor, .. } | Use::Pose { factor, .. } => {
+            value * factor
+        }
         _ => value,
     };
     finite(value)

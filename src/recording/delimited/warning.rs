@@ -5,6 +5,7 @@ use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 
 use super::error::{listed, shown};
+use crate::recording::Axis;
 use crate::recording::units::TimeUnit;
 
 /// Something a person should know about a file that was read all the same. Lines are counted from 1.
@@ -94,6 +95,24 @@ pub enum Finding {
     HeldReference { samples_each: usize },
     /// A gauge sample at whose time there is no reference.
     NoReferenceThen { time_secs: f64 },
+    /// A row is left out: its pose is no way to be turned.
+    NotARotation,
+    /// A row is left out: its mount is none that the map knows.
+    UnknownMount {
+        column: usize,
+        name: String,
+        value: String,
+    },
+    /// A weight's own acceleration is more than can be left out.
+    Inertia {
+        axis: Axis,
+        percent: f64,
+        is_counted: bool,
+    },
+    /// What a file of arrays holds besides the table.
+    LeftOut { names: Vec<String> },
+    /// A recording whose end is missing.
+    EndsEarly,
     /// Samples in bursts became their means.
     AveragedBursts { n_before: usize, n_after: usize },
 }
@@ -211,6 +230,45 @@ impl fmt::Display for Finding {
             Self::NoReferenceThen { time_secs } => write!(
                 f,
                 "no reference at {time_secs} s on the gauges' clock; sample left out"
+            ),
+            Self::NotARotation => write!(
+                f,
+                "the pose is no rotation (a quaternion of no length, or a matrix that is not orthogonal); row left out"
+            ),
+            Self::UnknownMount {
+                column,
+                name,
+                value,
+            } => write!(
+                f,
+                "column {column} ({}) holds \"{}\", which is no mount of the column map; row skipped",
+                shown(name),
+                shown(value)
+            ),
+            Self::Inertia {
+                axis,
+                percent,
+                is_counted: false,
+            } => write!(
+                f,
+                "the weight's own acceleration adds up to {percent:.1} % of the full scale of {} and is left out; move more slowly, or set \"inertia\" under \"weight\"",
+                axis.symbol()
+            ),
+            Self::Inertia { axis, percent, .. } => write!(
+                f,
+                "the weight's own acceleration makes up to {percent:.1} % of the full scale of {}; it is only as good as the pose is smooth",
+                axis.symbol()
+            ),
+            Self::LeftOut { names } => {
+                write!(
+                    f,
+                    "not columns of the table, so left out: {}",
+                    listed(names)
+                )
+            }
+            Self::EndsEarly => write!(
+                f,
+                "the file ends early, as if its recorder was stopped; what it holds is read"
             ),
             Self::AveragedBursts { n_before, n_after } => {
                 write!(f, "{n_before} samples in bursts became {n_after} means")

@@ -12,8 +12,9 @@ use serde::Serialize;
 
 pub use columns::{ColumnReport, Content};
 
-use super::layout::{self, Detected};
-use super::load::{Opened, Reading};
+use super::layout::Detected;
+use super::load::Reading;
+use super::opened::Opened;
 use super::two_clocks::{self, Table};
 use super::{BLOCK_BYTES, Encoding, Loaded, ReadError, names};
 use crate::progress::Progress;
@@ -62,6 +63,8 @@ pub struct TableReport {
     pub file_bytes: u64,
     /// How it writes its characters.
     pub encoding: Encoding,
+    /// What it is called if it is a file of arrays.
+    pub kind: Option<&'static str>,
     /// How its text is cut.
     pub text: TextLayout,
     /// The line of its header, or of its first row; `None` if the layout finds neither.
@@ -124,7 +127,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
                 names_in_comment: Vec::new(),
             },
         ),
-        Known::Nothing => match layout::detect(&opened.head) {
+        Known::Nothing => match opened.detected() {
             Some(detected) => propose(&opened, detected),
             None => (ColumnMap::default(), Vec::new()),
         },
@@ -138,7 +141,8 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         }
     };
     let table = report(path, &opened, &map.table);
-    let check = check(path, &reading, &map, table.file_bytes > SAMPLE_BYTES)?;
+    let is_sample = opened.read_bytes() < table.file_bytes;
+    let check = check(path, &reading, &map, is_sample)?;
     Ok(Inspection {
         table,
         reference,
@@ -150,14 +154,14 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
 
 /// A map by the names of a table, and where they leave something open by its values.
 fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
-    let Some(start) = layout::locate(&opened.head, &detected.text) else {
+    let Some(start) = opened.located(&detected.text) else {
         let table = TableMap {
             text: detected.text,
             ..TableMap::default()
         };
         return (ColumnMap::of_table(table), Vec::new());
     };
-    let rows = layout::first_rows(&opened.head, &detected.text, &start);
+    let rows = opened.first_rows(&detected.text, &start);
     let mut table = names::by_names(&detected, &start, &rows).table;
     let reports = columns::reports(&table, &start, &rows);
     let hints = by_values::fill_in(&mut table, &start, &rows, &reports);
@@ -165,9 +169,9 @@ fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
-    let start = layout::locate(&opened.head, &table.text);
+    let start = opened.located(&table.text);
     let rows = match &start {
-        Some(start) => layout::first_rows(&opened.head, &table.text, start),
+        Some(start) => opened.first_rows(&table.text, start),
         None => Vec::new(),
     };
     let as_text = |cell: &&[u8]| String::from_utf8_lossy(cell).into_owned();
@@ -175,6 +179,7 @@ fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
         path: path.to_owned(),
         file_bytes: opened.file_bytes(),
         encoding: opened.encoding(),
+        kind: opened.kind(),
         text: table.text.clone(),
         line: start.as_ref().map(|start| start.line),
         about_rows: start.as_ref().map_or(0, |start| opened.about_rows(start)),

@@ -61,6 +61,8 @@ pub(super) struct Start {
     /// Where that line starts.
     pub(super) n_bytes: usize,
     pub(super) ati: Option<ati::Preamble>,
+    /// Which column the file itself says is the clock of the reference.
+    pub(super) reference_time: Option<usize>,
 }
 
 /// Finds the table; `None` if there is no line for its header, or for its first row.

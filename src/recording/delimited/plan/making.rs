@@ -7,8 +7,10 @@ use super::super::ati::CountedUnit;
 use super::super::column_name::ColumnName;
 use super::super::layout::{Start, unbracketed};
 use super::super::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
-use super::{GAUGE_LIMIT, Side, TimeScale, Use};
-use crate::recording::columns::{ColumnKey, ColumnRole, ColumnRule, TableMap};
+use super::{GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use crate::recording::columns::{
+    Attitude, ColumnKey, ColumnRole, ColumnRule, PosePart, TableMap, WeightMap,
+};
 use crate::recording::{Axis, units};
 
 /// The columns that rules speak of, in file order.
@@ -298,7 +300,76 @@ impl Making<'_> {
         }
     }
 
-    pub(super) fn loads(&self, uses: &mut [Use]) -> Result<Vec<Axis>, ReadError> {
+    /// The columns of a pose, if the load is computed from it.
+    pub(super) fn pose(
+        &self,
+        weight: Option<&WeightMap>,
+        uses: &mut [Use],
+    ) -> Result<Option<PosePlan>, ReadError> {
+        let (Some(weight), true) = (weight, self.side.has_loads()) else {
+            return Ok(None);
+        };
+        let Some(attitude) = Attitude::of_table(self.table)? else {
+            return Ok(None);
+        };
+        let mut width = 0;
+        let mut place = |part: PosePart, uses: &mut [Use]| -> Result<bool, ReadError> {
+            let Some((index, rule)) = self.single(ColumnRole::Pose(part))? else {
+                return Ok(false);
+            };
+            uses[index] = Use::Pose {
+                slot: width,
+                factor: self.pose_factor(part, index, rule)?,
+            };
+            width += 1;
+            Ok(true)
+        };
+        for part in attitude.parts() {
+            place(*part, uses)?;
+        }
+        let mut n_places = 0;
+        for part in PosePart::POSITION {
+            n_places += usize::from(place(part, uses)?);
+        }
+        let mount = self.single(ColumnRole::Mount)?.map(|(index, _)| {
+            uses[index] = Use::Mount { slot: width };
+            width += 1;
+            width - 1
+        });
+        Ok(Some(PosePlan {
+            attitude,
+            position: (n_places == 3).then_some(attitude.parts().len()),
+            mount,
+            mounts: weight
+                .mounts
+                .iter()
+                .map(|mount| mount.name.clone())
+                .collect(),
+            width,
+        }))
+    }
+
+    /// What one of a column's numbers is in rad or m.
+    fn pose_factor(
+        &self,
+        part: PosePart,
+        index: usize,
+        rule: &ColumnRule,
+    ) -> Result<f64, ReadError> {
+        let (in_si, known) = match self.unit(index, rule) {
+            None => (Some(1.0), ""),
+            Some(unit) if part.is_angle() => (units::angle_in_radians(&unit), units::ANGLE_UNITS),
+            Some(unit) if PosePart::POSITION.contains(&part) => {
+                (units::length_in_metres(&unit), units::LENGTH_UNITS)
+            }
+            Some(_) => (Some(1.0), ""),
+        };
+        let unit = || self.unit(index, rule).unwrap_or_default();
+        let in_si = in_si.ok_or_else(|| self.unknown_unit(index, rule, &unit(), known))?;
+        Ok(in_si * rule.scale / rule.counts_per_unit)
+    }
+
+    pub(super) fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, ReadError> {
         let mut axes = Vec::new();
         if !self.side.has_loads() {
             return Ok(axes);
@@ -323,7 +394,7 @@ impl Making<'_> {
             };
             axes.push(axis);
         }
-        if axes.is_empty() && self.side != Side::Both {
+        if axes.is_empty() && self.side != Side::Both && !has_pose {
             return Err(ReadError::NoLoads {
                 path: self.path.to_owned(),
                 line: self.start.line,

@@ -12,7 +12,7 @@ use super::cells::Delimiter;
 use super::layout::Start;
 use super::times::TimeForm;
 use crate::recording::Axis;
-use crate::recording::columns::{ColumnRole, Decimal, TableMap};
+use crate::recording::columns::{Attitude, ColumnRole, Decimal, TableMap, WeightMap};
 use making::Making;
 
 /// More channels than any force/torque sensor has, few enough for normal equations to stay small.
@@ -36,13 +36,23 @@ pub(super) enum Use {
         factor: f64,
     },
     Status,
+    /// Number `slot` of a pose; times `factor` it is in SI.
+    Pose {
+        slot: usize,
+        factor: f64,
+    },
+    /// The name of a mount, whose place in the list becomes number `slot` of a pose.
+    Mount {
+        slot: usize,
+    },
 }
 
 impl Use {
     /// What a message calls such a column.
     pub(super) fn noun(self) -> &'static str {
         match self {
-            Self::Ignored | Self::Status => "column",
+            Self::Ignored | Self::Status | Self::Mount { .. } => "column",
+            Self::Pose { .. } => "pose",
             Self::Time | Self::TimeText(_) => "time",
             Self::Gauge { .. } => "gauge",
             Self::Load { .. } => "reference",
@@ -68,7 +78,7 @@ impl Side {
         matches!(self, Self::Both | Self::Gauges)
     }
 
-    fn has_loads(self) -> bool {
+    pub(super) fn has_loads(self) -> bool {
         self != Self::Gauges
     }
 
@@ -113,22 +123,49 @@ pub(super) struct Plan {
     pub(super) gauge_units: Vec<String>,
     /// In [`Axis`] order.
     pub(super) axes: Vec<Axis>,
+    /// Where the load is computed.
+    pub(super) pose: Option<PosePlan>,
     /// Whether a row may hold nothing for this side.
     pub(super) may_be_blank: bool,
 }
 
+/// The numbers of a pose, as they stand beside each other: how the sensor is turned, where it is, what it carries.
+#[derive(Clone, Debug)]
+pub(super) struct PosePlan {
+    pub(super) attitude: Attitude,
+    /// Where the three numbers of the position stand, if they are there.
+    pub(super) position: Option<usize>,
+    /// Where the number of the mount stands, if it is there.
+    pub(super) mount: Option<usize>,
+    /// The mounts' names.
+    pub(super) mounts: Vec<String>,
+    pub(super) width: usize,
+}
+
+impl PosePlan {
+    /// No pose has more numbers: a matrix, a position, a mount.
+    pub(super) const WIDTH_LIMIT: usize = 13;
+}
+
 impl Plan {
+    /// How many numbers of a pose are kept of each row.
+    pub(super) fn pose_width(&self) -> usize {
+        self.pose.as_ref().map_or(0, |pose| pose.width)
+    }
+
     /// Brings a map to the file whose table starts so.
     pub(super) fn new(
         path: &Path,
         table: &TableMap,
         start: &Start,
         side: Side,
+        weight: Option<&WeightMap>,
     ) -> Result<Self, ReadError> {
         let making = Making::new(path, table, start, side)?;
         let (time_column, time_scale, mut uses) = making.times()?;
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
-        let axes = making.loads(&mut uses)?;
+        let pose = making.pose(weight, &mut uses)?;
+        let axes = making.loads(pose.is_some(), &mut uses)?;
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
             line: start.line,
@@ -145,6 +182,7 @@ impl Plan {
             gauge_names,
             gauge_units,
             axes,
+            pose,
             may_be_blank: matches!(side, Side::Gauges | Side::SecondClock),
         })
     }

@@ -1,0 +1,327 @@
+//! Poses to loads where the weight is known, and loads to a weight where it is not.
+
+use std::path::Path;
+
+use super::load::Reading;
+use super::plan::{PosePlan, Side};
+use super::two_clocks::{self, Table};
+use super::warning::Finding;
+use super::{ReadError, assemble};
+use crate::progress::Progress;
+use crate::recording::Axis;
+use crate::recording::columns::{ColumnMap, ColumnRole, WeightMap};
+use crate::recording::kinetics::{Rotation, Weight};
+use crate::recording::pose::{self, Pose, WeightEstimate};
+
+/// A share of full scale above which a weight's own acceleration is told.
+const INERTIA_SHARE: f64 = 0.01;
+
+/// Puts the loads of a weight in place of the poses. A table without poses stays as it is.
+pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
+    let Some(plan) = table.plan.pose.clone() else {
+        return Ok(());
+    };
+    let rotations = rotations(table, &plan, map);
+    if rotations.is_empty() {
+        let rows = std::mem::take(&mut table.rows);
+        return Err(assemble::why_nothing_is_usable(
+            &table.path,
+            &table.plan,
+            rows,
+        ));
+    }
+    let weights = weights(table, &plan, map)?;
+    let rows = &mut table.rows;
+    let poses: Vec<Pose> = rotations
+        .into_iter()
+        .zip(rows.poses.chunks_exact(plan.width))
+        .map(|(rotation, numbers)| Pose {
+            rotation,
+            position_m: match plan.position {
+                Some(at) => [numbers[at], numbers[at + 1], numbers[at + 2]],
+                None => [0.0; 3],
+            },
+        })
+        .collect();
+    let accelerations = pose::accelerations(&rows.times, &poses, &weights, map.smoothing_secs);
+    let mut inertia = [0.0_f64; 6];
+    let mut range = [(f64::INFINITY, f64::NEG_INFINITY); 6];
+    rows.loads.clear();
+    rows.loads.reserve_exact(6 * poses.len());
+    for ((pose, weight), acceleration) in poses.iter().zip(&weights).zip(accelerations) {
+        let at_rest = pose::load(pose, weight, map.gravity, [0.0; 3]);
+        let moving = pose::load(pose, weight, map.gravity, acceleration);
+        for axis in 0..6 {
+            inertia[axis] = inertia[axis].max((moving[axis] - at_rest[axis]).abs());
+            let (low, high) = range[axis];
+            range[axis] = (low.min(at_rest[axis]), high.max(at_rest[axis]));
+        }
+        rows.loads
+            .extend(if map.inertia { moving } else { at_rest });
+    }
+    rows.poses = Vec::new();
+    let share = |axis: usize| {
+        let full_scale = (range[axis].1 - range[axis].0) / 2.0;
+        // An axis that gravity never reaches has no full scale.
+        if full_scale > 1e-9 {
+            inertia[axis] / full_scale
+        } else {
+            0.0
+        }
+    };
+    let worst = (0..6)
+        .max_by(|&a, &b| share(a).total_cmp(&share(b)))
+        .unwrap_or(0);
+    if share(worst) > INERTIA_SHARE {
+        let finding = Finding::Inertia {
+            axis: Axis::ALL[worst],
+            percent: 100.0 * share(worst),
+            is_counted: map.inertia,
+        };
+        rows.findings.note(table.plan.line, finding);
+    }
+    table.plan.axes = Axis::ALL.to_vec();
+    Ok(())
+}
+
+/// How the sensor is turned in each row; rows without a rotation are left out.
+fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
+    let rows = &mut table.rows;
+    let n_turns = plan.attitude.parts().len();
+    let all: Vec<Option<Rotation>> = rows
+        .poses
+        .chunks_exact(plan.width)
+        .map(|numbers| pose::rotation(plan.attitude, map.angles, &numbers[..n_turns]))
+        .collect();
+    let missing = || (0..all.len()).filter(|&row| all[row].is_none());
+    if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
+        let lines = (rows.line_of(first), rows.line_of(last));
+        let count = missing().count() as u64;
+        rows.findings
+            .note_many(lines.0, lines.1, count, Finding::NotARotation);
+        rows.retain(|row| all[row].is_some());
+    }
+    all.into_iter().flatten().collect()
+}
+
+/// The weight of each row: by its column, by the name of the file, or the only one.
+fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight>, ReadError> {
+    let known = map.weights();
+    let n_rows = table.rows.times.len();
+    if let Some(at) = plan.mount {
+        let numbers = table.rows.poses.chunks_exact(plan.width);
+        return Ok(numbers
+            .map(|numbers| known[numbers[at] as usize].1)
+            .collect());
+    }
+    if map.mounts.is_empty() {
+        return Ok(vec![known[0].1; n_rows]);
+    }
+    let stem = table.path.file_stem().unwrap_or_default().to_string_lossy();
+    let longest = known
+        .iter()
+        .filter(|(name, _)| stem.contains(name.as_str()))
+        .map(|(name, _)| name.len())
+        .max();
+    let mut named = known
+        .iter()
+        .filter(|(name, _)| stem.contains(name.as_str()) && Some(name.len()) == longest);
+    match (named.next(), named.next()) {
+        (Some((_, weight)), None) => Ok(vec![*weight; n_rows]),
+        _ => Err(ReadError::NoMount {
+            path: table.path.clone(),
+            mounts: known.into_iter().map(|(name, _)| name).collect(),
+        }),
+    }
+}
+
+/// Finds the weight that a sensor carries in a recording with both its pose and a measured load, on one clock.
+///
+/// Least squares with an offset of the reference; the map's `weight` may say what gravity and angles are, its mass does
+/// not matter.
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read by the map, has no pose or no forces, or the sensor was never turned.
+pub fn estimate_weight(
+    path: &Path,
+    map: &ColumnMap,
+    progress: &Progress,
+) -> Result<WeightEstimate, ReadError> {
+    map.check()?;
+    let reading = Reading::whole(progress);
+    let (path, side) = match &map.reference {
+        Some(file) => (two_clocks::reference_path(path, file), Side::ReferenceFile),
+        None if map.has_two_clocks() => (path.to_owned(), Side::SecondClock),
+        None if map.table.has_role(ColumnRole::Gauge) => (path.to_owned(), Side::Both),
+        None => (path.to_owned(), Side::ReferenceFile),
+    };
+    let opened = reading.open(&path)?;
+    let weight = map.weight.clone().unwrap_or_default();
+    let mut table = reading.table(&path, opened, map.reference_table(), side, Some(&weight))?;
+    let axes = table.plan.axes.clone();
+    let slots = |wanted: &[Axis]| -> Option<Vec<usize>> {
+        let slot = |axis: &Axis| axes.iter().position(|other| other == axis);
+        wanted.iter().map(slot).collect()
+    };
+    let (Some(plan), Some(forces)) = (table.plan.pose.clone(), slots(&Axis::ALL[..3])) else {
+        return Err(ReadError::NothingToWeigh { path });
+    };
+    let rotations = rotations(&mut table, &plan, &weight);
+    let part = |slots: &[usize]| -> Vec<[f64; 3]> {
+        let rows = table.rows.loads.chunks_exact(axes.len());
+        rows.map(|row| std::array::from_fn(|i| row[slots[i]]))
+            .collect()
+    };
+    let moments = slots(&Axis::ALL[3..]).map(|slots| part(&slots));
+    pose::estimate_weight(
+        &rotations,
+        &part(&forces),
+        moments.as_deref(),
+        weight.gravity,
+    )
+    .ok_or(ReadError::NeverTurned { path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::TestFile;
+    use super::super::{Loaded, read_mapped};
+    use super::*;
+    use crate::recording::kinetics::STANDARD_GRAVITY;
+
+    /// A map of a table with a header, its columns by name.
+    fn map(columns: &[(&str, &str)], weight: &str) -> ColumnMap {
+        let rule = |(name, is): &(&str, &str)| format!(r#"{{ "column": "{name}", "is": "{is}" }}"#);
+        let rules: Vec<String> = columns.iter().map(rule).collect();
+        let json = format!(
+            r#"{{ "format": "loopscope column map", "version": 1, "table": {{ "shape": {{ "columns": {} }},
+                "text": {{ "header": true }}, "columns": [{}] }}, "weight": {weight} }}"#,
+            columns.len(),
+            rules.join(", ")
+        );
+        ColumnMap::from_json(json.as_bytes()).unwrap()
+    }
+
+    fn load(text: &str, map: &ColumnMap) -> Result<(Loaded, String), ReadError> {
+        let file = TestFile::new(text);
+        let loaded = read_mapped(&file.path, map, &Progress::default())?;
+        let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        Ok((loaded, told.join("\n")))
+    }
+
+    const QUATERNION: [(&str, &str); 7] = [
+        ("t_s", "time"),
+        ("S1", "gauge"),
+        ("w", "pose_qw"),
+        ("x", "pose_qx"),
+        ("y", "pose_qy"),
+        ("z", "pose_qz"),
+        ("kind", "mount"),
+    ];
+
+    /// Upright, then rolled by 90°, so that the sensor's y axis points up: with `W = m g` and the centre at (x, y, z) the
+    /// loads are (0, 0, −W, −yW, xW, 0) and (0, −W, 0, zW, 0, −xW).
+    #[test]
+    fn the_load_of_a_known_weight_follows_from_the_pose() {
+        let weight = r#"{ "mounts": [{ "name": "a", "mass_kg": 2, "centre_m": [0.02, 0.01, 0.03] },
+            { "name": "b", "mass_kg": 1, "centre_m": [0, 0, 0] }] }"#;
+        let map = map(&QUATERNION, weight);
+        let text = "t_s,S1,w,x,y,z,kind\n0,1,1,0,0,0,a\n1,2,1,1,0,0,a\n2,3,1,0,0,0,b\n3,4,0,0,0,0,a\n4,5,1,0,0,0,c\n";
+        let (loaded, told) = load(text, &map).unwrap();
+        let recording = &loaded.recordings[0];
+        assert_eq!(recording.axes(), Axis::ALL);
+        let w = 2.0 * STANDARD_GRAVITY;
+        let expected = [
+            [0.0, 0.0, -w, -0.01 * w, 0.02 * w, 0.0],
+            [0.0, -w, 0.0, 0.03 * w, 0.0, -0.02 * w],
+            [0.0, 0.0, -w / 2.0, 0.0, 0.0, 0.0],
+        ];
+        assert_eq!(recording.n_samples(), 3);
+        for (actual, expected) in recording.loads().iter().zip(expected.as_flattened()) {
+            assert!((actual - expected).abs() < 1e-12, "{:?}", recording.loads());
+        }
+        assert!(
+            told.contains("run.csv:5: the pose is no rotation"),
+            "{told}"
+        );
+        assert!(
+            told.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn a_mount_is_chosen_by_the_name_of_the_file() {
+        let weight = |name: &str| {
+            format!(
+                r#"{{ "mass_kg": 1, "mounts": [{{ "name": "{name}", "centre_m": [0, 0, 0] }}] }}"#
+            )
+        };
+        let columns = &QUATERNION[..6];
+        let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
+        let (loaded, _) = load(text, &map(columns, &weight("run"))).unwrap();
+        assert_eq!(loaded.recordings[0].loads()[2], -STANDARD_GRAVITY);
+        let error = load(text, &map(columns, &weight("left")))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("holds none of the mounts left"), "{error}");
+    }
+
+    /// A sensor that swings by sin(2π t) rad about x with a weight at 1 m: at the ends the weight's own acceleration is
+    /// 4π² m/s², four times gravity; told whether it is counted or not.
+    #[test]
+    fn a_weight_that_is_swung_is_told() {
+        let columns = [
+            ("t_s", "time"),
+            ("S1", "gauge"),
+            ("r [rad]", "pose_roll"),
+            ("p", "pose_pitch"),
+            ("y", "pose_yaw"),
+        ];
+        let mut text = "t_s,S1,r [rad],p,y\n".to_owned();
+        for k in 0..300 {
+            let t = f64::from(k) / 100.0;
+            text.push_str(&format!(
+                "{t},{k},{},0,0\n",
+                (std::f64::consts::TAU * t).sin()
+            ));
+        }
+        for (inertia, word) in [
+            ("false", "is left out"),
+            ("true", "only as good as the pose"),
+        ] {
+            let weight = format!(
+                r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#
+            );
+            let (_, told) = load(&text, &map(&columns, &weight)).unwrap();
+            assert!(
+                told.contains("the weight's own acceleration") && told.contains(word),
+                "{told}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_weighed_is_refused_with_the_way_out() {
+        let whole = r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#;
+        let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
+        let told = |map: &ColumnMap| load(text, map).unwrap_err().to_string();
+        assert!(
+            told(&map(&QUATERNION[..6], "{}")).contains("mass_kg and centre_m must both be said")
+        );
+        let mut both = map(&QUATERNION[..6], whole);
+        both.table.columns[1].is = ColumnRole::Load(Axis::Fz);
+        assert!(told(&both).contains("but a column is Fz, too"));
+        let mut part = map(&QUATERNION[..6], whole);
+        part.table.columns.pop();
+        assert!(told(&part).contains("no column \"pose_qz\""));
+        let file = TestFile::new(text);
+        let alone = map(&QUATERNION[..6], whole);
+        let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("a weight is found by the forces on it")
+        );
+    }
+}

@@ -1,0 +1,425 @@
+//! Recordings that are not text: files that NumPy, SciPy, pyarrow and the MCAP library wrote (`tests/formats/generate.py`)
+//! give the closed-form numbers they were made of; whatever is done to them never panics.
+//!
+//! Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use loopscope::progress::Progress;
+use loopscope::recording::columns::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
+use loopscope::recording::delimited::inspect::{Known, inspect};
+use loopscope::recording::delimited::{Loaded, ReadError, read, read_mapped};
+use loopscope::recording::{Axis, Recording};
+
+const N: usize = 40;
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/formats")
+        .join(name)
+}
+
+fn loaded(path: &Path) -> Loaded {
+    read(path, &Progress::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn error(path: &Path) -> String {
+    read(path, &Progress::default()).unwrap_err().to_string()
+}
+
+/// The one recording of a file, and everything that is said about it.
+fn sound(path: &Path) -> (Recording, String) {
+    let mut loaded = loaded(path);
+    let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(loaded.recordings.len(), 1, "{told:?}");
+    (loaded.recordings.remove(0), told.join("\n"))
+}
+
+fn gauge(k: usize, j: usize) -> f64 {
+    (j + 1) as f64 + k as f64 / 4.0
+}
+
+fn load(k: usize, a: usize) -> f64 {
+    10.0 * (a + 1) as f64 - k as f64 / 2.0
+}
+
+/// Checks every number of a recording that has all samples, from this time on.
+#[track_caller]
+fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis]) {
+    assert_eq!(recording.n_samples(), N);
+    assert_eq!(recording.axes(), axes);
+    let names: Vec<String> = (1..=n_gauges).map(|j| format!("S{j}")).collect();
+    assert_eq!(recording.gauge_names(), names);
+    for k in 0..N {
+        let time = start_secs + k as f64 / 64.0;
+        assert!((recording.times()[k] - time).abs() < 1e-6, "time {k}");
+        for j in 0..n_gauges {
+            assert_eq!(recording.gauges_at(k)[j], gauge(k, j), "gauge {j} of {k}");
+        }
+        for a in 0..axes.len() {
+            assert_eq!(
+                recording.loads()[k * axes.len() + a],
+                load(k, a),
+                "axis {a} of {k}"
+            );
+        }
+    }
+}
+
+fn check_numpy(folder: &Path) {
+    let (plain, told) = sound(&folder.join("plain.npz"));
+    check(&plain, 0.0, 6, &Axis::ALL);
+    for part in [
+        "operator (texts)",
+        "settings (Python objects)",
+        "rate (one number)",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    let (packed, told) = sound(&folder.join("packed.npz"));
+    check(&packed, 0.0, 6, &Axis::ALL);
+    assert_eq!(told, "");
+}
+
+fn check_matlab(folder: &Path) {
+    for name in ["plain.mat", "packed.mat"] {
+        let (recording, told) = sound(&folder.join(name));
+        check(&recording, 0.0, 6, &Axis::ALL);
+        for part in [
+            "counts",
+            "note (text)",
+            "rig (a struct)",
+            "z (complex numbers)",
+        ] {
+            assert!(told.contains(part), "{told}");
+        }
+    }
+}
+
+#[cfg(feature = "parquet")]
+fn check_parquet(folder: &Path) {
+    let (recording, told) = sound(&folder.join("snappy.parquet"));
+    check(&recording, 0.0, 6, &Axis::ALL);
+    assert!(
+        told.contains("label (no numbers), pose.list.element (lists)"),
+        "{told}"
+    );
+    for name in ["gzip.parquet", "lz4.parquet", "none.parquet"] {
+        let (recording, told) = sound(&folder.join(name));
+        assert_eq!(recording.n_samples(), N - 2);
+        assert_eq!(recording.gauges()[..4], [1.0, 1.25, 1.5, 2.25]);
+        assert!(
+            told.contains(":4: column 2 (S1) holds NaN, which is not a finite"),
+            "{told}"
+        );
+        assert!(told.contains("(2 times, last on line 5)"), "{told}");
+    }
+    let told = error(&folder.join("zstd.parquet"));
+    assert!(
+        told.contains("is compressed by zstd") && told.contains("snappy"),
+        "{told}"
+    );
+}
+
+#[cfg(feature = "mcap")]
+fn check_mcap(folder: &Path) {
+    for name in ["plain.mcap", "zstd.mcap", "lz4.mcap"] {
+        let (recording, told) = sound(&folder.join(name));
+        let text = "left out: /joints (sensor_msgs/msg/JointState), /note (std_msgs/msg/String)";
+        assert!(told.contains(text), "{told}");
+        if name == "plain.mcap" {
+            // The reference ends a sample earlier; between its samples it is on the line, which is exact here.
+            assert!(told.contains("no reference at"), "{told}");
+            assert_eq!(recording.n_samples(), N - 1);
+            assert_eq!(
+                recording.loads()[6..12],
+                [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]
+            );
+        } else {
+            check(&recording, 1000.0, 6, &Axis::ALL);
+        }
+    }
+}
+
+#[test]
+fn arrays_of_numpy_are_read_with_the_names_of_columns() {
+    check_numpy(&fixture(""));
+}
+
+#[test]
+fn matrices_of_matlab_are_read_packed_or_not() {
+    check_matlab(&fixture(""));
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn columns_of_parquet_are_read_with_their_own_units() {
+    check_parquet(&fixture(""));
+}
+
+#[cfg(feature = "mcap")]
+#[test]
+fn topics_of_mcap_are_joined_by_the_times_in_their_messages() {
+    check_mcap(&fixture(""));
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn without_its_feature_a_parquet_file_is_named() {
+    assert!(error(&fixture("snappy.parquet")).contains("built without the feature `parquet`"));
+}
+
+#[cfg(not(feature = "mcap"))]
+#[test]
+fn without_its_feature_an_mcap_recording_is_named() {
+    assert!(error(&fixture("plain.mcap")).contains("built without the feature `mcap`"));
+}
+
+#[test]
+fn files_made_now_read_like_those_made_then() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = fixture("generate.py");
+    let made = Command::new("python3")
+        .arg(script)
+        .arg(folder.path())
+        .output();
+    let is_there = |name: &str| folder.path().join(name).exists();
+    if made.is_err() || !is_there("plain.npz") {
+        println!("no python3 with NumPy here: nothing compared");
+        return;
+    }
+    check_numpy(folder.path());
+    if is_there("packed.mat") {
+        check_matlab(folder.path());
+    }
+    #[cfg(feature = "parquet")]
+    if is_there("zstd.parquet") {
+        check_parquet(folder.path());
+    }
+    #[cfg(feature = "mcap")]
+    if is_there("lz4.mcap") {
+        check_mcap(folder.path());
+    }
+}
+
+/// Every other sample of the reference; the one between two is on their line, which is exact here.
+#[test]
+fn arrays_on_two_clocks_are_joined() {
+    let (recording, told) = sound(&fixture("two_clocks.npz"));
+    assert_eq!(recording.axes(), &Axis::ALL[..3]);
+    assert_eq!(recording.n_samples(), N - 1);
+    for k in 0..N - 1 {
+        assert_eq!(
+            recording.loads()[3 * k..3 * k + 3],
+            [load(k, 0), load(k, 1), load(k, 2)]
+        );
+    }
+    assert!(told.contains("no reference at 0.609375 s"), "{told}");
+}
+
+#[test]
+fn an_array_without_names_needs_a_map_and_is_read_by_it() {
+    let path = fixture("lone.npy");
+    let told = error(&path);
+    assert!(
+        told.contains("an array of 13 columns without names; say what they are"),
+        "{told}"
+    );
+    let proposed = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
+    assert_eq!(proposed.table.columns[0].is, ColumnRole::Time);
+    assert_eq!(
+        (proposed.table.about_rows, proposed.table.kind),
+        (40, Some("NumPy array"))
+    );
+    let mut map = ColumnMap::default();
+    map.table.shape.columns = 13;
+    let rule = |number, is| ColumnRule::new(ColumnKey::Number(number), is);
+    map.table.columns = vec![rule(1, ColumnRole::Time)];
+    map.table
+        .columns
+        .extend((2..8).map(|n| rule(n, ColumnRole::Gauge)));
+    map.table
+        .columns
+        .extend((0..6).map(|a| rule(8 + a, ColumnRole::Load(Axis::ALL[a]))));
+    let loaded = read_mapped(&path, &map, &Progress::default()).unwrap();
+    check(&loaded.recordings[0], 0.0, 6, &Axis::ALL);
+}
+
+#[test]
+fn a_map_chooses_among_arrays_as_among_columns_of_text() {
+    let path = fixture("plain.npz");
+    let mut map = inspect(&path, Known::Nothing, &Progress::default())
+        .unwrap()
+        .map;
+    map.table
+        .columns
+        .retain(|rule| rule.is != ColumnRole::Load(Axis::Fy));
+    let fx = ColumnRole::Load(Axis::Fx);
+    let rule = map
+        .table
+        .columns
+        .iter_mut()
+        .find(|rule| rule.is == fx)
+        .unwrap();
+    (rule.unit, rule.scale) = (Some("kN".to_owned()), -1.0);
+    let loaded = read_mapped(&path, &map, &Progress::default()).unwrap();
+    assert_eq!(loaded.recordings[0].axes().len(), 5);
+    assert_eq!(loaded.recordings[0].loads()[0], -10_000.0);
+}
+
+#[test]
+fn the_content_decides_not_the_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, other) in [("packed.npz", "run.csv"), ("plain.mat", "run.txt")] {
+        let path = folder.path().join(other);
+        fs::copy(fixture(name), &path).unwrap();
+        check(&sound(&path).0, 0.0, 6, &Axis::ALL);
+    }
+    let path = folder.path().join("run.npz");
+    fs::write(&path, "t,S1\n0,1\n1,2\n").unwrap();
+    assert_eq!(sound(&path).0.n_samples(), 2);
+    fs::write(&path, b"\x1f\x8b\x08 squeezed").unwrap();
+    assert!(error(&path).contains("not text but a gzip archive; unpack it"));
+}
+
+#[test]
+fn what_holds_no_table_says_what_it_holds_instead() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |content: &[u8]| {
+        let path = folder.path().join("run");
+        fs::write(&path, content).unwrap();
+        error(&path)
+    };
+    assert!(error(&fixture("objects.npy")).contains("holds Python objects; save it as"));
+    let empty_archive = [&b"PK\x05\x06"[..], &[0; 18]].concat();
+    assert!(told(&empty_archive).contains("no numbers in rows in this file"));
+    let mut matlab73 = b"MATLAB 7.3 MAT-file".to_vec();
+    matlab73.resize(512, b' ');
+    assert!(told(&matlab73).contains("save it with `save FILE -v7`"));
+    let matlab5 = [&b"MATLAB 5.0 MAT-file"[..], &[b' '; 105], b"\x00\x01IM"].concat();
+    assert!(told(&matlab5).contains("no numbers in rows"));
+    assert!(told(b"PK\x03\x04 S.npy is cut off").contains("the archive is damaged"));
+}
+
+fn npy(header: &str, data: &[u8]) -> Vec<u8> {
+    let length = (header.len() as u16).to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
+}
+
+/// Sizes that no memory has: each is an answer, made without asking for that memory.
+#[test]
+fn declared_sizes_are_not_believed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    for shape in [
+        "(9999999999999,)",
+        "(18446744073709551615, 2)",
+        "(1000000, 1000000)",
+    ] {
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+        fs::write(&path, npy(&header, &[0; 64])).unwrap();
+        assert!(
+            error(&path).contains("the file ends inside the array"),
+            "{shape}"
+        );
+    }
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 0), }\n";
+    fs::write(&path, npy(header, &[])).unwrap();
+    assert!(error(&path).contains("no numbers in rows"));
+    let header = "{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }\n";
+    fs::write(&path, npy(header, &[0; 32])).unwrap();
+    assert!(error(&path).contains("holds complex numbers"));
+    let mut matrix = fs::read(fixture("plain.mat")).unwrap();
+    matrix[132..136].copy_from_slice(&u32::MAX.to_le_bytes());
+    fs::write(&path, matrix).unwrap();
+    assert!(error(&path).contains("the file ends inside"));
+}
+
+/// All fixtures that this build reads.
+fn fixtures() -> Vec<PathBuf> {
+    let mut endings = vec!["npz", "npy", "mat"];
+    if cfg!(feature = "parquet") {
+        endings.push("parquet");
+    }
+    if cfg!(feature = "mcap") {
+        endings.push("mcap");
+    }
+    let is_read = |path: &PathBuf| {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        ending.is_some_and(|ending| endings.contains(&ending))
+    };
+    let entries = fs::read_dir(fixture("")).unwrap();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.retain(is_read);
+    paths.sort();
+    paths
+}
+
+#[test]
+fn a_file_that_is_cut_short_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    for fixture in fixtures() {
+        let content = fs::read(&fixture).unwrap();
+        for part in 1..24 {
+            fs::write(&path, &content[..content.len() * part / 24]).unwrap();
+            match read(&path, &Progress::default()) {
+                // What a killed recorder leaves behind, and whole matrices, are used.
+                Ok(loaded) => {
+                    let told: Vec<String> =
+                        loaded.warnings.iter().map(ToString::to_string).collect();
+                    let is_mat = fixture.extension().is_some_and(|ending| ending == "mat");
+                    let is_told = told.iter().any(|told| told.contains("ends early"));
+                    assert!(is_told || is_mat, "{fixture:?} {part}: {told:?}");
+                }
+                Err(ReadError::Io { source, .. }) => panic!("{fixture:?}: {source}"),
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
+}
+
+#[test]
+fn mutated_files_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let mut random = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut next = |limit: usize| {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random >> 11) as usize % limit
+    };
+    let mut n_read = 0;
+    for fixture in fixtures() {
+        let sound = fs::read(&fixture).unwrap();
+        for _ in 0..100 {
+            let mut content = sound.clone();
+            for _ in 0..=next(4) {
+                // Sizes and kinds stand at the start and the end more than elsewhere.
+                let at = match next(3) {
+                    0 => next(content.len().min(400)),
+                    1 => content.len() - 1 - next(content.len().min(400)),
+                    _ => next(content.len()),
+                };
+                match next(4) {
+                    0 => content[at] = [0, 1, 0x7f, 0x80, 0xff][next(5)],
+                    1 => content[at] ^= 1 << next(8),
+                    2 => content[at] = next(256) as u8,
+                    _ => content[at..]
+                        .iter_mut()
+                        .take(4)
+                        .for_each(|byte| *byte = 0xff),
+                }
+            }
+            fs::write(&path, &content).unwrap();
+            match read(&path, &Progress::default()) {
+                Ok(loaded) => n_read += usize::from(!loaded.recordings.is_empty()),
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
+    assert!(n_read > 50, "{n_read} files were read");
+}
