@@ -21,8 +21,8 @@ use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    CalibrationFormat, ReadCalibrationError, WriteError, name_gauges, read_calibration,
-    write_atomically, write_loads_csv,
+    CalibrationFormat, ReadCalibrationError, TraceFormat, WriteError, name_gauges,
+    read_calibration, write_atomically, write_loads_csv,
 };
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, MapFileError};
@@ -149,7 +149,7 @@ pub enum JobError {
     Split(f64),
     #[error("{}: the ending says no format; use one of {}", .path.display(), CalibrationFormat::listed())]
     Ending { path: PathBuf },
-    #[error("{}: the ending says no format of traces; use .csv", .path.display())]
+    #[error("{}: the ending says no format of traces; use {}", .path.display(), TraceFormat::LISTED)]
     TracesEnding { path: PathBuf },
     #[error(
         "traces from {from_secs} s to {to_secs} s hold nothing; the first must not be above the second"

@@ -173,7 +173,7 @@ mod tests {
     fn cal_file(directory: &Path) -> std::path::PathBuf {
         let rows: String = (["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"].iter().enumerate())
             .map(|(at, name)| {
-                let mut values = vec!["0"; 6];
+                let mut values = ["0"; 6];
                 values[at] = if at < 3 { "0.002" } else { "2000" };
                 let values = values.join(" ");
                 format!("<UserAxis Name=\"{name}\" values=\"{values}\" max=\"9\"/>")

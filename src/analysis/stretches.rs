@@ -49,3 +49,41 @@ pub fn stretches_on_screen<'a>(
         .filter(|stretch| !stretch.samples.is_empty())
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::analysis::{Request, View, analyse};
+    use crate::calibration::FitSettings;
+    use crate::progress::Progress;
+    use crate::recording::simulated;
+
+    /// The times of the panes begin at zero, where the first recording's own clock does too: both ways choose the same of it,
+    /// and the panes show the second recording after it.
+    #[test]
+    fn what_is_on_screen_is_counted_within_each_recording() {
+        let set = simulated::recordings(1);
+        let mut two = RecordingSet::default();
+        for entry in &set.entries()[..2] {
+            two.push(entry.clone()).unwrap();
+        }
+        let request = Request {
+            view: View::All,
+            ..Request::fit(Arc::new(two.clone()), FitSettings::default())
+        };
+        let traces = analyse(&request, &Progress::default()).unwrap().traces;
+        let n = two.entries()[0].recording.n_samples();
+        let end = traces.times[n + 9];
+        let shown = stretches_on_screen(&two, 1, &traces, Some((1.0, end)));
+        let first = two.entries()[0].recording.times();
+        let before = first.iter().filter(|time| **time - first[0] < 1.0).count();
+        assert_eq!(shown[0].samples, before..n);
+        assert_eq!(shown[1].samples, 0..10);
+        let recordings = two.entries().iter().map(|entry| &*entry.recording);
+        let within = stretches_within(recordings, 1, (first[0] + 1.0, f64::INFINITY));
+        assert_eq!(within[0], shown[0]);
+        assert_eq!(stretches_on_screen(&two, 1, &traces, Some((1e9, 2e9))), []);
+    }
+}

@@ -14,7 +14,8 @@ use crate::recording::Recording;
 /// Where traces go, and which part of them.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
-    /// Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: .csv.
+    /// Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: .csv, or
+    /// .parquet where this build has it.
     #[arg(long, value_name = "FILE")]
     pub traces: Option<PathBuf>,
     /// Leave out of the table what is before this time on each recording's own clock.

@@ -3,6 +3,9 @@
 //! Guarantees: rows are made as they are written, so the loads of one recording at a time are in memory; numbers are
 //! written so that reading them gives the same value.
 
+#[cfg(feature = "parquet")]
+mod parquet;
+
 use std::io;
 use std::ops::Range;
 use std::path::Path;
@@ -17,14 +20,27 @@ use crate::recording::{Axis, Recording};
 pub enum TraceFormat {
     /// `.csv`: delimited text.
     Csv,
+    /// `.parquet`: Apache Parquet, whose cells without a number are null.
+    #[cfg(feature = "parquet")]
+    Parquet,
 }
 
 impl TraceFormat {
+    /// The endings of all formats, as messages list them.
+    pub const LISTED: &'static str = match cfg!(feature = "parquet") {
+        true => ".csv or .parquet",
+        false => ".csv",
+    };
+
     /// The format that a file's ending asks for.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        (ending == "csv").then_some(Self::Csv)
+        match &*path.extension()?.to_str()?.to_ascii_lowercase() {
+            "csv" => Some(Self::Csv),
+            #[cfg(feature = "parquet")]
+            "parquet" => Some(Self::Parquet),
+            _ => None,
+        }
     }
 }
 
@@ -40,7 +56,8 @@ pub struct Stretch<'a> {
 }
 
 /// Writes what a calibration makes of stretches of recordings, whole or not at all: recording, time, then Calc., Conv.,
-/// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty.
+/// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
+/// ending says the format; without a known one it is CSV.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or somebody asked to
@@ -51,8 +68,11 @@ pub fn write_traces(
     stretches: &[Stretch<'_>],
     progress: &Progress,
 ) -> Result<(), WriteError> {
-    write_atomically(path, |out| {
-        write_traces_csv(calibration, stretches, progress, out)
+    let format = TraceFormat::from_path(path).unwrap_or(TraceFormat::Csv);
+    write_atomically(path, |out| match format {
+        TraceFormat::Csv => write_traces_csv(calibration, stretches, progress, out),
+        #[cfg(feature = "parquet")]
+        TraceFormat::Parquet => write_traces_parquet(calibration, stretches, progress, out),
     })
 }
 
@@ -75,6 +95,24 @@ fn write_traces_csv(
         write_row(&mut csv, &row)
     })?;
     csv.flush()
+}
+
+#[cfg(feature = "parquet")]
+fn write_traces_parquet(
+    calibration: &Calibration,
+    stretches: &[Stretch<'_>],
+    progress: &Progress,
+    out: &mut dyn io::Write,
+) -> io::Result<()> {
+    let recordings = stretches.iter().map(|stretch| stretch.recording);
+    let columns = Columns::of(calibration, recordings, &KINDS);
+    let mut table = parquet::ParquetTable::new(&columns.head(), out)?;
+    let mut row = Vec::new();
+    for_each(calibration, stretches, progress, |part| {
+        columns.fill(part.recording, part.loads, part.sample, &mut row);
+        table.push(part.recording.name(), &row)
+    })?;
+    table.finish()
 }
 
 /// One sample that is to be written.
