@@ -6,6 +6,8 @@ use clap::Parser as _;
 use loopscope::cli::{self, Cli};
 
 fn main() -> ExitCode {
+    // What goes on is written to standard error where RUST_LOG asks for it.
+    env_logger::init();
     let Cli { job, files } = Cli::parse();
     match job {
         Some(job) => cli::run(job),

@@ -540,6 +540,12 @@ impl AppState {
     }
 
     pub(super) fn tell(&mut self, notice: Notice) {
+        let level = match notice.level {
+            Level::Info => log::Level::Info,
+            Level::Warning => log::Level::Warn,
+            Level::Error => log::Level::Error,
+        };
+        log::log!(level, "{}", notice.text);
         self.notices.push(notice);
         let surplus = self.notices.len().saturating_sub(MOST_NOTICES);
         self.notices.drain(..surplus);

@@ -46,6 +46,7 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
             .with_app_id(APP_ID)
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([800.0, 500.0])
+            .with_icon(icon())
             .with_drag_and_drop(true),
         ..Default::default()
     };
@@ -93,6 +94,21 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     }
 }
 
+/// The program's picture; none if it cannot be read, which a test would show.
+fn icon() -> egui::IconData {
+    let png = include_bytes!("../../assets/loopscope.png");
+    let Ok(image) = image::load_from_memory_with_format(png, image::ImageFormat::Png) else {
+        return egui::IconData::default();
+    };
+    let image = image.into_rgba8();
+    let (width, height) = image.dimensions();
+    egui::IconData {
+        rgba: image.into_raw(),
+        width,
+        height,
+    }
+}
+
 /// What a machine lacks for a window to open at all.
 fn missing_display() -> Option<&'static str> {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
@@ -107,4 +123,14 @@ fn missing_display() -> Option<&'static str> {
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_icon_is_a_picture() {
+        let icon = super::icon();
+        assert_eq!((icon.width, icon.height), (256, 256));
+        assert_eq!(icon.rgba.len(), 256 * 256 * 4);
+    }
 }

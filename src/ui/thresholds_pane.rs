@@ -1,5 +1,6 @@
 //! Choosing thresholds: the map, the curves through the present pair, what it touches, and what is suggested.
 
+mod ages;
 mod curves;
 mod map;
 
@@ -12,6 +13,9 @@ use crate::ui::picture::screen_part;
 use crate::ui::shell::Fields;
 
 pub use map::MapTexture;
+
+/// The share of the height that the ages of the past get beside the curves.
+const AGES_SHARE: f32 = 0.26;
 
 /// Draws the pane.
 pub fn thresholds_pane(
@@ -42,7 +46,14 @@ pub fn thresholds_pane(
             ui.set_width(left);
             map::map(ui, state, map, measure, fields.study_on, texture, out);
         });
-        ui.vertical(|ui| curves::curves(ui, state, map, size.y, out));
+        ui.vertical(|ui| {
+            let ages_height = if state.study.touch.is_some() { AGES_SHARE * size.y } else { 0.0 };
+            curves::curves(ui, state, map, size.y - ages_height, out);
+            if let Some(touch) = &state.study.touch {
+                let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
+                ages::ages(ui, state, touch, place, out);
+            }
+        });
     });
 }
 

@@ -71,6 +71,7 @@ impl Jobs {
         self.0.retain(|(_, job)| match job.result() {
             None => true,
             Some(result) => {
+                log::info!("ended after {:.3} s: {}", job.since.elapsed().as_secs_f64(), job.title);
                 commands.push(result.unwrap_or_else(|panicked| {
                     let text = format!("{}: {panicked}", job.title);
                     Command::Tell(Notice::new(Level::Error, text))
@@ -124,6 +125,8 @@ impl Shell {
         title: impl Into<String>,
         work: impl FnOnce(&Progress) -> Command + Send + 'static,
     ) {
+        let title = title.into();
+        log::info!("begins: {title}");
         let job = Job::start(title, Arc::clone(&self.notify), work);
         self.jobs.0.push((kind, job));
     }

@@ -1,0 +1,58 @@
+//! How old the past samples are: bars over their age, those that t_th cuts off in another colour.
+
+use egui_plot::{Bar, BarChart, Plot, VLine};
+
+use crate::app::{AppState, Command};
+use crate::evaluation::threshold_study::Touch;
+use crate::ui::numbers::significant;
+use crate::ui::{palette, picture, plots};
+
+/// Draws the bars.
+pub fn ages(
+    ui: &mut egui::Ui,
+    state: &AppState,
+    touch: &Touch,
+    [width, height]: [f32; 2],
+    out: &mut Vec<Command>,
+) {
+    let t_th_secs = state.thresholds().t_th_secs;
+    let visuals = ui.visuals().clone();
+    let share = |count: u64| 100.0 * count as f64 / touch.n_samples.max(1) as f64;
+    let bars = touch.ages.iter().map(|bin| {
+        let wide = bin.to_secs - bin.from_secs;
+        let color = match bin.to_secs <= t_th_secs * (1.0 + 1e-9) {
+            true => palette::look_back(&visuals),
+            false => visuals.weak_text_color(),
+        };
+        Bar::new(bin.from_secs + 0.5 * wide, share(bin.count))
+            .width(0.92 * wide)
+            .fill(color)
+    });
+    let name = "Age of the past";
+    let response = Plot::new("ages")
+        .width(width)
+        .height(height)
+        .allow_scroll(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .allow_boxed_zoom(false)
+        .show_x(false)
+        .show_y(false)
+        .show_grid([false, true])
+        .include_y(0.0)
+        .x_axis_label("age of the past [s]")
+        .y_axis_label("samples [%]")
+        .y_axis_min_width(44.0)
+        .y_axis_formatter(|mark, _| significant(mark.value, 3))
+        .show(ui, |plot| {
+            plot.bar_chart(BarChart::new(name, bars.collect()));
+            plot.vline(VLine::new("t_th", t_th_secs).color(visuals.error_fg_color).width(1.2));
+        })
+        .response;
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
+    picture::menu(&response, plots::with_labels(response.rect), None, out);
+    response.on_hover_text(format!(
+        "How long ago the past was that F_th finds. Green: found; grey: older than t_th, cut off. {} % are older than the last bar",
+        significant(share(touch.n_beyond), 2)
+    ));
+}
