@@ -217,6 +217,7 @@ impl Ground {
                 .iter()
                 .map(|recording| recording.name().to_owned())
                 .collect(),
+            tare: self.recordings.tare(),
         })
     }
 

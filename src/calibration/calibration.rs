@@ -11,7 +11,7 @@ use crate::calibration::{CalibrationError, LinearMap, Regressor, loads_from_gaug
 use crate::features::{
     Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath, feature_names,
 };
-use crate::recording::{Axis, Recording};
+use crate::recording::{Axis, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -92,6 +92,9 @@ pub struct Calibration {
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
+    /// How their gauges were tared; gauges that it is applied to must be tared, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tare: Option<Tare>,
 }
 
 /// What a calibration makes of a recording.

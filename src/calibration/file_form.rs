@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::calibration::learned::Learned;
 use crate::calibration::{Calibration, LinearMap, Quality, Regressor};
 use crate::features::{Distance, FeatureSettings, GaugeScale, Thresholds};
-use crate::recording::Axis;
+use crate::recording::{Axis, Tare};
 
 /// The fields of every version.
 ///
@@ -34,6 +34,8 @@ pub(super) struct FileForm {
     learned: Option<Learned>,
     quality: Quality,
     trained_on: Vec<String>,
+    #[serde(default)]
+    tare: Option<Tare>,
 }
 
 impl From<FileForm> for Calibration {
@@ -59,6 +61,7 @@ impl From<FileForm> for Calibration {
             learned,
             quality,
             trained_on,
+            tare,
         } = file;
         let features = features.unwrap_or_else(|| FeatureSettings {
             look_backs: thresholds.into_iter().collect(),
@@ -84,6 +87,7 @@ impl From<FileForm> for Calibration {
             learned,
             quality,
             trained_on,
+            tare,
         }
     }
 }

@@ -230,6 +230,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         learned: None,
         quality: Quality::default(),
         trained_on: Vec::new(),
+        tare: None,
     }
 }
 

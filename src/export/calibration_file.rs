@@ -112,6 +112,7 @@ mod tests {
             learned: None,
             quality: Quality::default(),
             trained_on: vec!["a \u{1b}[31m".to_owned()],
+            tare: None,
             gauges,
         }
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{Axis, Recording};
+use crate::recording::{Axis, Recording, Tare};
 
 /// What a recording is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -138,6 +138,19 @@ impl RecordingSet {
                 .entries
                 .iter()
                 .all(|entry| *entry.recording.source() == crate::recording::Source::Simulated)
+    }
+
+    /// How the recordings that are fitted were tared, where they all were in one way.
+    #[must_use]
+    pub fn tare(&self) -> Option<Tare> {
+        let is_fitted = |entry: &&Entry| entry.role == Role::Train;
+        let mut tares = self
+            .entries
+            .iter()
+            .filter(is_fitted)
+            .map(|entry| entry.recording.tare());
+        let first = tares.next()??;
+        tares.all(|tare| tare == Some(first)).then_some(first)
     }
 
     /// Appends a recording.
