@@ -28,7 +28,7 @@ use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, MapFileError};
 use crate::recording::delimited::{self, LoadWarning, ReadError};
 use crate::recording::write_csv::write_csv;
-use crate::recording::{LayoutError, Recording, simulated};
+use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
 
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
@@ -96,6 +96,27 @@ pub struct ReadArgs {
     /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json")]
     columns: Option<PathBuf>,
+    /// Take the gauges' mean over a stretch off each recording: FROM:TO in seconds from its start, or "auto": the first
+    /// quiet half second. What a calibration made so is applied to must be tared, too.
+    #[arg(long, value_name = "auto|FROM:TO")]
+    tare: Option<Tare>,
+}
+
+impl ReadArgs {
+    /// The recording as it is wanted; what was done goes to standard error.
+    fn tared(&self, recording: Recording) -> Result<Recording, JobError> {
+        let Some(tare) = self.tare else {
+            return Ok(recording);
+        };
+        let (tared, (from, to)) = recording.tared(tare)?;
+        if tare == Tare::Auto {
+            let name = tared.name();
+            tell(&format_args!(
+                "note: {name}: tared over {from:.3} s to {to:.3} s"
+            ));
+        }
+        Ok(tared)
+    }
 }
 
 /// Arguments of `apply`.
@@ -126,6 +147,8 @@ pub enum JobError {
     Read(#[from] ReadError),
     #[error(transparent)]
     Map(#[from] MapFileError),
+    #[error(transparent)]
+    Tare(#[from] TareError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -267,7 +290,8 @@ fn read_hearing(
             };
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
-            Ok(loaded.recordings)
+            let recordings = loaded.recordings.into_iter();
+            recordings.map(|recording| args.tared(recording)).collect()
         })
         .collect()
 }
@@ -336,6 +360,14 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                 && !names_gauges
             {
                 name_gauges(&mut calibration, recording.gauge_names());
+            }
+            if let (Some(tare), Some(None)) =
+                (calibration.tare, recordings.first().map(Recording::tare))
+            {
+                tell(&format_args!(
+                    "note: {}: not tared, and the calibration was made of gauges less their mean over {tare}; add --tare",
+                    path.display()
+                ));
             }
             if let Some(output) = outputs.get(at) {
                 write_atomically_applied(&calibration, path, &recordings, output)?;

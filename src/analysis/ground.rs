@@ -228,6 +228,7 @@ impl Ground {
                 .collect(),
             rate_hz: self.recordings.rate_hz(Role::Train),
             sources: Vec::new(),
+            tare: self.recordings.tare(),
         })
     }
 

@@ -13,7 +13,7 @@ use crate::calibration::{
 use crate::features::{
     Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath, feature_names,
 };
-use crate::recording::{Axis, Recording};
+use crate::recording::{Axis, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -101,6 +101,9 @@ pub struct Calibration {
     /// [`with_sources`](crate::export::with_sources).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
+    /// How their gauges were tared; gauges that it is applied to must be tared, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tare: Option<Tare>,
 }
 
 /// What a calibration makes of a recording.

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::calibration::learned::Learned;
 use crate::calibration::{Calibration, LinearMap, Quality, Regressor, UsedRecording};
 use crate::features::{Distance, FeatureSettings, GaugeScale, Thresholds};
-use crate::recording::Axis;
+use crate::recording::{Axis, Tare};
 
 /// The fields of every version.
 ///
@@ -37,6 +37,8 @@ pub(super) struct FileForm {
     rate_hz: Option<f64>,
     #[serde(default)]
     sources: Vec<UsedRecording>,
+    #[serde(default)]
+    tare: Option<Tare>,
 }
 
 impl From<FileForm> for Calibration {
@@ -64,6 +66,7 @@ impl From<FileForm> for Calibration {
             trained_on,
             rate_hz,
             sources,
+            tare,
         } = file;
         let features = features.unwrap_or_else(|| FeatureSettings {
             look_backs: thresholds.into_iter().collect(),
@@ -91,6 +94,7 @@ impl From<FileForm> for Calibration {
             trained_on,
             rate_hz,
             sources,
+            tare,
         }
     }
 }

@@ -53,7 +53,8 @@ impl RecordingArgs {
             let built_in = simulated::recordings(simulated::DEFAULT_SEED);
             for entry in built_in.entries() {
                 if entry.role == Role::Train || self.test.is_empty() {
-                    set.push(entry.clone())?;
+                    let recording = self.read.tared((*entry.recording).clone())?;
+                    set.push(Entry::new(recording, entry.role))?;
                 }
             }
         }

@@ -48,7 +48,8 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         return print_weight(&estimate, args.json);
     }
     let known = map.as_ref().map_or(Known::Nothing, Known::Map);
-    let inspection = inspect(&args.file, known, &Progress::default())?;
+    let mut inspection = inspect(&args.file, known, &Progress::default())?;
+    inspection.map.tare = args.read.tare.or(inspection.map.tare);
     if let Some(path) = &args.write_map {
         write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
     }

@@ -233,6 +233,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         trained_on: Vec::new(),
         rate_hz: None,
         sources: Vec::new(),
+        tare: None,
     }
 }
 

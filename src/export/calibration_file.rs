@@ -119,6 +119,7 @@ mod tests {
                 file: Some("a.csv */ --> \n#".to_owned()),
                 sha256: Some("ba78".to_owned()),
             }],
+            tare: None,
             gauges,
         }
     }

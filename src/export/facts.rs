@@ -63,6 +63,10 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
         ("RMSE conventional", scores(&quality.conventional)),
         ("RMSE compensated", scores(&quality.compensated)),
     ];
+    if let Some(tare) = calibration.tare {
+        let fact = format!("the gauges less their mean over {tare}; tare before use");
+        facts.push(("tared", fact));
+    }
     if calibration.simulated {
         facts.insert(
             0,

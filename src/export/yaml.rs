@@ -34,6 +34,9 @@ pub(super) fn write(
     writeln!(out, "full_scale: {}", numbers(&calibration.full_scale))?;
     writeln!(out, "offset: {}", calibration.offset)?;
     writeln!(out, "simulated: {}", calibration.simulated)?;
+    if let Some(tare) = calibration.tare {
+        writeln!(out, "tared: \"{tare}\"")?;
+    }
     writeln!(out, "blocks:")?;
     writeln!(
         out,

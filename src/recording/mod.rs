@@ -17,6 +17,7 @@ pub mod pose;
 mod recording;
 pub mod set;
 pub mod simulated;
+mod tare;
 pub mod units;
 pub mod write_csv;
 
@@ -24,3 +25,4 @@ pub use arrays::ArraysError;
 pub use axis::Axis;
 pub use recording::{Recording, RecordingError, Source};
 pub use set::{Entry, Layout, LayoutError, RecordingSet, Role};
+pub use tare::{Tare, TareError};

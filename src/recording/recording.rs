@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use crate::recording::Axis;
+use crate::recording::{Axis, Tare};
 
 /// Where a recording comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,6 +33,7 @@ pub struct Recording {
     axes: Vec<Axis>,
     loads: Vec<f64>,
     rate_hz: Option<f64>,
+    tare: Option<Tare>,
 }
 
 /// Why numbers do not make a recording.
@@ -121,6 +122,7 @@ impl Recording {
         }
         Ok(Self {
             rate_hz: rate_hz(&times),
+            tare: None,
             name,
             source,
             times,
@@ -140,6 +142,22 @@ impl Recording {
             self.gauge_units = units;
         }
         self
+    }
+
+    /// The recording with these numbers taken off its gauges, one each.
+    pub(super) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
+        for sample in self.gauges.chunks_exact_mut(offsets.len()) {
+            let values = sample.iter_mut().zip(offsets);
+            values.for_each(|(value, offset)| *value -= offset);
+        }
+        self.tare = Some(tare);
+        self
+    }
+
+    /// How the gauges were tared; `None` where they are as they were measured.
+    #[must_use]
+    pub fn tare(&self) -> Option<Tare> {
+        self.tare
     }
 
     /// The name shown to people: a file's stem, with a part number where one file holds several recordings.
@@ -266,6 +284,7 @@ impl Recording {
             name,
             source: self.source.clone(),
             rate_hz: rate_hz(&times),
+            tare: self.tare,
             times,
             gauge_names: self.gauge_names.clone(),
             gauge_units: self.gauge_units.clone(),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::recording::recording::median;
-use crate::recording::{Axis, Recording};
+use crate::recording::{Axis, Recording, Tare};
 
 /// What a recording is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -146,6 +146,19 @@ impl RecordingSet {
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
         let entries = self.entries.iter().filter(|entry| entry.role == role);
         median(entries.filter_map(|entry| entry.recording.rate_hz()))
+    }
+
+    /// How the recordings that are fitted were tared, where they all were in one way.
+    #[must_use]
+    pub fn tare(&self) -> Option<Tare> {
+        let is_fitted = |entry: &&Entry| entry.role == Role::Train;
+        let mut tares = self
+            .entries
+            .iter()
+            .filter(is_fitted)
+            .map(|entry| entry.recording.tare());
+        let first = tares.next()??;
+        tares.all(|tare| tare == Some(first)).then_some(first)
     }
 
     /// Appends a recording.

@@ -1,6 +1,6 @@
 //! `apply`: a calibration file and recordings in, loads out.
 
-use crate::program::{fit, numbers, succeed};
+use crate::program::{fit, numbers, stderr, succeed};
 use crate::table::Table;
 use crate::workshop::{ALL_FILES, HEADER, Workshop, rows};
 
@@ -74,4 +74,68 @@ fn several_files_go_into_a_directory_that_is_made() {
     for name in ["new/loads/a_loads.csv", "new/loads/b_loads.csv"] {
         assert_eq!(Table::read(&workshop.file(name)).rows.len(), 150);
     }
+}
+
+/// A zero that has moved between two days: without taring it is in every load, with taring in none.
+#[test]
+fn a_tared_calibration_says_so_and_reads_tared_recordings() {
+    let workshop = Workshop::with_recordings();
+    let shifted = |text: String| -> String {
+        let mut lines = text.lines();
+        let header = lines.next().unwrap().to_owned();
+        let shift = |line: &str| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            cells[1] = (cells[1].parse::<f64>().unwrap() + 5.0).to_string();
+            cells.join(",")
+        };
+        [header]
+            .into_iter()
+            .chain(lines.map(shift))
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    workshop.write("today.csv", shifted(workshop.read("a.csv")));
+    let tare = ["--tare", "0:0.5"];
+    let made = [
+        &[
+            "fit", "--train", "a.csv", "b.csv", "--export", "cal.json", "--export", "cal.yaml",
+        ],
+        &tare[..],
+    ]
+    .concat();
+    succeed(workshop.path(), &made);
+    assert!(workshop.read("cal.json").contains("\"stretch\""));
+    assert!(
+        workshop
+            .read("cal.yaml")
+            .contains("0 s to 0.5 s of each recording")
+    );
+    let apply = |out: &str, file: &str, more: &[&str]| {
+        let arguments = [&["apply", "cal.json", file, "--out", out], more].concat();
+        succeed(workshop.path(), &arguments)
+    };
+    apply("before", "a.csv", &tare);
+    apply("after", "today.csv", &tare);
+    let loads = |path: &str| -> Vec<f64> {
+        let text = workshop.read(path);
+        let rows = text
+            .lines()
+            .skip_while(|line| !line.starts_with(char::is_numeric));
+        rows.flat_map(|row| {
+            row.split(',')
+                .map(|cell| cell.parse().unwrap())
+                .collect::<Vec<f64>>()
+        })
+        .collect()
+    };
+    let (before, after) = (loads("before/a_loads.csv"), loads("after/today_loads.csv"));
+    assert!(!before.is_empty() && before.len() == after.len());
+    for (before, after) in before.iter().zip(&after) {
+        assert!((before - after).abs() < 1e-5, "{before} became {after}");
+    }
+    let told = stderr(&apply("raw", "today.csv", &[]));
+    assert!(
+        told.contains("not tared, and the calibration was made of gauges less"),
+        "{told}"
+    );
 }

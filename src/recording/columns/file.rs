@@ -13,6 +13,7 @@ use super::{
     Attitude, ColumnKey, ColumnMap, ColumnRule, Join, MapError, MapFileError, ReferenceFile,
     TableMap, WeightMap,
 };
+use crate::recording::Tare;
 
 const FORMAT: &str = "loopscope column map";
 const VERSION: u32 = 1;
@@ -42,6 +43,8 @@ pub(super) struct MapFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     weight: Option<WeightMap>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    tare: Option<Tare>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     average_bursts_secs: Option<f64>,
 }
 
@@ -54,6 +57,7 @@ impl From<ColumnMap> for MapFile {
             table: map.table,
             reference: map.reference,
             weight: map.weight,
+            tare: map.tare,
             average_bursts_secs: map.average_bursts_secs,
         }
     }
@@ -68,6 +72,7 @@ impl TryFrom<MapFile> for ColumnMap {
             reference: file.reference,
             join: file.join.unwrap_or_default(),
             weight: file.weight,
+            tare: file.tare,
             average_bursts_secs: file.average_bursts_secs,
         };
         map.check()?;
@@ -159,6 +164,15 @@ impl ColumnMap {
         }
         let offset = self.join.clock_offset_secs;
         must("join.clock_offset_secs", offset, "finite", f64::is_finite)?;
+        if let Some(Tare::Stretch(from, to)) = self.tare {
+            let is_after = |x: f64| 0.0 <= from && from <= x && x.is_finite();
+            must(
+                "the end of \"tare\"",
+                to,
+                "no less than its start, and that 0 or more",
+                is_after,
+            )?;
+        }
         match self.average_bursts_secs {
             Some(within) => must("average_bursts_secs", within, "0 or more", |x| x >= 0.0),
             None => Ok(()),
@@ -271,6 +285,7 @@ mod tests {
                 clock_offset_secs: -2.5,
             },
             weight: None,
+            tare: Some(Tare::Stretch(0.0, 1.5)),
             average_bursts_secs: Some(0.001),
         }
     }

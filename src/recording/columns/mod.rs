@@ -14,6 +14,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::recording::Tare;
 pub use error::{MapError, MapFileError};
 pub use role::{ColumnRole, PosePart};
 pub use weight::{Angles, Attitude, Mount, WeightMap};
@@ -26,6 +27,7 @@ pub use weight::{Angles, Attitude, Mount, WeightMap};
 /// | `reference` | where the reference load stands, if it has a file of its own |
 /// | `join` | how a reference on its own clock is brought to the times of the gauges |
 /// | `weight` | the load is computed from the pose of a sensor that carries a known weight |
+/// | `tare` | the gauges' mean over a stretch is taken off: `"auto"`, or `{ "stretch": [from, to] }` in seconds |
 /// | `average_bursts_secs` | successive gauge samples no further apart than this become one, their mean; `None` leaves them |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "file::MapFile", try_from = "file::MapFile")]
@@ -38,6 +40,8 @@ pub struct ColumnMap {
     pub join: Join,
     /// The weight whose load is computed from the pose.
     pub weight: Option<WeightMap>,
+    /// How the gauges are tared.
+    pub tare: Option<Tare>,
     /// Successive gauge samples no further apart than this (s) become one.
     pub average_bursts_secs: Option<f64>,
 }

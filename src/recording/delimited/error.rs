@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use super::warning::LoadWarning;
 use crate::progress::Cancelled;
 use crate::recording::columns::{ColumnRole, MapError};
-use crate::recording::{ArraysError, Axis};
+use crate::recording::{ArraysError, Axis, TareError};
 
 /// The way out where names settle too little.
 const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
@@ -108,6 +108,8 @@ pub enum ReadError {
         first: usize,
         second: usize,
     },
+    #[error(transparent)]
+    Tare(#[from] TareError),
     #[error("the column map: {0}")]
     Map(#[from] MapError),
     #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; {OTHER_MAP}", path.display())]

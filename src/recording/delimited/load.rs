@@ -168,6 +168,11 @@ impl Sides {
             warnings = reference.rows.findings.into_warnings(&reference.path);
         }
         let mut loaded = assemble::recordings(gauges)?;
+        if let Some(tare) = map.tare {
+            let recordings = loaded.recordings.into_iter();
+            let tared = recordings.map(|recording| Ok(recording.tared(tare)?.0));
+            loaded.recordings = tared.collect::<Result<_, ReadError>>()?;
+        }
         loaded.warnings.append(&mut warnings);
         Ok(loaded)
     }

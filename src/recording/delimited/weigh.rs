@@ -187,6 +187,7 @@ mod tests {
     use super::super::tests::TestFile;
     use super::super::{Loaded, read_mapped};
     use super::*;
+    use crate::recording::columns::ReferenceFile;
     use crate::recording::kinetics::STANDARD_GRAVITY;
 
     /// A map of a table with a header, its columns by name.
@@ -248,6 +249,41 @@ mod tests {
             told.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
             "{told}"
         );
+    }
+
+    /// Robot states at 0 s and 10 s, level and rolled by 90°, in a file of their own: the loads are (0, 0, −W) and
+    /// (0, −W, 0), and halfway between on their line.
+    #[test]
+    fn the_pose_may_stand_in_the_file_of_another_clock() {
+        let mut map = map(
+            &QUATERNION[..6],
+            r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#,
+        );
+        let mut states = map.table.clone();
+        states.columns.retain(|rule| rule.is != ColumnRole::Gauge);
+        map.table.columns.truncate(2);
+        map.reference = Some(ReferenceFile {
+            file: "states.csv".to_owned(),
+            table: states,
+        });
+        let file = TestFile::new("t_s,S1,w,x,y,z\n0,1,,,,\n5,2,,,,\n10,3,,,,\n");
+        let text = "t_s,S1,w,x,y,z\n0,,1,0,0,0\n10,,1,1,0,0\n";
+        std::fs::write(file.path.with_file_name("states.csv"), text).unwrap();
+        let loaded = read_mapped(&file.path, &map, &Progress::default()).unwrap();
+        let loads = loaded.recordings[0].loads();
+        let half = STANDARD_GRAVITY / 2.0;
+        for (sample, force) in [
+            (0, [0.0, -2.0 * half]),
+            (1, [-half, -half]),
+            (2, [-2.0 * half, 0.0]),
+        ] {
+            for axis in 0..2 {
+                assert!(
+                    (loads[6 * sample + 1 + axis] - force[axis]).abs() < 1e-12,
+                    "{loads:?}"
+                );
+            }
+        }
     }
 
     #[test]
