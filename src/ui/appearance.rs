@@ -2,6 +2,17 @@
 
 use crate::app::{Preferences, Theme};
 
+/// Lets signs that the usual font lacks (arrows, superscripts) come from the one for code.
+pub fn complete_fonts(context: &egui::Context) {
+    let mut fonts = egui::FontDefinitions::default();
+    let code = fonts.families.get(&egui::FontFamily::Monospace);
+    let code = code.and_then(|names| names.first()).cloned();
+    if let Some(usual) = fonts.families.get_mut(&egui::FontFamily::Proportional) {
+        usual.extend(code);
+    }
+    context.set_fonts(fonts);
+}
+
 /// Makes the window look as the preferences say.
 pub fn apply(context: &egui::Context, preferences: &Preferences) {
     context.set_theme(match preferences.theme {

@@ -100,7 +100,7 @@ const EQUATIONS: [(&str, &str); 6] = [
     ("Eq. 3", "L = C⁻¹ S: the load is a matrix times the gauges"),
     (
         "Eq. 4-8",
-        "C⁻¹ = L Sᵀ (S Sᵀ)⁻¹: least squares over all training samples",
+        "C⁻¹ = L S' (S S')⁻¹, S' the transpose: least squares over all training samples",
     ),
     (
         "Eq. 9",

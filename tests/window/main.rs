@@ -19,7 +19,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use loopscope::analysis::{Analysis, View};
 use loopscope::app::{AppState, Command, ImportCommand, Level, Preferences};
 use loopscope::calibration::{Regressor, RidgeChoice};
-use loopscope::export::{read_calibration, write_calibration};
+use loopscope::export::{read_calibration, with_sources, write_calibration};
 use loopscope::recording::{self, Axis};
 use loopscope::ui::{Dialogs, Reply, SaveAs, Shell};
 
@@ -612,7 +612,9 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     type_into(&mut window, "Export to", path.to_str().unwrap());
     click(&mut window, Role::Button, "Export");
     told(&window, Level::Info, "calibration.json");
-    assert_eq!(read_calibration(&path).unwrap(), *fitted.calibration);
+    let written = read_calibration(&path).unwrap();
+    assert_eq!(written, with_sources(&fitted.calibration, &state(&window).recordings));
+    assert!(written.sources.iter().all(|used| used.sha256.is_some()));
 
     type_into(&mut window, "Open", path.to_str().unwrap());
     click(&mut window, Role::Button, "Load");

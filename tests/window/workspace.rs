@@ -29,13 +29,19 @@ fn a_pane_is_closed_brought_back_and_put_in_front() {
     assert!(on_screen(&window, Pane::Traces) && !on_screen(&window, Pane::Loops));
     ctrl(&mut window, Key::Num6);
     assert!(on_screen(&window, Pane::Loops) && !on_screen(&window, Pane::Traces));
-    menu(&mut window, "View", "Traces");
+    let toggle = |window: &mut Window| {
+        click(window, Role::Button, "View");
+        click(window, Role::CheckBox, "Traces");
+        window.key_press(Key::Escape);
+        settle(window);
+    };
+    toggle(&mut window);
     assert!(
         window
             .query_by_role_and_label(Role::Button, "Traces")
             .is_none()
     );
-    menu(&mut window, "View", "Traces");
+    toggle(&mut window);
     assert!(on_screen(&window, Pane::Traces), "and it is in front");
     click(&mut window, Role::Button, "Metrology");
     assert!(on_screen(&window, Pane::Metrology) && !on_screen(&window, Pane::Traces));
@@ -136,16 +142,18 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
         .rect();
     let press = |window: &mut Window, at: egui::Pos2, modifiers: Modifiers| {
         window.hover_at(at);
+        window.step();
         for pressed in [true, false] {
-            window.event(egui::Event::PointerButton {
+            let button = egui::Event::PointerButton {
                 pos: at,
                 button: egui::PointerButton::Primary,
                 pressed,
                 modifiers,
-            });
-            window.event_modifiers(egui::Event::PointerMoved(at), modifiers);
+            };
+            window.event_modifiers(button, modifiers);
             window.step();
         }
+        window.remove_cursor();
         wait(window, 3);
     };
     press(&mut window, pane.center(), Modifiers::NONE);

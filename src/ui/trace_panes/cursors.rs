@@ -173,8 +173,9 @@ impl Cursors {
         let mut open = true;
         egui::Window::new("Cursors")
             .open(&mut open)
-            .default_size([560.0, 260.0])
-            .default_pos(ui.max_rect().left_bottom() + egui::vec2(40.0, -320.0))
+            .default_size([640.0, 260.0])
+            // Beside the plots, where there is room for it.
+            .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
             .show(ui.ctx(), |ui| {
                 let time = |k: usize| significant(traces.times[k], 7);
                 ui.horizontal_wrapped(|ui| {
