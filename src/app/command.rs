@@ -12,7 +12,7 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::evaluation::threshold_study::Measure;
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
-use crate::recording::{Axis, RecordingSet, Role};
+use crate::recording::{Axis, RecordingSet, Role, Tare};
 
 /// A wish: from a panel, or the result of background work.
 #[derive(Clone, Debug)]
@@ -23,6 +23,10 @@ pub enum Command {
     SetRole(usize, Role),
     /// Give every recording with a reference a role.
     SetAllRoles(Role),
+    /// Tare these recordings.
+    Tare(Vec<usize>, Tare),
+    /// They are tared: the recordings of before, and those of now.
+    Tared(Arc<RecordingSet>, Result<RecordingSet, String>),
     /// Close one recording.
     RemoveRecording(usize),
     /// Close all recordings.
@@ -128,6 +132,8 @@ pub enum Effect {
     Analyse(Request),
     /// Read these files, each by its map if it has one; one whose names say too little by the map of its shape.
     Read(Vec<(PathBuf, Option<ColumnMap>)>, Vec<ColumnMap>),
+    /// Tare these recordings.
+    Tare(Arc<RecordingSet>, Vec<usize>, Tare),
     /// Look at a file; the newest wish wins.
     Inspect(PathBuf, KnownOf),
     /// Read a column map.

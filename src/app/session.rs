@@ -14,7 +14,7 @@ use crate::app::{AppState, Applied, Choices, Effect, Existing, FileContent, Leve
 use crate::calibration::{Calibration, FitSettings};
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
-use crate::recording::{Axis, RecordingSet, Role, Source};
+use crate::recording::{Axis, RecordingSet, Role, Source, Tare};
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
@@ -66,6 +66,9 @@ pub struct SessionFile {
     /// The map that it was read by.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnMap>,
+    /// How its recordings were tared after reading, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub tares: BTreeMap<String, Tare>,
     /// What its recordings are for, by name; those that are not named take the role that their name asks for.
     pub roles: BTreeMap<String, Role>,
 }
@@ -233,6 +236,10 @@ impl AppState {
                 files.len() - 1
             });
             let name = entry.recording.name().to_owned();
+            let by_map = files[at].columns.as_ref().and_then(|map| map.tare);
+            if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
+                files[at].tares.insert(name.clone(), tare);
+            }
             files[at].roles.insert(name, entry.role);
         }
         let on_screen = match self.view {

@@ -103,6 +103,22 @@ impl AppState {
                     set.set_role(at, role);
                 }
             }),
+            Command::Tare(which, tare) => {
+                vec![Effect::Tare(Arc::clone(&self.recordings), which, tare)]
+            }
+            Command::Tared(before, tared) => match tared {
+                // Others have been opened meanwhile.
+                _ if !Arc::ptr_eq(&before, &self.recordings) => Vec::new(),
+                Ok(tared) => {
+                    self.recordings = Arc::new(tared);
+                    self.unsplit = None;
+                    self.analyse()
+                }
+                Err(error) => {
+                    self.tell(Notice::new(Level::Error, error));
+                    Vec::new()
+                }
+            },
             Command::RemoveRecording(at) => self.remove(at),
             Command::CloseRecordings => self.close_recordings(),
             Command::Split(fraction) => self.split(fraction),
@@ -374,7 +390,7 @@ impl AppState {
                 Ok(Opened::Factory(found)) => factory = Some((path, found)),
                 Ok(Opened::Session(opened)) => session = Some((path, *opened)),
                 Ok(Opened::WantsMap(reason)) => {
-                    self.tell(Notice::new(Level::Info, reason));
+                    log::info!("{reason}");
                     to_import.push(path);
                 }
                 Err(error) => self.tell(Notice::new(Level::Error, error)),

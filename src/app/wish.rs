@@ -85,6 +85,8 @@ pub enum Wish {
     TextScale(i8),
     /// Make a picture of a part of the window.
     Picture(ScreenPart, PictureTo),
+    /// Tare this recording between the cursors: only the window knows where they stand.
+    TareBetweenCursors(usize),
     /// Save the traces on screen: only the window knows which stretch that is.
     SaveTraces,
     /// Save the session here, or ask where: only the window knows how the panes stand.

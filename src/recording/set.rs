@@ -205,6 +205,16 @@ impl RecordingSet {
         }
     }
 
+    /// Puts a recording with other numbers, but the same columns, in the place of recording `index`.
+    pub fn replace(&mut self, index: usize, recording: Recording) {
+        if let Some(entry) = self.entries.get_mut(index)
+            && entry.recording.gauge_names() == recording.gauge_names()
+            && entry.recording.axes() == recording.axes()
+        {
+            entry.recording = Arc::new(recording);
+        }
+    }
+
     /// Takes recording `index` out; unknown indices change nothing.
     pub fn remove(&mut self, index: usize) {
         if index < self.entries.len() {

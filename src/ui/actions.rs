@@ -3,7 +3,7 @@
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::app::{AppState, Command, ImportCommand, Pane, Preset, SessionCommand, Wish};
-use crate::recording::Role;
+use crate::recording::{Role, Tare};
 
 /// Something to ask for.
 pub struct Action {
@@ -136,8 +136,15 @@ pub fn edit(can: CanGo) -> Vec<Action> {
     .collect()
 }
 
-/// What all recordings are for.
-pub fn roles() -> Vec<Action> {
+/// What all recordings are for, and taring them.
+pub fn roles(state: &AppState) -> Vec<Action> {
+    let entries = 0..state.recordings.entries().len();
+    let tare = action(
+        "Tare all over their first quiet half second",
+        None,
+        !entries.is_empty(),
+        Command::Tare(entries.collect(), Tare::Auto),
+    );
     [
         ("All train", Role::Train),
         ("All test", Role::Test),
@@ -145,6 +152,7 @@ pub fn roles() -> Vec<Action> {
     ]
     .into_iter()
     .map(|(name, role)| always(name, None, Command::SetAllRoles(role)))
+    .chain([tare])
     .collect()
 }
 
@@ -217,7 +225,7 @@ pub fn all(state: &AppState, can: CanGo) -> Vec<Action> {
     let groups = [
         files(state),
         edit(can),
-        roles(),
+        roles(state),
         arrangements(),
         panes(),
         text_scales(),

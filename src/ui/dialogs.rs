@@ -73,7 +73,8 @@ impl Dialogs for NativeDialogs {
             .add_filter(
                 "Recordings, calibrations, sessions",
                 &[
-                    "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json", "cal",
+                    "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json",
+                    "cal",
                 ],
             )
             .add_filter("All files", &["*"]);

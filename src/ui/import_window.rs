@@ -4,9 +4,10 @@ use egui::{ComboBox, DragValue, RichText, TextEdit};
 use egui_extras::{Column, TableBuilder};
 
 use crate::app::{AppState, Command, ImportCommand, Importing};
+use crate::recording::Tare;
 use crate::recording::columns::{
-    ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, JoinMethod, ReferenceFile,
-    TableMap, TextLayout,
+    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, JoinMethod,
+    ReferenceFile, TableMap, TextLayout, WeightMap,
 };
 use crate::recording::delimited::inspect::{ColumnReport, Inspection, TableReport};
 use crate::ui::numbers::significant;
@@ -190,6 +191,83 @@ fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             &mut map.average_bursts_secs,
         )
         .on_hover_text("Successive gauge samples no further apart become one, their mean");
+        tare(ui, &mut map.tare);
+    });
+    weight(ui, map);
+}
+
+fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
+    let text = match tare {
+        None => "none",
+        Some(Tare::Auto) => "first quiet half second",
+        Some(Tare::Stretch(..)) => "a stretch",
+    };
+    ComboBox::from_label("tare")
+        .selected_text(text)
+        .width(150.0)
+        .show_ui(ui, |ui| {
+            ui.selectable_value(tare, None, "none");
+            ui.selectable_value(tare, Some(Tare::Auto), "first quiet half second");
+            let is_stretch = matches!(tare, Some(Tare::Stretch(..)));
+            if ui.selectable_label(is_stretch, "a stretch").clicked() && !is_stretch {
+                *tare = Some(Tare::Stretch(0.0, 1.0));
+            }
+        });
+    if let Some(Tare::Stretch(from, to)) = tare {
+        for (name, value) in [("from", from), ("to", to)] {
+            let label = ui.label(name);
+            let field = DragValue::new(value)
+                .range(0.0..=1e9)
+                .speed(0.01)
+                .suffix(" s");
+            ui.add(field).labelled_by(label.id);
+        }
+    }
+}
+
+/// A load that is computed from the sensor's pose and a known weight.
+fn weight(ui: &mut egui::Ui, map: &mut ColumnMap) {
+    let mut used = map.weight.is_some();
+    let tick = ui
+        .checkbox(&mut used, "The load is that of a known weight, by the pose columns")
+        .on_hover_text(
+            "Say which columns are the pose: pose_qw to pose_qz, pose_roll, pose_pitch, pose_yaw, pose_rx to pose_rz or \
+             pose_r11 to pose_r33; several weights (\"mounts\") are said in the map's file",
+        );
+    if tick.changed() {
+        map.weight = used.then(|| WeightMap {
+            mass_kg: Some(1.0),
+            centre_m: Some([0.0; 3]),
+            ..WeightMap::default()
+        });
+    }
+    let Some(weight) = &mut map.weight else {
+        return;
+    };
+    ui.horizontal_wrapped(|ui| {
+        let number = |ui: &mut egui::Ui, name: &str, suffix: &str, value: &mut f64| {
+            let label = ui.label(name);
+            let field = DragValue::new(value)
+                .speed(0.001)
+                .max_decimals(6)
+                .suffix(suffix);
+            ui.add(field).labelled_by(label.id);
+        };
+        if let Some(mass) = &mut weight.mass_kg {
+            number(ui, "mass", " kg", mass);
+        }
+        if let Some(centre) = &mut weight.centre_m {
+            for (name, value) in ["centre x", "y", "z"].into_iter().zip(centre) {
+                number(ui, name, " m", value);
+            }
+        }
+        for (name, value) in ["gravity x", "y", "z"].into_iter().zip(&mut weight.gravity) {
+            number(ui, name, " m/s²", value);
+        }
+        ui.radio_value(&mut weight.angles, Angles::FixedXyz, "fixed axes");
+        ui.radio_value(&mut weight.angles, Angles::IntrinsicXyz, "turned axes");
+        ui.checkbox(&mut weight.inertia, "inertia");
+        number(ui, "smoothed over", " s", &mut weight.smoothing_secs);
     });
 }
 
@@ -326,8 +404,15 @@ fn column_row(
             (Some(min), Some(max)) => format!("{} to {}", significant(min, 4), significant(max, 4)),
             _ => report.content.name().to_owned(),
         };
-        ui.label(format!("{}   {range}", report.first.join("  ")));
+        let first: Vec<String> = report.first.iter().map(|cell| shortened(cell)).collect();
+        ui.label(format!("{}   {range}", first.join("  ")));
     });
+}
+
+/// A number with as many digits as one looks at; other text as it is.
+fn shortened(cell: &str) -> String {
+    let number = cell.parse::<f64>().ok().filter(|_| cell.len() > 8);
+    number.map_or_else(|| cell.to_owned(), |number| significant(number, 5))
 }
 
 fn label(text: &str) -> egui::WidgetInfo {

@@ -28,7 +28,7 @@ pub fn menu_bar(
             items(ui, quit, out);
         });
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
-        ui.menu_button("Roles", |ui| items(ui, actions::roles(), out));
+        ui.menu_button("Roles", |ui| items(ui, actions::roles(state), out));
         ui.menu_button("View", |ui| view(ui, state, workspace, out));
         ui.menu_button("Help", |ui| items(ui, actions::help(), out));
     });

@@ -3,9 +3,9 @@
 use egui_extras::{Column, TableBuilder};
 
 use crate::analysis::{RecordingResult, View};
-use crate::app::{AppState, Command};
+use crate::app::{AppState, Command, Wish};
 use crate::evaluation::metrics::Group;
-use crate::recording::{Axis, Entry, Role};
+use crate::recording::{Axis, Entry, Role, Tare};
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
 use crate::ui::shell::Fields;
@@ -207,6 +207,9 @@ fn name_button(
             crate::recording::Source::Simulated => "built-in simulated sensor".to_owned(),
         };
         ui.label(source);
+        if let Some(tare) = recording.tare() {
+            ui.label(format!("tared over {tare}"));
+        }
         let reference: Vec<_> = recording.axes().iter().map(|axis| axis.symbol()).collect();
         ui.label(format!(
             "{} samples over {} s, {} gauges, reference: {}",
@@ -222,6 +225,26 @@ fn name_button(
     });
     if response.clicked() {
         out.push(Command::SetView(View::One(at)));
+    }
+    response.context_menu(|ui| tare_menu(ui, at, &recording.name().to_owned(), out));
+}
+
+/// Ways to tare one recording.
+fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) {
+    ui.strong(format!("Tare {name}"));
+    let quiet = ui.button("Over its first quiet half second").on_hover_text(
+        "The mean gauges there are taken off. Whether the sensor was unloaded then, you must know. Undo takes it back",
+    );
+    if quiet.clicked() {
+        out.push(Command::Tare(vec![at], Tare::Auto));
+    }
+    for secs in [0.5, 1.0, 2.0, 5.0] {
+        if ui.button(format!("Over its first {secs} s")).clicked() {
+            out.push(Command::Tare(vec![at], Tare::Stretch(0.0, secs)));
+        }
+    }
+    if ui.button("Over the span between the cursors").clicked() {
+        out.push(Command::Wish(Wish::TareBetweenCursors(at)));
     }
 }
 

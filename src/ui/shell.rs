@@ -73,6 +73,8 @@ pub struct Shell {
     help: Help,
     tour: Tour,
     pictures: Pictures,
+    /// Whether somebody came with files: then the tour on the built-in sensor is not what they want.
+    was_given_files: bool,
     /// Whether the window may close, whatever is not saved.
     closing: bool,
     /// The title that the window has.
@@ -129,6 +131,7 @@ impl Shell {
         let waker = context.clone();
         let notify: Notify = Arc::new(move || waker.request_repaint());
         let (post, inbox) = channel();
+        let was_given_files = !files.is_empty();
         let only_calibrations = files.iter().all(|path| jobs::is_calibration(path));
         let mut commands = VecDeque::new();
         if only_calibrations {
@@ -168,6 +171,7 @@ impl Shell {
             help: Help::default(),
             tour: Tour::default(),
             pictures: Pictures::default(),
+            was_given_files,
             closing: false,
             title: String::new(),
             recovery: Recovery::default(),
@@ -181,7 +185,7 @@ impl Shell {
         if let Some(layout) = preferences.layout.as_ref().and_then(Workspace::from_value) {
             self.workspace = layout;
         }
-        if !preferences.toured {
+        if !preferences.toured && !self.was_given_files {
             self.tour.begin();
         }
         self.state.preferences = preferences;

@@ -16,6 +16,8 @@ pub use map::MapTexture;
 
 /// The share of the height that the ages of the past get beside the curves.
 const AGES_SHARE: f32 = 0.26;
+/// In a lower pane the curves take it all.
+const LEAST_HEIGHT_FOR_AGES: f32 = 340.0;
 
 /// Draws the pane.
 pub fn thresholds_pane(
@@ -47,9 +49,14 @@ pub fn thresholds_pane(
             map::map(ui, state, map, measure, fields.study_on, texture, out);
         });
         ui.vertical(|ui| {
-            let ages_height = if state.study.touch.is_some() { AGES_SHARE * size.y } else { 0.0 };
+            let room = size.y > LEAST_HEIGHT_FOR_AGES;
+            let ages_height = if room && state.study.touch.is_some() {
+                AGES_SHARE * size.y
+            } else {
+                0.0
+            };
             curves::curves(ui, state, map, size.y - ages_height, out);
-            if let Some(touch) = &state.study.touch {
+            if let Some(touch) = state.study.touch.as_ref().filter(|_| room) {
                 let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
                 ages::ages(ui, state, touch, place, out);
             }
@@ -199,9 +206,9 @@ fn suggestion(
         if let Some(touch) = &state.study.touch {
             ui.separator();
             let age = touch.age_quantile_secs(0.5);
-            let age = age.map_or_else(String::new, |age| format!(", half of them within {} s", significant(age, 2)));
+            let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
             ui.label(format!(
-                "{} finds a past for {:.0} % of the samples{age}; t_th cuts off {:.0} %",
+                "{}: a past for {:.0} %{age}, cut off {:.0} %",
                 pair_text(map.distance, state.thresholds()),
                 100.0 * touch.share_found(),
                 100.0 * touch.share_cut_off(),

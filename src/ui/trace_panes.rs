@@ -129,6 +129,16 @@ impl TracePanes {
         }
     }
 
+    /// The span between the cursors, counted from the first sample of a recording that is on screen (s).
+    pub fn span_in(&self, recording: usize, traces: &TraceSet) -> Option<(f64, f64)> {
+        let (a, b) = self.cursors.both()?;
+        let mut segments = traces.segments.iter();
+        let segment = segments.find(|segment| segment.recording == recording)?;
+        let start = traces.times[segment.samples.start];
+        let (from, to) = (a.min(b) - start, a.max(b) - start);
+        (to >= 0.0).then_some((from.max(0.0), to))
+    }
+
     /// Goes through time, or stops.
     pub fn toggle_play(&mut self) {
         self.playing.toggle();

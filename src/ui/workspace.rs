@@ -55,7 +55,7 @@ impl Workspace {
                 let left = build.column([settings, others], 0.62);
                 let traces = build.tabs(&[Traces, Loops, Metrology, Compare]);
                 let map = build.tabs(&[Thresholds]);
-                let right = build.column([traces, map], 0.5);
+                let right = build.column([traces, map], 0.42);
                 build.row([left, right], 0.34)
             }
         };

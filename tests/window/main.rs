@@ -613,7 +613,10 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     click(&mut window, Role::Button, "Export");
     told(&window, Level::Info, "calibration.json");
     let written = read_calibration(&path).unwrap();
-    assert_eq!(written, with_sources(&fitted.calibration, &state(&window).recordings));
+    assert_eq!(
+        written,
+        with_sources(&fitted.calibration, &state(&window).recordings)
+    );
     assert!(written.sources.iter().all(|used| used.sha256.is_some()));
 
     type_into(&mut window, "Open", path.to_str().unwrap());

@@ -106,8 +106,7 @@ fn the_palette_finds_an_action_by_a_part_of_its_name() {
 
 #[test]
 fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
-    let files = Files::new();
-    let mut window = window_of(files.three(), Choices::default(), Preferences::default());
+    let mut window = window_of(Vec::new(), Choices::default(), Preferences::default());
     assert!(
         has(&window, "Tour, 1 of 6"),
         "somebody who is here for the first time"
@@ -258,4 +257,25 @@ fn a_path_is_typed_where_there_is_no_dialog() {
     type_into(&mut window, "Save as", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save it");
     assert_eq!(std::fs::read(&path).unwrap(), b"picture");
+}
+
+#[test]
+fn a_recording_is_tared_and_undone() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let first = |window: &Window| state(window).recordings.entries()[0].recording.gauges()[0];
+    let before = first(&window);
+    wait(&mut window, 10);
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::Tare(vec![0], recording::Tare::Stretch(0.0, 0.0)));
+    settle(&mut window);
+    assert_eq!(first(&window), 0.0, "the first sample alone is the tare");
+    wait(&mut window, 10);
+    ctrl(&mut window, Key::Z);
+    assert_eq!(first(&window), before);
+    menu(&mut window, "Roles", "Tare all over");
+    assert!(
+        has(&window, "without movement to tare by"),
+        "these recordings never rest"
+    );
 }

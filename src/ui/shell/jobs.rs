@@ -20,7 +20,7 @@ use crate::progress::Progress;
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::inspect::{Known, inspect};
 use crate::recording::delimited::{self, ReadError};
-use crate::recording::simulated;
+use crate::recording::{Recording, RecordingSet, Tare, simulated};
 use crate::ui::SaveAs;
 use crate::ui::recovery::drop_left;
 use crate::ui::shell::{Shell, sessions};
@@ -71,7 +71,11 @@ impl Jobs {
         self.0.retain(|(_, job)| match job.result() {
             None => true,
             Some(result) => {
-                log::info!("ended after {:.3} s: {}", job.since.elapsed().as_secs_f64(), job.title);
+                log::info!(
+                    "ended after {:.3} s: {}",
+                    job.since.elapsed().as_secs_f64(),
+                    job.title
+                );
                 commands.push(result.unwrap_or_else(|panicked| {
                     let text = format!("{}: {panicked}", job.title);
                     Command::Tell(Notice::new(Level::Error, text))
@@ -148,6 +152,12 @@ impl Shell {
                 self.start(Kind::Read, title, move |progress| {
                     let files = with_folders_opened(files);
                     Command::FilesOpened(read_files(files, &remembered, progress))
+                });
+            }
+            Effect::Tare(recordings, which, tare) => {
+                self.start(Kind::Read, "Taring", move |_| {
+                    let tared = tared(&recordings, &which, tare);
+                    Command::Tared(recordings, tared)
                 });
             }
             Effect::Inspect(path, known) => {
@@ -287,6 +297,19 @@ impl Shell {
             }
         });
     }
+}
+
+/// The recordings, some of them tared; all or none.
+fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<RecordingSet, String> {
+    let mut set = recordings.clone();
+    for at in which {
+        let Some(entry) = recordings.entries().get(*at) else {
+            continue;
+        };
+        let tared = Recording::clone(&entry.recording).tared(tare);
+        set.replace(*at, tared.map_err(|error| error.to_string())?.0);
+    }
+    Ok(set)
 }
 
 /// Looks at a file for the import window.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::app::{OpenedSession, Session, SessionFile, SessionPart};
 use crate::export::{read_calibration, sha256};
 use crate::progress::Progress;
-use crate::recording::delimited;
+use crate::recording::delimited::{self, Loaded};
 
 /// A session is short; whatever is longer is something else.
 const SESSION_BYTES_LIMIT: u64 = 16 << 20;
@@ -63,8 +63,23 @@ fn part(file: &SessionFile, folder: &Path, progress: &Progress) -> SessionPart {
             absolute: found,
             ..file.clone()
         },
-        loaded: Some(loaded.map_err(|error| error.to_string())),
+        loaded: Some(
+            loaded
+                .map_err(|error| error.to_string())
+                .and_then(|loaded| tared(loaded, file)),
+        ),
     }
+}
+
+/// The recordings tared as they were when the session was saved.
+fn tared(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
+    for recording in &mut loaded.recordings {
+        if let Some(tare) = file.tares.get(recording.name()) {
+            let tared = recording.clone().tared(*tare);
+            (*recording, _) = tared.map_err(|error| error.to_string())?;
+        }
+    }
+    Ok(loaded)
 }
 
 /// Whether the file holds something else than when the session was saved.

@@ -1,6 +1,7 @@
 //! What only the window can do.
 
-use crate::app::{Command, Preferences, SessionCommand, Wish};
+use crate::app::{Command, Level, Notice, Preferences, SessionCommand, Wish};
+use crate::recording::Tare;
 use crate::ui::shell::Shell;
 use crate::ui::workspace::Workspace;
 
@@ -46,6 +47,21 @@ impl Shell {
                 };
             }
             Wish::Picture(part, to) => self.pictures.ask(part, to),
+            Wish::TareBetweenCursors(at) => {
+                let traces = self
+                    .state
+                    .analysis
+                    .as_ref()
+                    .map(|analysis| &analysis.traces);
+                let span = traces.and_then(|traces| self.panes.span_in(at, traces));
+                self.commands.push_back(match span {
+                    Some((from, to)) => Command::Tare(vec![at], Tare::Stretch(from, to)),
+                    None => Command::Tell(Notice::new(
+                        Level::Error,
+                        "Put this recording on screen, then cursor A by a click in a trace and cursor B by Shift and a click",
+                    )),
+                });
+            }
             Wish::SaveTraces => {
                 let visible = self.panes.visible_time();
                 self.commands.push_back(Command::ChooseTraces(visible));

@@ -46,7 +46,11 @@ pub fn ages(
         .y_axis_formatter(|mark, _| significant(mark.value, 3))
         .show(ui, |plot| {
             plot.bar_chart(BarChart::new(name, bars.collect()));
-            plot.vline(VLine::new("t_th", t_th_secs).color(visuals.error_fg_color).width(1.2));
+            plot.vline(
+                VLine::new("t_th", t_th_secs)
+                    .color(visuals.error_fg_color)
+                    .width(1.2),
+            );
         })
         .response;
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));

@@ -133,6 +133,11 @@ impl Cursors {
         *self = Self::default();
     }
 
+    /// Where both stand, if they do.
+    pub fn both(&self) -> Option<(f64, f64)> {
+        self.at[0].zip(self.at[1])
+    }
+
     /// Where cursor A stands.
     pub fn first(&self) -> Option<f64> {
         self.at[0]

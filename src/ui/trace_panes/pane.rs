@@ -33,6 +33,9 @@ pub const DASH: f32 = 6.0;
 /// And the gap after it.
 pub const DASH_GAP: f32 = 4.0;
 
+/// Lower panes have no room for a unit beside "error".
+const LEAST_HEIGHT_FOR_UNIT: f32 = 62.0;
+
 /// Which of an axis' two panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -116,6 +119,11 @@ fn pane(
     let buckets = (width / POINTS_PER_BUCKET) as usize + 1;
     let visuals = ui.visuals().clone();
     let title = title(axis.axis, kind);
+    // A long label would run into that of the pane above, which has the unit too.
+    let label = match kind {
+        Kind::Error if height < LEAST_HEIGHT_FOR_UNIT => "error".to_owned(),
+        _ => title.clone(),
+    };
     let mut plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error))
         .height(height)
         .allow_scroll(false)
@@ -128,7 +136,7 @@ fn pane(
         .show_crosshair(false)
         .show_axes([time_axis, true])
         .y_axis_min_width(VALUE_AXIS_WIDTH)
-        .y_axis_label(title.clone())
+        .y_axis_label(label)
         .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
         .x_grid_spacer(|input| grid(input, LEAST_TIME_STEP_POINTS))
         .y_grid_spacer(|input| grid(input, LEAST_VALUE_STEP_POINTS))
