@@ -16,11 +16,11 @@ const FRAMES_TO_WAIT: u32 = 2;
 #[derive(Debug, Default)]
 pub struct Pictures(Vec<(u32, ScreenPart, PictureTo)>);
 
-/// Adds a menu with the ways to take a plot's picture along; `print` is what an SVG of it holds.
-pub fn menu(
+/// Adds a menu with the ways to take a plot's picture along; `print` makes what an SVG of it holds.
+pub fn menu<'a>(
     response: &egui::Response,
     part: Rect,
-    print: Option<&Drawing<'_>>,
+    print: Option<&dyn Fn() -> Drawing<'a>>,
     out: &mut Vec<Command>,
 ) {
     response.context_menu(|ui| {
@@ -35,7 +35,7 @@ pub fn menu(
         if let Some(print) = print
             && ui.button("Save as SVG…").clicked()
         {
-            out.push(match svg(print) {
+            out.push(match svg(&print()) {
                 Ok(content) => Command::ChooseFileFor(content, "plot.svg"),
                 Err(failed) => Command::Tell(Notice::new(Level::Error, failed.to_string())),
             });

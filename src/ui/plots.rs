@@ -94,7 +94,7 @@ pub fn plot(
     });
     follow_gestures(ui, &response, bounds, zoom);
     let part = with_labels(response.response.rect);
-    picture::menu(&response.response, part, Some(print), out);
+    picture::menu(&response.response, part, Some(&|| print.clone()), out);
 }
 
 /// A plot's part of the window: its labels stand beside it.

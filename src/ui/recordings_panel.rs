@@ -226,7 +226,7 @@ fn name_button(
     if response.clicked() {
         out.push(Command::SetView(View::One(at)));
     }
-    response.context_menu(|ui| tare_menu(ui, at, &recording.name().to_owned(), out));
+    response.context_menu(|ui| tare_menu(ui, at, recording.name(), out));
 }
 
 /// Ways to tare one recording.

@@ -10,7 +10,7 @@
 //! | `layout` | where the table stands and how it is cut |
 //! | `column_name`, `names`, `ati` | names to a [`ColumnMap`] |
 //! | `plan` | a map, brought to one file |
-//! | `opened` | a file, text or [arrays](super::arrays), behind one face |
+//! | `opened` | a file, text or arrays, behind one face |
 //! | `rows`, `stream` | blocks to numbers, many at a time |
 //! | `weigh` | poses to loads, and loads to a weight |
 //! | `two_clocks` | gauges and reference to one table |

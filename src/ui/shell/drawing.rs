@@ -26,7 +26,8 @@ impl Shell {
                 .default_size(90.0)
                 .show(ui, |ui| notices_panel::notices_panel(ui, state, out));
         }
-        egui::CentralPanel::no_frame().show(ui, |ui| {
+        let ground = egui::Frame::NONE.fill(ui.visuals().panel_fill);
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| {
             self.workspace.show(ui, &mut |ui, pane| match pane {
                 Pane::Recordings => {
                     recordings_panel::recordings_panel(ui, state, &mut self.fields, out);

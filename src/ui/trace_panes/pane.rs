@@ -10,6 +10,7 @@ use egui_plot::{
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::app::Command;
 use crate::evaluation::Series;
+use crate::export::{Drawing, DrawnLine, Scale};
 use crate::recording::Axis;
 use crate::ui::palette::{self, Trace};
 use crate::ui::plots::{GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
@@ -65,46 +66,32 @@ pub fn cell(
     panes: &mut TracePanes,
     out: &mut Vec<Command>,
 ) -> Option<usize> {
-    let time_axis = place.time_axis.unwrap_or(0.0);
     if axis.calculated.is_none() {
-        let height = place.height + time_axis;
-        return pane(
-            ui,
-            traces,
-            axis,
-            Kind::Load,
-            height,
-            place.time_axis.is_some(),
-            panes,
-            out,
-        );
+        return pane(ui, traces, (axis, Kind::Load), place, panes, out);
     }
-    let upper = place.height * TRACES_SHARE;
-    let lower = place.height - upper + time_axis;
-    let above = pane(ui, traces, axis, Kind::Load, upper, false, panes, out);
-    let below = pane(
-        ui,
-        traces,
-        axis,
-        Kind::Error,
-        lower,
-        place.time_axis.is_some(),
-        panes,
-        out,
-    );
+    let upper = Place {
+        height: place.height * TRACES_SHARE,
+        time_axis: None,
+    };
+    let lower = Place {
+        height: place.height - upper.height,
+        ..place
+    };
+    let above = pane(ui, traces, (axis, Kind::Load), upper, panes, out);
+    let below = pane(ui, traces, (axis, Kind::Error), lower, panes, out);
     above.or(below)
 }
 
 fn pane(
     ui: &mut egui::Ui,
     traces: &TraceSet,
-    axis: &AxisTraces,
-    kind: Kind,
-    height: f32,
-    time_axis: bool,
+    (axis, kind): (&AxisTraces, Kind),
+    place: Place,
     panes: &mut TracePanes,
     out: &mut Vec<Command>,
 ) -> Option<usize> {
+    let time_axis = place.time_axis.is_some();
+    let height = place.height + place.time_axis.unwrap_or(0.0);
     let visible = visible(traces, panes.shown.time)?;
     let shown = shown_series(axis, kind, panes);
     let key = (axis.axis, kind);
@@ -121,7 +108,7 @@ fn pane(
     let title = title(axis.axis, kind);
     // A long label would run into that of the pane above, which has the unit too.
     let label = match kind {
-        Kind::Error if height < LEAST_HEIGHT_FOR_UNIT => "error".to_owned(),
+        Kind::Error if place.height < LEAST_HEIGHT_FOR_UNIT => "error".to_owned(),
         _ => title.clone(),
     };
     let mut plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error))
@@ -183,7 +170,22 @@ fn pane(
     follow_gestures(ui, &response, bounds, key, traces, panes);
     put_cursor(ui, &response, panes);
     let part = plots::with_labels(response.response.rect);
-    picture::menu(&response.response, part, None, out);
+    let print = || Drawing {
+        title: match kind {
+            Kind::Load => title.clone(),
+            Kind::Error => format!("{} {title}", axis.axis.symbol()),
+        },
+        across: Scale {
+            label: "time [s]".to_owned(),
+            range: visible.time,
+        },
+        up: Scale {
+            label: title.clone(),
+            range: values,
+        },
+        lines: printed(&shown, traces, &visible.samples, buckets),
+    };
+    picture::menu(&response.response, part, Some(&print), out);
     let sample = sample_under_pointer(&response, traces);
     if let Some(k) = sample {
         overlay::tooltip(ui, &response.response, traces, axis, k);
@@ -295,6 +297,31 @@ fn polylines(
             line(run, (share * buckets as f64).ceil() as usize)
         })
         .collect()
+}
+
+/// The same lines for a picture that stays sharp, in the light theme's colours.
+fn printed(
+    shown: &[(Trace, &Series)],
+    traces: &TraceSet,
+    samples: &Range<usize>,
+    buckets: usize,
+) -> Vec<DrawnLine<'static>> {
+    let light = egui::Visuals::light();
+    let line = |(trace, series): &(Trace, &Series)| {
+        let [red, green, blue, _] = trace.color(&light).to_array();
+        let pieces = polylines(series, traces, samples, buckets).into_iter();
+        DrawnLine {
+            name: trace.label().to_owned(),
+            color: [red, green, blue],
+            opacity: 1.0,
+            width: trace.stroke(&light).width,
+            dashed: trace.is_dashed(),
+            pieces: pieces
+                .map(|points| points.iter().map(|point| [point.x, point.y]).collect())
+                .collect(),
+        }
+    };
+    shown.iter().map(line).collect()
 }
 
 /// Shades where the load lies with about 95 %, where the regressor knows it.
