@@ -88,7 +88,10 @@ impl Ground {
 
     /// The training sums by recording, where there are two: blocks of the same recordings would know too much of each
     /// other to say how strong a ridge a third one needs.
-    fn recordings_left_out(&self, sums: &[Vec<NormalEquations>]) -> Option<Vec<NormalEquations>> {
+    pub fn recordings_left_out(
+        &self,
+        sums: &[Vec<NormalEquations>],
+    ) -> Option<Vec<NormalEquations>> {
         let training = self
             .entries
             .iter()

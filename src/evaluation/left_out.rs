@@ -42,6 +42,25 @@ pub struct LeftOut<'a> {
 }
 
 impl LeftOut<'_> {
+    /// [`Self::squares`] with a strength of its own for each target.
+    #[must_use]
+    pub fn squares_by_target(&self, strengths: &[f64]) -> Vec<f64> {
+        let q = self.total.n_targets();
+        let mut squares = vec![0.0; self.parts.len() * q];
+        for target in 0..q {
+            if strengths[..target].contains(&strengths[target]) {
+                continue; // filled in with the first target of this strength
+            }
+            let with_it = self.squares(strengths[target]);
+            for at in 0..squares.len() {
+                if strengths[at % q] == strengths[target] {
+                    squares[at] = with_it[at];
+                }
+            }
+        }
+        squares
+    }
+
     /// Sums of squared errors of each part, predicted by the fit to the others with a ridge relative to the columns'
     /// lengths.
     ///

@@ -47,11 +47,20 @@ pub fn calibration_pane(
             let maps = compensated.map(|map| (Trace::Compensated, map));
             let conventional = (Trace::Conventional, &calibration.conventional);
             for (trace, map) in maps.into_iter().chain([conventional]) {
-                ui.label(
-                    RichText::new(format!("{} = matrix × features", trace.label()))
-                        .color(trace.color(ui.visuals())),
-                )
-                .on_hover_text(trace.explanation());
+                ui.horizontal(|ui| {
+                    ui.label(
+                        RichText::new(format!("{} = matrix × features", trace.label()))
+                            .color(trace.color(ui.visuals())),
+                    )
+                    .on_hover_text(trace.explanation());
+                    let copy = ui.small_button(format!("Copy {}", trace.label()));
+                    if copy
+                        .on_hover_text("The matrix as tab-separated text")
+                        .clicked()
+                    {
+                        ui.copy_text(as_text(map, &calibration.axes));
+                    }
+                });
                 matrix(ui, trace.label(), map, &calibration.axes);
                 ui.add_space(6.0);
             }
@@ -81,6 +90,21 @@ fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mu
             }
         });
     });
+}
+
+/// A matrix with its features and axes as tab-separated text, every digit of it.
+fn as_text(map: &LinearMap, axes: &[Axis]) -> String {
+    let mut lines = vec![format!("\t{}", map.features.join("\t"))];
+    for (axis, row) in axes.iter().zip(&map.matrix) {
+        let values: Vec<String> = row.iter().map(f64::to_string).collect();
+        lines.push(format!(
+            "{} [{}]\t{}",
+            axis.symbol(),
+            axis.unit(),
+            values.join("\t")
+        ));
+    }
+    lines.join("\n")
 }
 
 fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, axes: &[Axis]) {

@@ -3,7 +3,7 @@
 use egui::RichText;
 
 use crate::app::AppState;
-use crate::calibration::{Quality, Scores};
+use crate::calibration::{Calibration, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
 use crate::ui::numbers::{percent, significant};
 use crate::ui::palette::Trace;
@@ -15,6 +15,14 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
     ui.take_available_width();
     ui.horizontal(|ui| {
         ui.strong("RMSE");
+        if let Some(analysis) = &state.analysis
+            && ui
+                .small_button("Copy table")
+                .on_hover_text("As tab-separated text")
+                .clicked()
+        {
+            ui.copy_text(as_text(&analysis.calibration));
+        }
         if let Some(analysis) = &state.analysis
             && !analysis.fitted
         {
@@ -33,18 +41,7 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
     };
     let calibration = &analysis.calibration;
     let quality = &calibration.quality;
-    let sets: [(&str, &str, Pick); 3] = [
-        ("Train", "On the training recordings themselves", |s| {
-            &s.train_rmse
-        }),
-        ("Test", "On the test recordings", |s| &s.test_rmse),
-        (
-            "LOO-CV",
-            "Leave-one-recording-out: each training recording scored by a fit to the others; with fewer than three, five contiguous blocks of \
-             them take turns. The look-back's trigger stays the conventional calibration of all",
-            |s| &s.cv_rmse,
-        ),
-    ];
+    let sets = SETS;
     egui::ScrollArea::both()
         .auto_shrink([false, false])
         .show(ui, |ui| {
@@ -103,6 +100,50 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         });
 }
 
+const SETS: [(&str, &str, Pick); 3] = [
+    ("Train", "On the training recordings themselves", |s| {
+        &s.train_rmse
+    }),
+    ("Test", "On the test recordings", |s| &s.test_rmse),
+    (
+        "LOO-CV",
+        "Leave-one-recording-out: each training recording scored by a fit to the others; with fewer than three, five contiguous \
+         blocks of them take turns. The look-back's trigger stays the conventional calibration of all",
+        |s| &s.cv_rmse,
+    ),
+];
+
+/// The table as tab-separated text.
+fn as_text(calibration: &Calibration) -> String {
+    let outputs = [
+        (
+            Trace::Conventional.label(),
+            &calibration.quality.conventional,
+        ),
+        (Trace::Compensated.label(), &calibration.quality.compensated),
+    ];
+    let columns = || {
+        SETS.iter()
+            .flat_map(|set| outputs.iter().map(move |output| (set, output)))
+    };
+    let titles = columns().map(|((set, _, _), (output, _))| format!("{set} {output}"));
+    let mut lines = vec![
+        std::iter::once("RMSE".to_owned())
+            .chain(titles)
+            .collect::<Vec<_>>(),
+    ];
+    for (at, axis) in calibration.axes.iter().enumerate() {
+        let values = columns().map(|((_, _, pick), (_, scores))| {
+            let rmse = pick(scores).as_ref().and_then(|rmse| rmse.get(at));
+            rmse.map_or_else(String::new, |rmse| significant(*rmse, 6))
+        });
+        let title = format!("{} [{}]", axis.symbol(), axis.unit());
+        lines.push(std::iter::once(title).chain(values).collect());
+    }
+    let lines: Vec<String> = lines.iter().map(|cells| cells.join("\t")).collect();
+    lines.join("\n")
+}
+
 fn cells(ui: &mut egui::Ui, quality: &Quality, pick: Pick, at: usize) {
     let value = |scores: &Scores| pick(scores).as_ref().and_then(|rmse| rmse.get(at).copied());
     let (before, after) = (value(&quality.conventional), value(&quality.compensated));
@@ -114,4 +155,42 @@ fn cells(ui: &mut egui::Ui, quality: &Quality, pick: Pick, at: usize) {
         .zip(after)
         .and_then(|(before, after)| percent_change(before, after));
     ui.label(percent(change));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::analysis::{Request, analyse};
+    use crate::calibration::FitSettings;
+    use crate::progress::Progress;
+    use crate::recording::simulated;
+
+    #[test]
+    fn the_copied_table_holds_what_the_pane_shows() {
+        let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+        let settings = FitSettings {
+            decimation: 20,
+            ..FitSettings::default()
+        };
+        let request = Request::fit(recordings, settings);
+        let analysis = analyse(&request, &Progress::default()).unwrap();
+        let text = as_text(&analysis.calibration);
+        let rows: Vec<Vec<&str>> = text
+            .lines()
+            .map(|line| line.split('\t').collect())
+            .collect();
+        assert_eq!((rows.len(), rows[0].len()), (7, 7));
+        assert_eq!((rows[0][4], rows[3][0]), ("Test Comp.", "Fz [N]"));
+        let test = analysis
+            .calibration
+            .quality
+            .compensated
+            .test_rmse
+            .as_ref()
+            .unwrap();
+        let shown: f64 = rows[3][4].parse().unwrap();
+        assert!((shown - test[2]).abs() < 1e-5 * test[2]);
+    }
 }

@@ -83,6 +83,10 @@ fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut
         if cut.clicked() {
             out.push(Command::Split(fields.split_percent / 100.0));
         }
+        let copy = ui.small_button("Copy list");
+        if copy.on_hover_text("Roles, names, samples and errors as tab-separated text").clicked() {
+            ui.copy_text(as_text(state));
+        }
         if state.unsplit.is_some() && ui.button("Undo cut").clicked() {
             out.push(Command::Unsplit);
         }
@@ -163,6 +167,49 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                 });
             });
         });
+}
+
+/// The list as tab-separated text.
+fn as_text(state: &AppState) -> String {
+    let results = state
+        .analysis
+        .as_ref()
+        .map_or(&[][..], |analysis| &analysis.recordings[..]);
+    let axes = state.axes();
+    let mut titles = vec!["role".to_owned(), "name".to_owned(), "samples".to_owned()];
+    for trace in [Trace::Conventional, Trace::Compensated] {
+        titles.extend(
+            axes.iter()
+                .map(|axis| format!("{} RMSE {} [{}]", trace.label(), axis.symbol(), axis.unit())),
+        );
+    }
+    let rows = state
+        .recordings
+        .entries()
+        .iter()
+        .enumerate()
+        .map(|(at, entry)| {
+            let role = format!("{:?}", entry.role).to_lowercase();
+            let samples = entry.recording.n_samples().to_string();
+            let mut cells = vec![
+                role,
+                entry.recording.name().replace(['\t', '\n'], " "),
+                samples,
+            ];
+            let result = results.get(at);
+            for rmse in [
+                result.and_then(|result| result.conventional_rmse.as_ref()),
+                result.and_then(|result| result.compensated_rmse.as_ref()),
+            ] {
+                cells.extend((0..axes.len()).map(|axis| {
+                    let value = rmse.and_then(|rmse| rmse.get(axis));
+                    value.map_or_else(String::new, |value| significant(*value, 5))
+                }));
+            }
+            cells.join("\t")
+        });
+    let lines: Vec<String> = std::iter::once(titles.join("\t")).chain(rows).collect();
+    lines.join("\n")
 }
 
 fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {

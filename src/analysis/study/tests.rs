@@ -104,6 +104,17 @@ fn every_value_of_the_map_is_that_of_a_fresh_fit() {
 }
 
 #[test]
+fn with_two_recordings_an_automatic_ridge_is_that_of_a_fit() {
+    let recordings = some(1);
+    let mut two = RecordingSet::default();
+    for at in [0, 20, 80] {
+        two.push(recordings.entries()[at].clone()).unwrap();
+    }
+    let two = Arc::new(two);
+    assert_like_fresh_fits(&two, &settings(|s| s.ridge = RidgeChoice::Auto));
+}
+
+#[test]
 fn other_blocks_and_further_look_backs_stay_as_they_are() {
     let further = Thresholds {
         f_th: 6.0,

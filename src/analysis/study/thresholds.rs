@@ -132,8 +132,14 @@ impl<'a> Rows<'a> {
                     .collect()
             })
             .collect();
-        let Sums { parts, test, .. } = ground.sums(&design, &unmoved, n_axes);
-        let scorer = Scorer::new(&design, parts, test, study.settings.ridge);
+        let Sums {
+            parts,
+            test,
+            of_recordings,
+            ..
+        } = ground.sums(&design, &unmoved, n_axes);
+        let scorer = Scorer::new(&design, parts, test, study.settings.ridge)
+            .with_ridge_by(ground.recordings_left_out(&of_recordings));
         check_parts(&scorer.part_samples(), design.n_columns())?;
         Ok(Self {
             study,
@@ -174,10 +180,14 @@ impl<'a> Rows<'a> {
                 ))
             })
             .collect::<Result<_, Cancelled>>()?;
-        let (mut parts, mut test) = (Vec::new(), Vec::new());
+        let (mut parts, mut test, mut n_training) = (Vec::new(), Vec::new(), 0);
         for ((entry, pieces), aged) in ground.entries.iter().zip(&self.pieces).zip(aged) {
             match entry.role {
-                Role::Train => parts.extend(pieces.iter().map(|piece| piece.fold).zip(aged)),
+                Role::Train => {
+                    let pieces = pieces.iter().zip(aged);
+                    parts.extend(pieces.map(|(piece, aged)| (piece.fold, n_training, aged)));
+                    n_training += 1;
+                }
                 Role::Test => test.extend(aged),
                 Role::Off => {}
             }

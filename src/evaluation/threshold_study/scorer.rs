@@ -22,6 +22,8 @@ pub struct Scorer {
     /// The training sums, and those of each part and of the test recordings; the look-back is zero in all of them.
     train: NormalEquations,
     parts: Vec<NormalEquations>,
+    /// The training recordings, where an automatic ridge leaves them out whole rather than the parts.
+    recordings: Option<Vec<NormalEquations>>,
     test: NormalEquations,
     /// For each column, whether a block brought it.
     appended: Vec<bool>,
@@ -52,11 +54,19 @@ impl Scorer {
             conventional_rank: solve(&train).rank,
             train,
             parts,
+            recordings: None,
             test,
             appended: design.appended(),
             ridge,
             conventional,
         }
+    }
+
+    /// Chooses an automatic ridge by leaving these out in turn: the training recordings, where they are two, as a fit does.
+    #[must_use]
+    pub fn with_ridge_by(mut self, recordings: Option<Vec<NormalEquations>>) -> Self {
+        self.recordings = recordings;
+        self
     }
 
     /// How the conventional calibration does: the present alone.
@@ -85,14 +95,14 @@ impl Scorer {
 
     /// The scores at every t_th in turn.
     ///
-    /// **Shapes** `aged_parts` holds what each piece of the training recordings adds to which part, `aged_test` what the
-    /// test recordings add; `n_classes` is the number of t_th.
+    /// **Shapes** `aged_parts` holds what each piece of the training recordings adds to which part and which recording,
+    /// `aged_test` what the test recordings add; `n_classes` is the number of t_th.
     ///
     /// # Errors
     /// [`Cancelled`] if somebody asked for it.
     pub fn row(
         &self,
-        aged_parts: &[(usize, AgedSums)],
+        aged_parts: &[(usize, usize, AgedSums)],
         aged_test: &[AgedSums],
         n_classes: usize,
         progress: &Progress,
@@ -100,20 +110,24 @@ impl Scorer {
         let Self {
             mut train,
             mut parts,
+            mut recordings,
             mut test,
             ..
         } = self.clone();
         (0..n_classes)
             .map(|class| {
                 progress.check()?;
-                for (part, aged) in aged_parts {
+                for (part, recording, aged) in aged_parts {
+                    if let Some(recordings) = &mut recordings {
+                        aged.add_class_to(class, &mut recordings[*recording]);
+                    }
                     aged.add_class_to(class, &mut parts[*part]);
                     aged.add_class_to(class, &mut train);
                 }
                 for aged in aged_test {
                     aged.add_class_to(class, &mut test);
                 }
-                Ok(self.point(&train, &parts, &test))
+                Ok(self.point(&train, &parts, recordings.as_deref(), &test))
             })
             .collect()
     }
@@ -122,6 +136,7 @@ impl Scorer {
         &self,
         train: &NormalEquations,
         parts: &[NormalEquations],
+        recordings: Option<&[NormalEquations]>,
         test: &NormalEquations,
     ) -> PointScores {
         let all: Vec<usize> = (0..train.n_features()).collect();
@@ -137,7 +152,18 @@ impl Scorer {
             used: &used,
             shrunk: &self.appended,
         };
-        let (strengths, squares) = left_out_with_ridge(&left_out, self.ridge);
+        let (strengths, squares) = match (self.ridge, recordings) {
+            (RidgeChoice::Auto, Some(recordings)) => {
+                let whole = LeftOut {
+                    parts: recordings,
+                    ..left_out
+                };
+                let (strengths, _) = left_out_with_ridge(&whole, self.ridge);
+                let squares = left_out.squares_by_target(&strengths);
+                (strengths, (parts.len() > 1).then_some(squares))
+            }
+            _ => left_out_with_ridge(&left_out, self.ridge),
+        };
         let mut found = fit_targets(train, &all, &self.appended, &strengths);
         if found.rank == self.conventional_rank {
             // The past never differs: as in every fit, the conventional answer to the last bit.

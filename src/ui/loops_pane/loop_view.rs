@@ -223,6 +223,7 @@ impl<'a> View<'a> {
             Up::Load | Up::Error if axis.is_force() => "N²".to_owned(),
             Up::Load | Up::Error => "N²·m²".to_owned(),
         };
+        let mut lines = vec![titles(&found)];
         egui::Grid::new("loop figures")
             .striped(true)
             .spacing([10.0, 3.0])
@@ -267,6 +268,11 @@ impl<'a> View<'a> {
                 for (title, explanation, unit, percent_name, scale, pick) in rows {
                     ui.label(format!("{title} [{unit}]")).on_hover_text(explanation);
                     let values: Vec<f64> = found.iter().map(|(_, one)| pick(one)).collect();
+                    lines.push(line(&format!("{title} [{unit}]"), &values, 1.0));
+                    if scale > 0.0 {
+                        let name = format!("{title} [{percent_name}]");
+                        lines.push(line(&name, &values, 100.0 / scale));
+                    }
                     for value in &values {
                         ui.label(significant(*value, 4));
                     }
@@ -282,8 +288,29 @@ impl<'a> View<'a> {
                     ui.end_row();
                 }
             });
+        if ui
+            .button("Copy figures")
+            .on_hover_text("As tab-separated text")
+            .clicked()
+        {
+            ui.copy_text(lines.join("\n"));
+        }
         ui.add_space(4.0);
     }
+}
+
+/// The first line of the figures as text.
+fn titles(found: &[(Option<Output>, &LoopFigures)]) -> String {
+    let names = found.iter().map(|(output, _)| name(*output));
+    let cells: Vec<&str> = std::iter::once("").chain(names).collect();
+    cells.join("\t")
+}
+
+/// One line of the figures as text.
+fn line(title: &str, values: &[f64], factor: f64) -> String {
+    let values = values.iter().map(|value| significant(factor * value, 6));
+    let cells: Vec<String> = std::iter::once(title.to_owned()).chain(values).collect();
+    cells.join("\t")
 }
 
 /// The more branches lie over each other, the fainter each is, so that the thick lines stand out.
