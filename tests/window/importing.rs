@@ -28,6 +28,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     let second = files.write("test_second.dat", &headerless(300));
     let mut window = window(vec![first]);
     assert!(has(&window, "Import first.dat"));
+    window.check_accessibility();
     for (column, role) in [(1, "time"), (2, "gauge"), (3, "gauge"), (4, "Fx")] {
         choose(&mut window, column, role);
     }

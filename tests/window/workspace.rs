@@ -55,6 +55,7 @@ fn arrangements_come_by_menu_and_key_and_are_remembered() {
     settle(&mut window);
     assert!(on_screen(&window, Pane::Loops) && on_screen(&window, Pane::Traces));
     menu(&mut window, "View", Preset::DemonstrateThresholds.title());
+    window.check_accessibility();
     for pane in [Pane::Settings, Pane::Traces, Pane::Thresholds] {
         assert!(on_screen(&window, pane), "{pane:?}");
     }
@@ -126,6 +127,7 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
     ] {
         click(&mut window, Role::Button, page);
         assert!(has(&window, part), "{page}");
+        window.check_accessibility();
     }
     window.key_press(Key::F1);
     settle(&mut window);
@@ -164,6 +166,7 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
     );
     assert!(has(&window, "Δt"));
     assert!(has(&window, "Fx Comp. error"));
+    window.check_accessibility();
     window.key_press(Key::Escape);
     wait(&mut window, 3);
     assert!(!has(&window, "Δt"));

@@ -385,3 +385,58 @@ impl Topic {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A message as CDR lays it out: every number stands at a multiple of its size after the four bytes in front.
+    #[derive(Default)]
+    struct Writer(Vec<u8>);
+
+    impl Writer {
+        fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+            self.0.resize(self.0.len().next_multiple_of(N), 0);
+            self.0.extend(bytes);
+        }
+
+        fn text(&mut self, text: &str) {
+            self.put((text.len() as u32 + 1).to_le_bytes());
+            self.0.extend(text.bytes());
+            self.0.push(0);
+        }
+
+        fn numbers(&mut self, values: &[f64]) {
+            self.put((values.len() as u32).to_le_bytes());
+            values
+                .iter()
+                .for_each(|value| self.put(value.to_le_bytes()));
+        }
+    }
+
+    fn joint_state(position: &[f64], velocity: &[f64], effort: &[f64]) -> Vec<u8> {
+        let mut message = Writer::default();
+        message.put(3_i32.to_le_bytes());
+        message.put(250_000_000_u32.to_le_bytes());
+        message.text("base");
+        message.put(2_u32.to_le_bytes());
+        message.text("elbow");
+        message.text("a");
+        for list in [position, velocity, effort] {
+            message.numbers(list);
+        }
+        [&[0, 1, 0, 0][..], &message.0].concat()
+    }
+
+    #[test]
+    fn joints_give_their_first_list_that_holds_something() {
+        let shape = Shape::of_schema("sensor_msgs/msg/JointState").unwrap();
+        let time = Some(3_250_000_000);
+        let full = joint_state(&[1.5, -2.5], &[7.0], &[8.0]);
+        assert_eq!(shape.read(&full), Some((time, vec![1.5, -2.5])));
+        let torques = joint_state(&[], &[7.0], &[8.0, 9.0]);
+        assert_eq!(shape.read(&torques), Some((time, vec![8.0, 9.0])));
+        let truncated = &full[..full.len() - 3];
+        assert_eq!(shape.read(truncated), None);
+    }
+}
