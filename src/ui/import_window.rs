@@ -494,7 +494,9 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
                 reference.table.text = table.text.clone();
                 reference.table.shape.columns = table.columns.len();
             }
-            layout(ui, &mut reference.table.text);
+            ui.push_id("reference layout", |ui| {
+                layout(ui, &mut reference.table.text)
+            });
             columns(
                 ui,
                 "reference columns",

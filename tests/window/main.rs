@@ -670,6 +670,51 @@ fn export_goes_through_the_dialog_too_and_an_unknown_ending_is_told() {
 }
 
 #[test]
+fn a_report_and_the_traces_on_screen_go_through_the_dialog() {
+    let files = Files::new();
+    let choices = Choices::default();
+    let mut window = window_with(files.three(), choices.clone());
+    let path = files.path("report.html");
+    choices.export.replace(Some(path.clone()));
+    menu(&mut window, "File", "Save report…");
+    told(&window, Level::Info, "report.html");
+    let report = std::fs::read_to_string(&path).unwrap();
+    assert!(report.contains("<svg") && report.contains("test_c"));
+    let path = files.path("traces.csv");
+    choices.export.replace(Some(path.clone()));
+    menu(&mut window, "File", "Save traces on screen…");
+    let traces = std::fs::read_to_string(&path).unwrap();
+    let rows = traces.lines().filter(|line| line.starts_with("a,"));
+    assert_eq!(rows.count(), 400, "the recording on screen, no other");
+}
+
+#[test]
+fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
+    let files = Files::new();
+    let mut window = window(Vec::new());
+    let path = files.path("sensor.cal");
+    type_into(&mut window, "Export to", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Export");
+    type_into(&mut window, "Open", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Load");
+    let scores = analysis(&window).factory.clone().expect("it is scored");
+    let conventional = analysis(&window).calibration.quality.conventional.clone();
+    let [factory, fitted] = [
+        scores.test_rmse[0].unwrap(),
+        conventional.test_rmse.unwrap()[0],
+    ];
+    assert!(
+        (factory - fitted).abs() < 0.05 * fitted,
+        "{factory} {fitted}"
+    );
+    click(&mut window, Role::CheckBox, "Factory");
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::DropFactory);
+    settle(&mut window);
+    assert!(!has(&window, "Factory") && analysis(&window).factory.is_none());
+}
+
+#[test]
 fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
     let files = Files::new();
     let mut window = window(files.three());
