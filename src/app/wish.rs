@@ -81,6 +81,10 @@ pub enum Wish {
     ZoomForward,
     /// Go through time, or stop.
     TogglePlay,
+    /// Put cursor A (0) or B (1) at the sample under the pointer, or where it plays.
+    PutCursor(usize),
+    /// Make a picture of the whole window.
+    PictureOfAll(PictureTo),
     /// Everything larger (1), smaller (-1), or as at first (0).
     TextScale(i8),
     /// Make a picture of a part of the window.

@@ -2,7 +2,7 @@
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::app::{AppState, Command, ImportCommand, Pane, Preset, SessionCommand, Wish};
+use crate::app::{AppState, Command, ImportCommand, Pane, PictureTo, Preset, SessionCommand, Wish};
 use crate::recording::{Role, Tare};
 
 /// Something to ask for.
@@ -129,6 +129,30 @@ pub fn edit(can: CanGo) -> Vec<Action> {
             alone(Key::Space),
             true,
             Wish::TogglePlay,
+        ),
+        (
+            "Put cursor A at the sample shown",
+            alone(Key::A),
+            true,
+            Wish::PutCursor(0),
+        ),
+        (
+            "Put cursor B at the sample shown",
+            alone(Key::B),
+            true,
+            Wish::PutCursor(1),
+        ),
+        (
+            "Copy the window as a picture",
+            ctrl_shift(Key::C),
+            true,
+            Wish::PictureOfAll(PictureTo::Clipboard),
+        ),
+        (
+            "Save the window as a picture…",
+            None,
+            true,
+            Wish::PictureOfAll(PictureTo::File),
         ),
     ]
     .into_iter()

@@ -139,6 +139,15 @@ impl TracePanes {
         (to >= 0.0).then_some((from.max(0.0), to))
     }
 
+    /// Puts cursor A (0) or B (1) at the sample under the pointer, or where it plays.
+    pub fn put_cursor(&mut self, which: usize) {
+        let times = self.on.as_ref();
+        let time = self.hovered.and_then(|k| times?.get(k).copied());
+        if let Some(time) = time {
+            self.cursors.put(which, time);
+        }
+    }
+
     /// Goes through time, or stops.
     pub fn toggle_play(&mut self) {
         self.playing.toggle();

@@ -181,6 +181,14 @@ fn space_plays_through_time_and_stops() {
     assert!(has(&window, "Stop"));
     window.key_press(Key::Space);
     settle(&mut window);
+    window.key_press(Key::A);
+    wait(&mut window, 3);
+    assert!(
+        has(&window, "Shift and click puts cursor B"),
+        "cursor A stands where it stopped"
+    );
+    window.key_press(Key::Escape);
+    settle(&mut window);
     assert!(has(&window, "Play"));
 }
 

@@ -2,6 +2,7 @@
 
 use crate::app::{Command, Level, Notice, Preferences, SessionCommand, Wish};
 use crate::recording::Tare;
+use crate::ui::picture::screen_part;
 use crate::ui::shell::Shell;
 use crate::ui::workspace::Workspace;
 
@@ -35,6 +36,11 @@ impl Shell {
             Wish::ZoomBack => self.panes.go_back(),
             Wish::ZoomForward => self.panes.go_forward(),
             Wish::TogglePlay => self.panes.toggle_play(),
+            Wish::PutCursor(which) => self.panes.put_cursor(which),
+            Wish::PictureOfAll(to) => {
+                let part = screen_part(ui.ctx().content_rect());
+                self.pictures.ask(part, to);
+            }
             Wish::TextScale(step) => {
                 let preferences = &mut self.state.preferences;
                 let (least, most) = (
