@@ -81,14 +81,6 @@ impl Importing {
 }
 
 impl AppState {
-    /// The remembered map for files of this shape.
-    #[must_use]
-    pub fn remembered_map(&self, map: &ColumnMap) -> Option<&ColumnMap> {
-        let maps = &self.preferences.maps;
-        maps.iter()
-            .find(|other| other.table.shape == map.table.shape)
-    }
-
     /// Begins to import files, one after another.
     pub(super) fn import(&mut self, mut paths: Vec<PathBuf>) -> Vec<Effect> {
         if paths.is_empty() {
@@ -117,7 +109,6 @@ impl AppState {
             }
             _ => {}
         }
-        let remembered = self.preferences.maps.clone();
         let Some(importing) = &mut self.importing else {
             return Vec::new();
         };
@@ -135,7 +126,7 @@ impl AppState {
                 importing.map = *map;
                 KnownOf::Map(Box::new(importing.map.clone()))
             }
-            ImportCommand::TakeMap(at) => match remembered.into_iter().nth(at) {
+            ImportCommand::TakeMap(at) => match self.preferences.maps.get(at).cloned() {
                 Some(map) => {
                     importing.map = map;
                     KnownOf::Map(Box::new(importing.map.clone()))

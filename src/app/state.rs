@@ -1113,7 +1113,7 @@ mod tests {
             "y is read by it if it has the same shape"
         );
         assert!(state.importing.is_none());
-        assert_eq!(state.remembered_map(&map), Some(&map));
+        assert_eq!(state.preferences.maps, [map]);
     }
 
     #[test]

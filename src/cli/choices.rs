@@ -267,6 +267,32 @@ fn ridge(text: &str) -> Result<RidgeChoice, String> {
     }
 }
 
+/// One fit: features, regressor, and which samples it sees.
+#[derive(Debug, Args)]
+pub struct ModelArgs {
+    #[command(flatten)]
+    choices: FitChoices,
+    /// How the load is made of the features.
+    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
+    regressor: RegressorArg,
+    /// Use every N-th sample only.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub decimate: usize,
+}
+
+impl ModelArgs {
+    /// The settings that these arguments mean for such recordings.
+    pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
+        let regressor = self.regressor.into();
+        self.choices.settings(recordings, regressor, self.decimate)
+    }
+}
+
 impl FitChoices {
     /// The settings that these arguments mean for such recordings.
     pub fn settings(

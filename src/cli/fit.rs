@@ -7,7 +7,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{FitChoices, RecordingArgs, RegressorArg};
+use super::choices::{ModelArgs, RecordingArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, check_outputs, tell};
@@ -24,18 +24,7 @@ pub struct FitArgs {
     #[command(flatten)]
     recordings: RecordingArgs,
     #[command(flatten)]
-    choices: FitChoices,
-    /// How the load is made of the features.
-    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
-    regressor: RegressorArg,
-    /// Use every N-th sample only.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_negative_numbers = true
-    )]
-    decimate: usize,
+    model: ModelArgs,
     /// Write the calibration; the ending says how, may be given several times. Complete: .json. Running it elsewhere: .h (C99),
     /// .rs, .py. Matrices and scales: .yaml .csv .npz .mat; .cal (conventional alone); .onnx (networks).
     #[arg(long, value_name = "FILE")]
@@ -69,9 +58,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     check_outputs(inputs, &outputs, args.force)?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
-    let settings = args
-        .choices
-        .settings(&recordings, args.regressor.into(), args.decimate);
+    let settings = args.model.settings(&recordings);
     let request = Request::fit(Arc::new(recordings), settings);
     let mut line = ProgressLine::default();
     let calibration = train(&request, &Progress::default(), &mut |report| {
@@ -86,7 +73,8 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     }
     let entries = request.recordings.entries().iter();
     let written = entries.map(|entry| &*entry.recording);
-    args.traces.write(&calibration, written, args.decimate)?;
+    args.traces
+        .write(&calibration, written, args.model.decimate)?;
     let factory = match &args.factory {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,

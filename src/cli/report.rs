@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::{FitChoices, RecordingArgs, RegressorArg};
+use super::choices::{ModelArgs, RecordingArgs};
 use super::{JobError, check_outputs};
 use crate::analysis::{Request, report};
 use crate::export::write_report;
@@ -18,18 +18,7 @@ pub struct ReportArgs {
     #[command(flatten)]
     recordings: RecordingArgs,
     #[command(flatten)]
-    choices: FitChoices,
-    /// How the load is made of the features.
-    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
-    regressor: RegressorArg,
-    /// Use every N-th sample only.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_negative_numbers = true
-    )]
-    decimate: usize,
+    model: ModelArgs,
     /// Where the report goes: one HTML file that needs nothing beside it.
     #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
@@ -45,9 +34,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let recordings = args
         .recordings
         .read_hearing(&mut |warning| heard.push(warning.to_string()))?;
-    let settings = args
-        .choices
-        .settings(&recordings, args.regressor.into(), args.decimate);
+    let settings = args.model.settings(&recordings);
     let request = Request::fit(Arc::new(recordings), settings);
     let mut data = report(&request, &Progress::default())?;
     data.warnings.extend(heard);

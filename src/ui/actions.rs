@@ -261,6 +261,10 @@ pub fn all(state: &AppState, can: CanGo) -> Vec<Action> {
 /// Pushes what the keys that were pressed ask for. Keys alone are left to a text field that has the focus, and so are those
 /// for undo and redo, which it has of its own.
 pub fn listen(context: &egui::Context, state: &AppState, can: CanGo, out: &mut Vec<Command>) {
+    let is_press = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
+    if !context.input(|input| input.events.iter().any(is_press)) {
+        return;
+    }
     let typing = context.text_edit_focused();
     // Space presses the button that has the focus.
     let focused = context.memory(|memory| memory.focused().is_some());

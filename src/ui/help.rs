@@ -127,7 +127,7 @@ impl Help {
     }
 
     /// Draws it while it is open.
-    pub fn show(&mut self, context: &egui::Context, actions: &[Action]) {
+    pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
         let mut open = self.open;
         egui::Window::new("Keys and words")
             .open(&mut open)
@@ -144,7 +144,7 @@ impl Help {
                 egui::ScrollArea::vertical()
                     .auto_shrink([false, false])
                     .show(ui, |ui| match self.page {
-                        Page::Keys => keys(ui, actions),
+                        Page::Keys => keys(ui, &actions()),
                         Page::Mouse => rows(ui, "mouse", MOUSE.iter().copied()),
                         Page::Words => rows(ui, "words", WORDS.iter().copied()),
                         Page::Equations => {

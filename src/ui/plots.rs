@@ -1,6 +1,6 @@
 //! What all plots share: marks at round numbers, zoom by wheel and drag, and lines in many pieces.
 
-use egui::{Color32, Shape, Stroke};
+use egui::{AsIdSalt, Color32, Shape, Stroke};
 use egui_plot::{
     CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry, PlotItem,
     PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
@@ -41,6 +41,19 @@ pub fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
 /// As many decimals as the step needs.
 pub fn tick_label(mark: GridMark) -> String {
     mark_label(mark.value, mark.step_size)
+}
+
+/// A plot that shows all of it and leaves press and drag to whoever draws it.
+pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
+    Plot::new(id)
+        .width(width)
+        .height(height)
+        .allow_scroll(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .allow_boxed_zoom(false)
+        .show_x(false)
+        .show_y(false)
 }
 
 /// The part of a plot that was chosen by hand; `None` shows all.

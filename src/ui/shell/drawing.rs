@@ -53,7 +53,7 @@ impl Shell {
             });
         });
         import_window::import_window(ui.ctx(), state, &mut self.import_fields, out);
-        self.help.show(ui.ctx(), &actions::all(state, can));
+        self.help.show(ui.ctx(), &|| actions::all(state, can));
         self.palette.show(ui.ctx(), state, can, out);
         if self.tour.show(ui.ctx()) {
             out.push(Command::Wish(Wish::Tour(false)));

@@ -1,6 +1,6 @@
 //! How old the past samples are: bars over their age, those that t_th cuts off in another colour.
 
-use egui_plot::{Bar, BarChart, Plot, VLine};
+use egui_plot::{Bar, BarChart, VLine};
 
 use crate::app::{AppState, Command};
 use crate::evaluation::threshold_study::Touch;
@@ -12,7 +12,7 @@ pub fn ages(
     ui: &mut egui::Ui,
     state: &AppState,
     touch: &Touch,
-    [width, height]: [f32; 2],
+    size: [f32; 2],
     out: &mut Vec<Command>,
 ) {
     let t_th_secs = state.thresholds().t_th_secs;
@@ -29,15 +29,7 @@ pub fn ages(
             .fill(color)
     });
     let name = "Age of the past";
-    let response = Plot::new("ages")
-        .width(width)
-        .height(height)
-        .allow_scroll(false)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_boxed_zoom(false)
-        .show_x(false)
-        .show_y(false)
+    let response = plots::still("ages", size)
         .show_grid([false, true])
         .include_y(0.0)
         .x_axis_label("age of the past [s]")

@@ -1,6 +1,6 @@
 //! The curves through the present pair of thresholds: forces and moments apart, over F_th and over t_th.
 
-use egui_plot::{Line, LineStyle, Plot, PlotPoints, VLine};
+use egui_plot::{Line, LineStyle, PlotPoints, VLine};
 
 use super::pressed;
 use crate::app::{AppState, Command, StudyCommand};
@@ -65,7 +65,7 @@ fn curve(
     map: &ThresholdMap,
     group: Measure,
     along: Along,
-    [width, height]: [f32; 2],
+    size: [f32; 2],
     out: &mut Vec<Command>,
 ) {
     let present = state.thresholds();
@@ -85,51 +85,44 @@ fn curve(
     };
     let title = format!("{} [{}]", group.label(&map.scale), group.unit(&map.scale));
     let visuals = ui.visuals().clone();
-    let response = Plot::new((
+    let id = (
         "threshold curve",
         group.label(&map.scale),
         along == Along::F,
-    ))
-    .width(width)
-    .height(height)
-    .allow_scroll(false)
-    .allow_zoom(false)
-    .allow_drag(false)
-    .allow_boxed_zoom(false)
-    .show_x(false)
-    .show_y(false)
-    .include_x(0.0)
-    .include_x(longest.copied().unwrap_or(1.0) * shown_as)
-    .x_axis_label(label)
-    .y_axis_label(title.clone())
-    .y_axis_min_width(44.0)
-    .y_axis_formatter(|mark, _| significant(mark.value, 3))
-    .show(ui, |plot| {
-        for set in ScoreSet::ALL {
-            let points = match along {
-                Along::F => map.curve_over_f_th(set, group, at.1),
-                Along::T => map.curve_over_t_th(set, group, at.0),
+    );
+    let response = plots::still(id, size)
+        .include_x(0.0)
+        .include_x(longest.copied().unwrap_or(1.0) * shown_as)
+        .x_axis_label(label)
+        .y_axis_label(title.clone())
+        .y_axis_min_width(44.0)
+        .y_axis_formatter(|mark, _| significant(mark.value, 3))
+        .show(ui, |plot| {
+            for set in ScoreSet::ALL {
+                let points = match along {
+                    Along::F => map.curve_over_f_th(set, group, at.1),
+                    Along::T => map.curve_over_t_th(set, group, at.0),
+                };
+                let (color, style) = look(set, &visuals);
+                let points: PlotPoints<'_> =
+                    points.into_iter().map(|(x, y)| [x * shown_as, y]).collect();
+                plot.line(
+                    Line::new(set.label(), points)
+                        .color(color)
+                        .style(style)
+                        .width(1.6),
+                );
+            }
+            let own = match along {
+                Along::F => present.f_th,
+                Along::T => present.t_th_secs,
             };
-            let (color, style) = look(set, &visuals);
-            let points: PlotPoints<'_> =
-                points.into_iter().map(|(x, y)| [x * shown_as, y]).collect();
-            plot.line(
-                Line::new(set.label(), points)
-                    .color(color)
-                    .style(style)
-                    .width(1.6),
+            plot.vline(
+                VLine::new("present", own * shown_as)
+                    .color(visuals.error_fg_color)
+                    .width(1.2),
             );
-        }
-        let own = match along {
-            Along::F => present.f_th,
-            Along::T => present.t_th_secs,
-        };
-        plot.vline(
-            VLine::new("present", own * shown_as)
-                .color(visuals.error_fg_color)
-                .width(1.2),
-        );
-    });
+        });
     let name = format!("{title} over {label}");
     response
         .response

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Vec2};
-use egui_plot::{MarkerShape, Plot, PlotImage, PlotPoint, PlotPoints, Points};
+use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
 use crate::app::{AppState, Command, StudyCommand};
@@ -51,16 +51,8 @@ pub fn map(
     let width = ui.available_width() - SCALE_WIDTH - 70.0;
     let height = ui.available_height().max(120.0);
     ui.horizontal_top(|ui| {
-        let response = Plot::new("threshold map")
-            .width(width)
-            .height(height)
-            .allow_scroll(false)
-            .allow_zoom(false)
-            .allow_drag(false)
-            .allow_boxed_zoom(false)
+        let response = plots::still("threshold map", [width, height])
             .show_grid(false)
-            .show_x(false)
-            .show_y(false)
             .set_margin_fraction(Vec2::ZERO)
             .default_x_bounds(low[0] * shown_as, high[0] * shown_as)
             .default_y_bounds(low[1], high[1])
