@@ -187,7 +187,8 @@ fn pane(
     };
     picture::menu(&response.response, part, Some(&print), out);
     let sample = sample_under_pointer(&response, traces);
-    if let Some(k) = sample {
+    // It would lie over the menu.
+    if let Some(k) = sample.filter(|_| !response.response.context_menu_opened()) {
         overlay::tooltip(ui, &response.response, traces, axis, k);
     }
     sample
