@@ -33,4 +33,4 @@ pub use session::{
 pub use state::{AppState, Applied};
 pub use study::{StudyCommand, StudyNews, StudyRequest, ThresholdStudy};
 pub use training::{Training, TrainingCommand};
-pub use wish::{PictureTo, Preset, ScreenPart, Wish};
+pub use wish::{PaneMove, PictureTo, Preset, ScreenPart, Wish};

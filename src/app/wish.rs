@@ -32,6 +32,86 @@ impl Preset {
             Self::DemonstrateThresholds => "Demonstrate thresholds",
         }
     }
+
+    /// What stands where.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Calibrate => "Settings beside the traces, errors and matrices under them",
+            Self::InspectLoops => "Loops over the traces that they come from",
+            Self::DemonstrateThresholds => {
+                "Sliders beside the traces, and under them what every other pair would give"
+            }
+        }
+    }
+}
+
+/// A change of a pane's place or size that needs no mouse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaneMove {
+    /// Along the left edge of the window.
+    Left,
+    /// Along the right edge of the window.
+    Right,
+    /// Along the upper edge of the window.
+    Top,
+    /// Along the lower edge of the window.
+    Bottom,
+    /// Among the tabs of the next group.
+    NextTabs,
+    /// More of the width.
+    Wider,
+    /// Less of the width.
+    Narrower,
+    /// More of the height.
+    Taller,
+    /// Less of the height.
+    Lower,
+}
+
+impl PaneMove {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Left,
+        Self::Right,
+        Self::Top,
+        Self::Bottom,
+        Self::NextTabs,
+        Self::Wider,
+        Self::Narrower,
+        Self::Taller,
+        Self::Lower,
+    ];
+
+    /// What menus call it, after the pane's name.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Left => "to the left",
+            Self::Right => "to the right",
+            Self::Top => "to the top",
+            Self::Bottom => "to the foot",
+            Self::NextTabs => "to the next tabs",
+            Self::Wider => "wider",
+            Self::Narrower => "narrower",
+            Self::Taller => "taller",
+            Self::Lower => "lower",
+        }
+    }
+
+    /// What becomes of the pane.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Left | Self::Right | Self::Top | Self::Bottom => {
+                "Along this edge of the window, beside all the others"
+            }
+            Self::NextTabs => "Among the tabs of the next group of panes",
+            Self::Wider | Self::Narrower | Self::Taller | Self::Lower => {
+                "Its neighbours give or take the room"
+            }
+        }
+    }
 }
 
 /// A part of the window (points from its upper left corner).
@@ -61,6 +141,8 @@ pub enum Wish {
     ShowPane(Pane),
     /// Take this pane away.
     ClosePane(Pane),
+    /// Give this pane another place or size.
+    MovePane(Pane, PaneMove),
     /// Arrange the panes so.
     Arrange(Preset),
     /// Take the last change of a setting or a role back.
@@ -79,8 +161,14 @@ pub enum Wish {
     ZoomBack,
     /// The part of time that was shown after.
     ZoomForward,
+    /// So many times as much of the time axis.
+    ZoomTime(f64),
+    /// Earlier or later, in shares of what is on screen.
+    MoveTime(f64),
     /// Go through time, or stop.
     TogglePlay,
+    /// One sample forward (1) or back (-1).
+    Step(i8),
     /// Put cursor A (0) or B (1) at the sample under the pointer, or where it plays.
     PutCursor(usize),
     /// Make a picture of the whole window.

@@ -2,13 +2,18 @@
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::app::{AppState, Command, ImportCommand, Pane, PictureTo, Preset, SessionCommand, Wish};
+use crate::app::{
+    AppState, Command, ImportCommand, Pane, PaneMove, PictureTo, Preset, SessionCommand, Wish,
+};
 use crate::recording::{Role, Tare};
+use crate::ui::plots;
 
 /// Something to ask for.
 pub struct Action {
     /// What it is called, everywhere.
     pub name: String,
+    /// What it does, in a sentence.
+    pub explanation: &'static str,
     /// The keys that ask for it.
     pub keys: Option<KeyboardShortcut>,
     /// Whether it makes sense now.
@@ -32,6 +37,10 @@ const fn alone(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::NONE, key))
 }
 
+const fn shift(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::SHIFT, key))
+}
+
 const fn alt(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::ALT, key))
 }
@@ -51,141 +60,223 @@ pub struct CanGo {
 
 /// The files group.
 pub fn files(state: &AppState) -> Vec<Action> {
+    let fitted = state.analysis.is_some();
+    let session = Command::Session;
     vec![
-        always("Open…", ctrl(Key::O), Command::ChooseFiles),
-        always(
+        action(
+            "Open…",
+            "Recordings, calibrations, sessions; several at once, or drop them on the window",
+            ctrl(Key::O),
+            Command::ChooseFiles,
+        ),
+        action(
             "Import…",
+            "A recording whose columns have no names: say once what each one is",
             ctrl_shift(Key::O),
             Command::Import(ImportCommand::Choose),
         ),
-        always("Built-in sensor (simulated)", None, Command::OpenBuiltIn),
+        action(
+            "Built-in sensor (simulated)",
+            "A resin six-axis sensor that nobody has, to try everything on",
+            None,
+            Command::OpenBuiltIn,
+        ),
         action(
             "Close all recordings",
+            "The files themselves stay as they are",
             None,
-            !state.recordings.entries().is_empty(),
             Command::CloseRecordings,
-        ),
+        )
+        .only_if(!state.recordings.entries().is_empty()),
         action(
             "Export calibration…",
+            "The matrices as data, or as code that a robot runs; the ending says which",
             ctrl(Key::E),
-            state.analysis.is_some(),
             Command::ChooseExport,
-        ),
+        )
+        .only_if(fitted),
         action(
             "Save report…",
+            "One page of HTML with tables, loops and traces, to print or to send",
             None,
-            state.analysis.is_some(),
             Command::ChooseReport,
-        ),
+        )
+        .only_if(fitted),
         action(
             "Save traces on screen…",
+            "Calc., Conv. and Comp. of the stretch of time on screen, as .csv or .parquet",
             None,
-            state.analysis.is_some(),
             Command::Wish(Wish::SaveTraces),
-        ),
-        always(
+        )
+        .only_if(fitted),
+        action(
             "Save session",
+            "Which files, their roles, every setting, the notes and the panes",
             ctrl(Key::S),
-            Command::Session(SessionCommand::Save),
+            session(SessionCommand::Save),
         ),
-        always(
+        action(
             "Save session as…",
+            "The same, in another file",
             ctrl_shift(Key::S),
-            Command::Session(SessionCommand::SaveAs),
+            session(SessionCommand::SaveAs),
         ),
-        always(
+        action(
             "Quit",
+            "Asks first where something is not saved",
             ctrl(Key::Q),
-            Command::Session(SessionCommand::Close),
+            session(SessionCommand::Close),
         ),
     ]
 }
 
 /// Going back and forward.
 pub fn edit(can: CanGo) -> Vec<Action> {
-    [
-        ("Undo", ctrl(Key::Z), can.undo, Wish::Undo),
-        ("Redo", ctrl_shift(Key::Z), can.redo, Wish::Redo),
-        (
-            "Zoom back",
-            alt(Key::ArrowLeft),
-            can.zoom_back,
-            Wish::ZoomBack,
-        ),
-        (
-            "Zoom forward",
-            alt(Key::ArrowRight),
-            can.zoom_forward,
-            Wish::ZoomForward,
-        ),
-        (
+    vec![
+        wish(
+            "Undo",
+            "Takes the last change of a setting, a role, a cut or a tare back",
+            ctrl(Key::Z),
+            Wish::Undo,
+        )
+        .only_if(can.undo),
+        wish("Redo", "Makes it again", ctrl_shift(Key::Z), Wish::Redo).only_if(can.redo),
+    ]
+}
+
+/// What part of time is shown, and going through it.
+pub fn time(can: CanGo) -> Vec<Action> {
+    vec![
+        wish(
             "Show all of the time",
+            "From the first sample on screen to the last",
             alone(Key::Home),
-            true,
             Wish::FitView,
         ),
-        (
+        wish(
+            "Zoom in",
+            "Half of the time, about the sample shown",
+            shift(Key::ArrowUp),
+            Wish::ZoomTime(0.5),
+        ),
+        wish(
+            "Zoom out",
+            "Twice the time, about the sample shown",
+            shift(Key::ArrowDown),
+            Wish::ZoomTime(2.0),
+        ),
+        wish(
+            "Earlier",
+            "A quarter of what is on screen to the left",
+            shift(Key::ArrowLeft),
+            Wish::MoveTime(-0.25),
+        ),
+        wish(
+            "Later",
+            "A quarter of what is on screen to the right",
+            shift(Key::ArrowRight),
+            Wish::MoveTime(0.25),
+        ),
+        wish(
+            "Zoom back",
+            "To the part of time that was on screen before",
+            alt(Key::ArrowLeft),
+            Wish::ZoomBack,
+        )
+        .only_if(can.zoom_back),
+        wish(
+            "Zoom forward",
+            "To the part of time that was on screen after",
+            alt(Key::ArrowRight),
+            Wish::ZoomForward,
+        )
+        .only_if(can.zoom_forward),
+        wish(
             "Play through time, or stop",
+            "As if it were measured now, with the look-back drawn at each sample (Eq. 9-12)",
             alone(Key::Space),
-            true,
             Wish::TogglePlay,
         ),
-        (
+        wish(
+            "Step back",
+            "One sample; where more are on screen than can be told apart, one pixel",
+            alone(Key::Comma),
+            Wish::Step(-1),
+        ),
+        wish(
+            "Step forward",
+            "One sample; where more are on screen than can be told apart, one pixel",
+            alone(Key::Period),
+            Wish::Step(1),
+        ),
+        wish(
             "Put cursor A at the sample shown",
+            "The sample under the pointer, or where it plays",
             alone(Key::A),
-            true,
             Wish::PutCursor(0),
         ),
-        (
+        wish(
             "Put cursor B at the sample shown",
+            "Between A and B the span's mean, deviation and range are shown",
             alone(Key::B),
-            true,
             Wish::PutCursor(1),
         ),
-        (
+    ]
+}
+
+/// Pictures of the window; those of one plot are in its own menu.
+pub fn pictures() -> Vec<Action> {
+    vec![
+        wish(
             "Copy the window as a picture",
+            "To the clipboard; a plot's own menu (right click) copies that plot alone",
             ctrl_shift(Key::C),
-            true,
             Wish::PictureOfAll(PictureTo::Clipboard),
         ),
-        (
+        wish(
             "Save the window as a picture…",
+            "As PNG; a plot's own menu (right click) saves that plot alone",
             None,
-            true,
             Wish::PictureOfAll(PictureTo::File),
         ),
     ]
-    .into_iter()
-    .map(|(name, keys, enabled, wish)| action(name, keys, enabled, Command::Wish(wish)))
-    .collect()
 }
 
 /// What all recordings are for, and taring them.
 pub fn roles(state: &AppState) -> Vec<Action> {
     let entries = 0..state.recordings.entries().len();
-    let tare = action(
-        "Tare all over their first quiet half second",
-        None,
-        !entries.is_empty(),
-        Command::Tare(entries.collect(), Tare::Auto),
-    );
-    [
-        ("All train", Role::Train),
-        ("All test", Role::Test),
-        ("All off", Role::Off),
+    let any = !entries.is_empty();
+    let all = |name, explanation, role| action(name, explanation, None, Command::SetAllRoles(role));
+    vec![
+        all("All train", "The fit uses every recording", Role::Train),
+        all(
+            "All test",
+            "Every recording only scores the fit",
+            Role::Test,
+        ),
+        all("All off", "No recording takes part", Role::Off),
+        action(
+            "Tare all over their first quiet half second",
+            "Takes the mean of the gauges there as their zero",
+            None,
+            Command::Tare(entries.collect(), Tare::Auto),
+        )
+        .only_if(any),
     ]
-    .into_iter()
-    .map(|(name, role)| always(name, None, Command::SetAllRoles(role)))
-    .chain([tare])
-    .collect()
 }
 
 /// Arrangements of panes.
 pub fn arrangements() -> Vec<Action> {
     let keys = [Key::F5, Key::F6, Key::F7].map(alone);
-    (Preset::ALL.into_iter().zip(keys))
-        .map(|(preset, keys)| always(preset.title(), keys, Command::Wish(Wish::Arrange(preset))))
-        .collect()
+    let arrange = |(preset, keys): (Preset, _)| {
+        wish(
+            preset.title(),
+            preset.explanation(),
+            keys,
+            Wish::Arrange(preset),
+        )
+    };
+    Preset::ALL.into_iter().zip(keys).map(arrange).collect()
 }
 
 /// Panes by number.
@@ -201,46 +292,68 @@ pub fn panes() -> Vec<Action> {
         Key::Num8,
         Key::Num9,
     ];
-    (Pane::ALL.into_iter().zip(DIGITS))
-        .map(|(pane, key)| {
-            let name = format!("Show {}", pane.title());
-            let command = Command::Wish(Wish::ShowPane(pane));
-            Action {
-                name,
-                keys: ctrl(key),
-                enabled: true,
-                command,
-            }
-        })
-        .collect()
+    let keys = DIGITS.into_iter().map(ctrl).chain([None]);
+    let show = |(pane, keys): (Pane, _)| {
+        let name = format!("Show {}", pane.title());
+        wish(name, pane.explanation(), keys, Wish::ShowPane(pane))
+    };
+    Pane::ALL.into_iter().zip(keys).map(show).collect()
+}
+
+/// What can be done with the place of one pane.
+pub fn places(pane: Pane) -> Vec<Action> {
+    let title = pane.title();
+    let moves = PaneMove::ALL.into_iter().map(|to| {
+        let name = format!("{title}: {}", to.title());
+        wish(name, to.explanation(), None, Wish::MovePane(pane, to))
+    });
+    let close = wish(
+        format!("{title}: close"),
+        "The View menu brings it back",
+        None,
+        Wish::ClosePane(pane),
+    );
+    moves.chain([close]).collect()
 }
 
 /// How large everything is.
 pub fn text_scales() -> Vec<Action> {
     [
-        ("Larger", ctrl(Key::Plus), 1),
-        ("Smaller", ctrl(Key::Minus), -1),
-        ("Usual size", ctrl(Key::Num0), 0),
+        ("Larger", "Text and everything with it", ctrl(Key::Plus), 1),
+        (
+            "Smaller",
+            "Text and everything with it",
+            ctrl(Key::Minus),
+            -1,
+        ),
+        ("Usual size", "What the screen asks for", ctrl(Key::Num0), 0),
     ]
     .into_iter()
-    .map(|(name, keys, step)| always(name, keys, Command::Wish(Wish::TextScale(step))))
+    .map(|(name, explanation, keys, step)| wish(name, explanation, keys, Wish::TextScale(step)))
     .collect()
 }
 
 /// Help.
 pub fn help() -> Vec<Action> {
     vec![
-        always(
+        wish(
             "Keys and words",
+            "What can be pressed, what the abbreviations mean, and the paper's equations",
             alone(Key::F1),
-            Command::Wish(Wish::ToggleHelp),
+            Wish::ToggleHelp,
         ),
-        always(
+        wish(
             "Find an action…",
+            "By a part of its name",
             ctrl(Key::P),
-            Command::Wish(Wish::ShowPalette),
+            Wish::ShowPalette,
         ),
-        always("Tour", None, Command::Wish(Wish::Tour(true))),
+        wish(
+            "Tour",
+            "Six steps through the main job",
+            None,
+            Wish::Tour(true),
+        ),
     ]
 }
 
@@ -249,10 +362,13 @@ pub fn all(state: &AppState, can: CanGo) -> Vec<Action> {
     let groups = [
         files(state),
         edit(can),
+        time(can),
         roles(state),
         arrangements(),
         panes(),
+        Pane::ALL.into_iter().flat_map(places).collect(),
         text_scales(),
+        pictures(),
         help(),
     ];
     groups.into_iter().flatten().collect()
@@ -267,10 +383,23 @@ pub fn listen(context: &egui::Context, state: &AppState, can: CanGo, out: &mut V
     }
     let typing = context.text_edit_focused();
     // Space presses the button that has the focus.
-    let focused = context.memory(|memory| memory.focused().is_some());
-    for action in all(state, can) {
+    let focused = context.memory(|memory| memory.focused());
+    let focused = focused.and_then(|id| context.read_response(id));
+    let focused =
+        focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
+    // Plus stands on the key of the equals sign, and is meant without Shift too.
+    let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
+    out.extend(larger.then_some(Command::Wish(Wish::TextScale(1))));
+    let mut actions = all(state, can);
+    // Ctrl+Z lets more keys be held, so that Ctrl+Shift+Z must be asked about before it.
+    actions.sort_by_key(|action| {
+        let held = action.keys.map(|keys| keys.modifiers);
+        std::cmp::Reverse(held.is_some_and(|held| held.shift || held.alt))
+    });
+    for action in actions {
         let Some(keys) = action.keys else { continue };
-        let own = keys.modifiers == Modifiers::NONE || keys.logical_key == Key::Z;
+        let own = [Modifiers::NONE, Modifiers::SHIFT].contains(&keys.modifiers)
+            || keys.logical_key == Key::Z;
         let taken = (typing && own) || (focused && keys.logical_key == Key::Space);
         let is_function_key = matches!(keys.logical_key, Key::F1 | Key::F5 | Key::F6 | Key::F7);
         if taken && !is_function_key {
@@ -282,16 +411,34 @@ pub fn listen(context: &egui::Context, state: &AppState, can: CanGo, out: &mut V
     }
 }
 
-fn always(name: &str, keys: Option<KeyboardShortcut>, command: Command) -> Action {
-    action(name, keys, true, command)
+fn action(
+    name: impl Into<String>,
+    explanation: &'static str,
+    keys: Option<KeyboardShortcut>,
+    command: Command,
+) -> Action {
+    Action {
+        name: name.into(),
+        explanation,
+        keys,
+        enabled: true,
+        command,
+    }
 }
 
-fn action(name: &str, keys: Option<KeyboardShortcut>, enabled: bool, command: Command) -> Action {
-    Action {
-        name: name.to_owned(),
-        keys,
-        enabled,
-        command,
+fn wish(
+    name: impl Into<String>,
+    explanation: &'static str,
+    keys: Option<KeyboardShortcut>,
+    wish: Wish,
+) -> Action {
+    action(name, explanation, keys, Command::Wish(wish))
+}
+
+impl Action {
+    fn only_if(mut self, makes_sense: bool) -> Self {
+        self.enabled = makes_sense;
+        self
     }
 }
 
@@ -307,6 +454,37 @@ mod tests {
                 assert_ne!(one.name, other.name);
                 assert!(one.keys.is_none() || one.keys != other.keys, "{}", one.name);
             }
+        }
+    }
+
+    #[test]
+    fn keys_ask_for_their_own_action_and_for_nothing_else() {
+        let can = CanGo {
+            undo: true,
+            redo: true,
+            zoom_back: true,
+            zoom_forward: true,
+        };
+        let state = AppState::default();
+        for action in all(&state, can).into_iter().filter(|action| action.enabled) {
+            let Some(keys) = action.keys else { continue };
+            let mut asked = Vec::new();
+            let press = egui::Event::Key {
+                key: keys.logical_key,
+                physical_key: None,
+                pressed: true,
+                repeat: false,
+                modifiers: keys.modifiers,
+            };
+            let input = egui::RawInput {
+                events: vec![press],
+                ..Default::default()
+            };
+            let context = egui::Context::default();
+            let mut output = context.run_ui(input, |ui| listen(ui.ctx(), &state, can, &mut asked));
+            output.textures_delta.clear();
+            let (asked, own) = (format!("{asked:?}"), format!("{:?}", [&action.command]));
+            assert_eq!(asked, own, "{}", action.name);
         }
     }
 }

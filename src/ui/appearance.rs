@@ -2,8 +2,8 @@
 
 use crate::app::{Preferences, Theme};
 
-/// Lets signs that the usual font lacks (arrows, superscripts) come from the one for code.
-pub fn complete_fonts(context: &egui::Context) {
+/// Lets signs that the usual font lacks (arrows, superscripts) come from the one for code, and takes over the keys that scale.
+pub fn prepare(context: &egui::Context) {
     let mut fonts = egui::FontDefinitions::default();
     let code = fonts.families.get(&egui::FontFamily::Monospace);
     let code = code.and_then(|names| names.first()).cloned();
@@ -11,6 +11,8 @@ pub fn complete_fonts(context: &egui::Context) {
         usual.extend(code);
     }
     context.set_fonts(fonts);
+    // The keys for it change the preference, so that it is remembered.
+    context.options_mut(|options| options.zoom_with_keyboard = false);
 }
 
 /// Makes the window look as the preferences say.

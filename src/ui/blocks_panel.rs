@@ -45,7 +45,7 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings) {
                 };
             }
             ui.add_enabled_ui(used, |ui| {
-                list_field(ui, switch.id, "", values);
+                list_field(ui, switch.id, "", explanation, values);
                 ui.label(unit);
             });
         });
@@ -67,7 +67,13 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings) {
 
 /// A field with numbers above zero and commas between them; true once they changed. What cannot be read is marked and
 /// changes nothing.
-pub fn list_field(ui: &mut egui::Ui, label: Id, hint: &str, values: &mut Vec<f64>) -> bool {
+pub fn list_field(
+    ui: &mut egui::Ui,
+    label: Id,
+    hint: &str,
+    explanation: &str,
+    values: &mut Vec<f64>,
+) -> bool {
     let id = label.with("numbers");
     let shown = values
         .iter()
@@ -86,11 +92,10 @@ pub fn list_field(ui: &mut egui::Ui, label: Id, hint: &str, values: &mut Vec<f64
         field = field.text_color(ui.visuals().error_fg_color);
     }
     let response = ui.add(field).labelled_by(label);
-    if read.is_none() {
-        response
-            .clone()
-            .on_hover_text("Write numbers above zero with commas between them");
-    }
+    let response = response.on_hover_text(match read {
+        Some(_) => explanation,
+        None => "Write numbers above zero with commas between them",
+    });
     if !response.has_focus() {
         ui.data_mut(|data| data.remove::<String>(id));
         return false;

@@ -1,13 +1,19 @@
 //! The calibration matrices with their features named, and their way out.
 
+use std::ops::Range;
+
 use egui::RichText;
 
 use crate::app::{AppState, Command, Existing};
 use crate::calibration::LinearMap;
 use crate::recording::Axis;
+use crate::ui::equation::laid_out;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
 use crate::ui::shell::Fields;
+
+/// Between two columns of a matrix (points).
+const GAP: f32 = 12.0;
 
 /// Draws the matrices and the export row.
 pub fn calibration_pane(
@@ -47,12 +53,11 @@ pub fn calibration_pane(
             let maps = compensated.map(|map| (Trace::Compensated, map));
             let conventional = (Trace::Conventional, &calibration.conventional);
             for (trace, map) in maps.into_iter().chain([conventional]) {
+                let blocks = blocks(&map.features, &calibration.gauges);
                 ui.horizontal(|ui| {
-                    ui.label(
-                        RichText::new(format!("{} = matrix × features", trace.label()))
-                            .color(trace.color(ui.visuals())),
-                    )
-                    .on_hover_text(trace.explanation());
+                    let color = trace.color(ui.visuals());
+                    ui.colored_label(color, trace.label())
+                        .on_hover_text(trace.explanation());
                     let copy = ui.small_button(format!("Copy {}", trace.label()));
                     if copy
                         .on_hover_text("The matrix as tab-separated text")
@@ -60,8 +65,10 @@ pub fn calibration_pane(
                     {
                         ui.copy_text(as_text(map, &calibration.axes));
                     }
+                    ui.label(laid_out(ui, &equation(&blocks), color))
+                        .on_hover_text(trace.explanation());
                 });
-                matrix(ui, trace.label(), map, &calibration.axes);
+                matrix(ui, trace.label(), map, &blocks, &calibration.axes);
                 ui.add_space(6.0);
             }
         });
@@ -74,7 +81,9 @@ fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mu
         let field = egui::TextEdit::singleline(&mut fields.export)
             .hint_text("path ending in .json, .h, .py, …")
             .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
-        let field = ui.add(field).labelled_by(label.id);
+        let field = ui.add(field).labelled_by(label.id).on_hover_text(
+            "Where the calibration is written; its ending says as what, Enter writes it",
+        );
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_enabled_ui(state.analysis.is_some(), |ui| {
             let export = ui.button("Export").on_hover_text(
@@ -107,23 +116,170 @@ fn as_text(map: &LinearMap, axes: &[Axis]) -> String {
     lines.join("\n")
 }
 
-fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, axes: &[Axis]) {
+/// A group of columns: the sign that stands for it in the equation, and which columns they are.
+#[derive(Clone, Debug, PartialEq)]
+struct Block {
+    symbol: String,
+    columns: Range<usize>,
+}
+
+/// The groups of a matrix' columns: the gauges, what each history appends, products, the offset.
+fn blocks(features: &[String], gauges: &[String]) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut at = 0;
+    while at < features.len() {
+        let first = &features[at];
+        let ending = gauges
+            .first()
+            .and_then(|gauge| first.strip_prefix(&**gauge));
+        let (symbol, n) = match ending {
+            Some("") => ("S".to_owned(), gauges.len()),
+            Some(ending) if ending.starts_with('_') => {
+                let index = ending[1..].replace('_', " ");
+                (format!("S_{{{index}}}"), gauges.len())
+            }
+            _ if first == "offset" => ("c".to_owned(), 1),
+            _ => {
+                let rest = features.len() - at;
+                let has_offset = features.last().is_some_and(|name| name == "offset");
+                ("products".to_owned(), rest - usize::from(has_offset))
+            }
+        };
+        let end = (at + n.max(1)).min(features.len());
+        let columns = at..end;
+        blocks.push(Block { symbol, columns });
+        at = end;
+    }
+    blocks
+}
+
+/// The equation that a matrix stands for: the load is the matrix times what the blocks append, plus the offset.
+fn equation(blocks: &[Block]) -> String {
+    let of = |block: &&Block| block.symbol != "c";
+    let symbols: Vec<&str> = (blocks.iter().filter(of))
+        .map(|block| &*block.symbol)
+        .collect();
+    let columns = match &symbols[..] {
+        [one] => (*one).to_owned(),
+        several => format!("[{}]^T", several.join(", ")),
+    };
+    let offset = if symbols.len() < blocks.len() {
+        " + c"
+    } else {
+        ""
+    };
+    format!("L = C^{{-1}} {columns}{offset}")
+}
+
+/// Draws a matrix between brackets, its blocks apart, its numbers under each other.
+fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, blocks: &[Block], axes: &[Axis]) {
+    let starts: Vec<usize> = blocks.iter().map(|block| block.columns.start).collect();
+    let cells: Vec<Vec<String>> = map
+        .matrix
+        .iter()
+        .map(|row| row.iter().map(|value| significant(*value, 5)).collect())
+        .collect();
+    let widths: Vec<usize> = (0..map.features.len())
+        .map(|column| {
+            let values = cells.iter().filter_map(|row| row.get(column));
+            let heads = std::iter::once(&map.features[column]);
+            let lengths = values.chain(heads).map(|text| text.chars().count());
+            lengths.max().unwrap_or(0)
+        })
+        .collect();
+    let mut numbers = egui::Rect::NOTHING;
+    let mut borders = vec![egui::Rect::NOTHING; starts.len()];
     egui::Grid::new(name)
         .striped(true)
-        .min_col_width(64.0)
-        .spacing([8.0, 2.0])
+        .min_col_width(20.0)
+        .spacing([GAP, 2.0])
         .show(ui, |ui| {
+            let color = ui.visuals().strong_text_color();
             ui.label("");
-            for feature in &map.features {
-                ui.strong(feature);
+            for column in 0..map.features.len() {
+                let block = starts.iter().position(|start| *start == column);
+                match block {
+                    Some(at) => ui.label(laid_out(ui, &blocks[at].symbol, color)),
+                    None => ui.label(""),
+                };
             }
             ui.end_row();
-            for (axis, row) in axes.iter().zip(&map.matrix) {
+            ui.label("");
+            for (feature, width) in map.features.iter().zip(&widths) {
+                ui.label(
+                    RichText::new(format!("{feature:>width$}"))
+                        .monospace()
+                        .strong(),
+                );
+            }
+            ui.end_row();
+            for (axis, row) in axes.iter().zip(&cells) {
                 ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
-                for value in row {
-                    ui.monospace(significant(*value, 5));
+                for (column, (value, width)) in row.iter().zip(&widths).enumerate() {
+                    let place = ui.monospace(format!("{value:>width$}")).rect;
+                    numbers |= place;
+                    if let Some(at) = starts.iter().position(|start| *start == column) {
+                        borders[at] |= place;
+                    }
                 }
                 ui.end_row();
             }
         });
+    if numbers.is_positive() {
+        brackets(ui, numbers, borders.iter().skip(1));
+    }
+}
+
+/// Draws the brackets around the numbers, and a thin line before each further block.
+fn brackets<'a>(ui: &egui::Ui, numbers: egui::Rect, borders: impl Iterator<Item = &'a egui::Rect>) {
+    let around = numbers.expand2(egui::vec2(0.5 * GAP, 1.0));
+    let stroke = egui::Stroke::new(1.4, ui.visuals().text_color());
+    for (x, inwards) in [(around.left(), 4.0), (around.right(), -4.0)] {
+        let corners = [
+            egui::pos2(x + inwards, around.top()),
+            egui::pos2(x, around.top()),
+            egui::pos2(x, around.bottom()),
+            egui::pos2(x + inwards, around.bottom()),
+        ];
+        ui.painter().line(corners.to_vec(), stroke);
+    }
+    let thin = ui.visuals().widgets.noninteractive.bg_stroke;
+    for border in borders {
+        let x = border.left() - 0.5 * GAP;
+        ui.painter().vline(x, around.y_range(), thin);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::{FeatureSettings, feature_names};
+
+    #[test]
+    fn blocks_and_their_equation_follow_the_columns() {
+        let gauges = ["a", "b"].map(str::to_owned);
+        let mut features = FeatureSettings::default();
+        let said = |features: &FeatureSettings, offset| {
+            let names = feature_names(features, &gauges, offset);
+            let blocks = blocks(&names, &gauges);
+            let end = blocks.last().map(|block| block.columns.end);
+            assert_eq!(end, Some(names.len()));
+            equation(&blocks)
+        };
+        assert_eq!(said(&features, true), "L = C^{-1} [S, S_{past}]^T + c");
+        features.play_radii = vec![0.1];
+        features.polynomial = 2;
+        assert_eq!(
+            said(&features, true),
+            "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T + c"
+        );
+        assert_eq!(
+            said(&features, false),
+            "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T"
+        );
+        features.look_backs.clear();
+        features.play_radii.clear();
+        features.polynomial = 1;
+        assert_eq!(said(&features, false), "L = C^{-1} S");
+    }
 }

@@ -25,10 +25,18 @@ pub enum ErrorsOn {
 }
 
 impl ErrorsOn {
-    const ALL: [(Self, &'static str); 3] = [
-        (Self::Train, "Train"),
-        (Self::Test, "Test"),
-        (Self::LeftOut, "LOO-CV"),
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Train,
+            "Train",
+            "Errors on the training recordings themselves",
+        ),
+        (Self::Test, "Test", "Errors on the test recordings"),
+        (
+            Self::LeftOut,
+            "LOO-CV",
+            "Leave-one-recording-out: each training recording scored by a fit to the others",
+        ),
     ];
 
     fn pick(self, scores: &Scores) -> Option<&Vec<f64>> {
@@ -54,7 +62,9 @@ pub fn compare_pane(
     let comparison = &state.comparison;
     ui.horizontal_wrapped(|ui| {
         if comparison.running.is_some() {
-            if ui.button("Stop").clicked() {
+            let stop = ui.button("Stop");
+            let stop = stop.on_hover_text("Rows that have ended keep their results");
+            if stop.clicked() {
                 send(ComparisonCommand::Stop, out);
             }
         } else {
@@ -76,8 +86,9 @@ pub fn compare_pane(
             });
         }
         ui.separator();
-        for (on, label) in ErrorsOn::ALL {
-            ui.selectable_value(&mut fields.errors_on, on, label);
+        for (on, label, explanation) in ErrorsOn::ALL {
+            ui.selectable_value(&mut fields.errors_on, on, label)
+                .on_hover_text(explanation);
         }
         ui.separator();
         let rows: Vec<_> = comparison.rows.iter().filter_map(Row::compared).cloned().collect();
@@ -88,9 +99,13 @@ pub fn compare_pane(
             }
             let label = ui.label("CSV");
             let field = egui::TextEdit::singleline(&mut fields.comparison).desired_width(130.0);
-            ui.add(field).labelled_by(label.id);
+            ui.add(field)
+                .labelled_by(label.id)
+                .on_hover_text("Where the table is written");
             let path = fields.comparison.trim();
-            if ui.button("Save").clicked() && !path.is_empty() {
+            let save = ui.button("Save");
+            let save = save.on_hover_text("Every row that has a result, with train, test and LOO-CV");
+            if save.clicked() && !path.is_empty() {
                 send(ComparisonCommand::Save(path.into()), out);
             }
         });
@@ -160,7 +175,10 @@ fn table_row(
         );
         egui::WidgetInfo::selected(egui::Role::CheckBox, true, ticked, label)
     });
-    if tick.changed() {
+    if tick
+        .on_hover_text("Whether \"Fit ticked rows\" fits this one")
+        .changed()
+    {
         out.push(Command::Comparison(ComparisonCommand::Tick(at, ticked)));
     }
     ui.colored_label(

@@ -3,6 +3,7 @@
 use egui::RichText;
 
 use crate::ui::actions::Action;
+use crate::ui::equation::laid_out;
 
 /// The window with the help texts.
 #[derive(Debug, Default)]
@@ -20,11 +21,15 @@ enum Page {
     Equations,
 }
 
-const PAGES: [(Page, &str); 4] = [
-    (Page::Keys, "Keys"),
-    (Page::Mouse, "Mouse"),
-    (Page::Words, "Words"),
-    (Page::Equations, "Equations"),
+const PAGES: [(Page, &str, &str); 4] = [
+    (Page::Keys, "Keys", "What can be pressed"),
+    (Page::Mouse, "Mouse", "What can be pointed at and dragged"),
+    (Page::Words, "Words", "What the abbreviations mean"),
+    (
+        Page::Equations,
+        "Equations",
+        "The paper's, by their numbers",
+    ),
 ];
 
 const MOUSE: [(&str, &str); 9] = [
@@ -96,27 +101,75 @@ const WORDS: [(&str, &str); 12] = [
     ),
 ];
 
-const EQUATIONS: [(&str, &str); 6] = [
-    ("Eq. 3", "L = C⁻¹ S: the load is a matrix times the gauges"),
+/// The paper's equations by their numbers, then what the program adds to them.
+const EQUATIONS: [(&str, &str, &str); 16] = [
     (
-        "Eq. 4-8",
-        "C⁻¹ = L S' (S S')⁻¹, S' the transpose: least squares over all training samples",
+        "Eq. 1",
+        "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T",
+        "the load: forces [N] and moments [N·m]",
+    ),
+    (
+        "Eq. 2",
+        "S = [S_1, S_2, …, S_i]^T",
+        "the gauges, at least six",
+    ),
+    ("Eq. 3", "S = C L", "the gauges follow the load linearly"),
+    ("Eq. 4", "L = C^{-1} S", "for six gauges"),
+    ("Eq. 5", "L = (C^T C)^{-1} C^T S", "for more than six"),
+    (
+        "Eq. 6, 7",
+        "F_x^{k*} = a_{11} S_1^k + a_{12} S_2^k + … + a_{16} S_6^k",
+        "what the first row of C⁻¹ makes of sample k",
+    ),
+    (
+        "Eq. 8",
+        "Σ_k (F_x^k − F_x^{k*})^2 → min",
+        "least squares over all training samples; the other rows likewise",
     ),
     (
         "Eq. 9",
-        "Ŝ = [S, S_past]: the gauges of now and of the past, one under the other",
+        "t_{past} = t_{current} − t_{interval}",
+        "going back from now, the first time at which the force differs by F_th (Fig. 2)",
     ),
     (
         "Eq. 10",
-        "L = Ĉ⁻¹ Ŝ: twice as many columns, the same least squares",
+        "F_{current} = f(S_{past}, S_{current})",
+        "the calibration sees both; f is linear, a network, or both",
     ),
     (
         "Eq. 11",
-        "‖F − F_past‖ ≥ F_th: what counts as different, on the conventional force",
+        "F_{current} = f(S_{current}, S_{current})",
+        "where the force never differed by F_th",
     ),
     (
         "Eq. 12",
-        "t − t_past ≤ t_th: no older than this; where there is none, S_past = S",
+        "S_{past} = S_{past} if t_{interval} ≤ t_{th}, else S_{current}",
+        "what is older than t_th does not count",
+    ),
+    (
+        "Trigger",
+        "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
+        "on the conventional force, which a robot knows without a reference",
+    ),
+    (
+        "Conv.",
+        "L = C^{-1} S + c",
+        "least squares with an offset c, unless it is off",
+    ),
+    (
+        "Comp.",
+        "L = C^{-1} [S, S_{past}, …]^T + c",
+        "least squares on the gauges and all that the blocks append",
+    ),
+    (
+        "Play",
+        "p ← max(s − r, min(s + r, p))",
+        "each gauge s with a slack of r: the element of the Prandtl-Ishlinskii model",
+    ),
+    (
+        "Creep",
+        "τ dc/dt = s − c",
+        "a low-pass of each gauge with the time constant τ",
     ),
 ];
 
@@ -136,8 +189,9 @@ impl Help {
             .default_pos(context.content_rect().center())
             .show(context, |ui| {
                 ui.horizontal(|ui| {
-                    for (page, label) in PAGES {
-                        ui.selectable_value(&mut self.page, page, label);
+                    for (page, label, explanation) in PAGES {
+                        ui.selectable_value(&mut self.page, page, label)
+                            .on_hover_text(explanation);
                     }
                 });
                 ui.separator();
@@ -149,7 +203,7 @@ impl Help {
                         Page::Words => rows(ui, "words", WORDS.iter().copied()),
                         Page::Equations => {
                             ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
-                            rows(ui, "equations", EQUATIONS.iter().copied());
+                            equations(ui);
                         }
                     });
             });
@@ -165,11 +219,39 @@ fn keys(ui: &mut egui::Ui, actions: &[Action]) {
     let others = [
         ("Tab, Shift+Tab", "the next or last control"),
         ("Space, Enter", "presses the control that has the focus"),
-        ("Arrows", "move a slider that has the focus"),
+        ("Arrows", "move a slider that has the focus, or a plot"),
+        (
+            "+, −",
+            "zoom a plot that has the focus; with Alt its values",
+        ),
+        ("Backspace", "shows all of a plot that has the focus"),
+        (
+            "Shift+F10, Menu",
+            "a picture of the plot that has the focus",
+        ),
+        ("Ctrl+Tab", "the next tab of the panes under the pointer"),
         ("Escape", "takes the cursors away, closes what floats"),
     ];
     let own = texts.iter().map(|(keys, name)| (&**keys, *name));
     rows(ui, "keys", own.chain(others));
+}
+
+fn equations(ui: &mut egui::Ui) {
+    let color = ui.visuals().strong_text_color();
+    egui::Grid::new("equations")
+        .num_columns(2)
+        .striped(true)
+        .spacing([16.0, 8.0])
+        .show(ui, |ui| {
+            for (number, equation, words) in EQUATIONS {
+                ui.label(RichText::new(number).strong());
+                ui.vertical(|ui| {
+                    ui.label(laid_out(ui, equation, color));
+                    ui.add(egui::Label::new(words).wrap());
+                });
+                ui.end_row();
+            }
+        });
 }
 
 fn rows<'a>(ui: &mut egui::Ui, name: &str, rows: impl Iterator<Item = (&'a str, &'a str)>) {

@@ -12,6 +12,12 @@ use crate::recording::columns::{
 use crate::recording::delimited::inspect::{ColumnReport, Inspection, TableReport};
 use crate::ui::numbers::significant;
 
+const NAME: &str = "What a gauge is called; empty: as in the header, or S1, S2, …";
+const UNIT: &str =
+    "Of a load: N, lbf, N·mm, …; of a time: s, ms, us, ns, samples, iso8601; of a gauge a label";
+const TIMES: &str = "Values are multiplied with this; -1 turns the sign";
+const NO_VALUE: &str = "A number that means that there is none";
+
 /// What stands in the window's text fields.
 #[derive(Debug)]
 pub struct ImportFields {
@@ -156,9 +162,12 @@ fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
                 for delimiter in Delimiter::ALL {
                     ui.selectable_value(&mut text.delimiter, delimiter, delimiter.name());
                 }
-            });
+            })
+            .response
+            .on_hover_text("What stands between the cells of a line");
         let mut comma = text.decimal == Decimal::Comma;
-        if ui.checkbox(&mut comma, "decimal comma").changed() {
+        let tick = ui.checkbox(&mut comma, "decimal comma");
+        if tick.on_hover_text("1,5 is one and a half").changed() {
             text.decimal = if comma {
                 Decimal::Comma
             } else {
@@ -167,9 +176,12 @@ fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
         }
         let label = ui.label("skip lines");
         ui.add(DragValue::new(&mut text.skip_rows).range(0..=100_000))
-            .labelled_by(label.id);
-        ui.checkbox(&mut text.header, "a line of names");
-        ui.checkbox(&mut text.units_row, "a line of units below");
+            .labelled_by(label.id)
+            .on_hover_text("Lines before the table, which a logger writes about itself");
+        ui.checkbox(&mut text.header, "a line of names")
+            .on_hover_text("The first line of the table names its columns");
+        ui.checkbox(&mut text.units_row, "a line of units below")
+            .on_hover_text("The next line says their units");
     });
 }
 
@@ -177,20 +189,24 @@ fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
     ui.horizontal_wrapped(|ui| {
         optional(
             ui,
-            "sample rate",
-            " Hz",
+            [
+                "sample rate",
+                " Hz",
+                "Where no column is the time, or where the time counts samples",
+            ],
             100.0,
             &mut map.table.sample_rate_hz,
-        )
-        .on_hover_text("Where no column is the time, or where the time counts samples");
+        );
         optional(
             ui,
-            "average bursts within",
-            " s",
+            [
+                "average bursts within",
+                " s",
+                "Successive gauge samples no further apart become one, their mean",
+            ],
             0.001,
             &mut map.average_bursts_secs,
-        )
-        .on_hover_text("Successive gauge samples no further apart become one, their mean");
+        );
         tare(ui, &mut map.tare);
     });
     weight(ui, map);
@@ -212,7 +228,11 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
             if ui.selectable_label(is_stretch, "a stretch").clicked() && !is_stretch {
                 *tare = Some(Tare::Stretch(0.0, 1.0));
             }
-        });
+        })
+        .response
+        .on_hover_text(
+            "The mean gauges there are taken off; whether the sensor was unloaded then, you must know",
+        );
     if let Some(Tare::Stretch(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let label = ui.label(name);
@@ -220,7 +240,9 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
                 .range(0.0..=1e9)
                 .speed(0.01)
                 .suffix(" s");
-            ui.add(field).labelled_by(label.id);
+            ui.add(field)
+                .labelled_by(label.id)
+                .on_hover_text("Counted from the recording's first sample");
         }
     }
 }
@@ -245,42 +267,55 @@ fn weight(ui: &mut egui::Ui, map: &mut ColumnMap) {
         return;
     };
     ui.horizontal_wrapped(|ui| {
-        let number = |ui: &mut egui::Ui, name: &str, suffix: &str, value: &mut f64| {
-            let label = ui.label(name);
-            let field = DragValue::new(value)
-                .speed(0.001)
-                .max_decimals(6)
-                .suffix(suffix);
-            ui.add(field).labelled_by(label.id);
-        };
+        let number =
+            |ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64| {
+                let label = ui.label(name);
+                let field = DragValue::new(value)
+                    .speed(0.001)
+                    .max_decimals(6)
+                    .suffix(suffix);
+                ui.add(field)
+                    .labelled_by(label.id)
+                    .on_hover_text(explanation);
+            };
         if let Some(mass) = &mut weight.mass_kg {
-            number(ui, "mass", " kg", mass);
+            number(ui, ["mass", " kg", "Of all that hangs on the sensor"], mass);
         }
         if let Some(centre) = &mut weight.centre_m {
             for (name, value) in ["centre x", "y", "z"].into_iter().zip(centre) {
-                number(ui, name, " m", value);
+                let explanation = "The centre of mass, in the sensor's frame";
+                number(ui, [name, " m", explanation], value);
             }
         }
         for (name, value) in ["gravity x", "y", "z"].into_iter().zip(&mut weight.gravity) {
-            number(ui, name, " m/s²", value);
+            let explanation = "In the frame that the pose is measured in";
+            number(ui, [name, " m/s²", explanation], value);
         }
-        ui.radio_value(&mut weight.angles, Angles::FixedXyz, "fixed axes");
-        ui.radio_value(&mut weight.angles, Angles::IntrinsicXyz, "turned axes");
-        ui.checkbox(&mut weight.inertia, "inertia");
-        number(ui, "smoothed over", " s", &mut weight.smoothing_secs);
+        ui.radio_value(&mut weight.angles, Angles::FixedXyz, "fixed axes")
+            .on_hover_text("Roll, pitch and yaw turn about the axes of the base, in this order");
+        ui.radio_value(&mut weight.angles, Angles::IntrinsicXyz, "turned axes")
+            .on_hover_text("Each angle turns about an axis that the ones before have turned");
+        ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
+            "Adds what accelerating the weight takes, from the pose columns of its position",
+        );
+        let explanation = "The window over which accelerations are estimated";
+        number(
+            ui,
+            ["smoothed over", " s", explanation],
+            &mut weight.smoothing_secs,
+        );
     });
 }
 
 /// A tick with a number beside it.
 fn optional(
     ui: &mut egui::Ui,
-    name: &str,
-    suffix: &str,
+    [name, suffix, explanation]: [&str; 3],
     default: f64,
     value: &mut Option<f64>,
-) -> egui::Response {
+) {
     let mut on = value.is_some();
-    let tick = ui.checkbox(&mut on, name);
+    let tick = ui.checkbox(&mut on, name).on_hover_text(explanation);
     if tick.changed() {
         *value = on.then_some(default);
     }
@@ -291,54 +326,58 @@ fn optional(
             .max_decimals(6)
             .speed(speed)
             .suffix(suffix);
-        ui.add(field).labelled_by(tick.id);
+        ui.add(field)
+            .labelled_by(tick.id)
+            .on_hover_text(explanation);
     }
-    tick
 }
 
 /// One row a column: what it is, its name and unit, its sign and scale, what it holds.
 fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
-    egui::ScrollArea::horizontal().id_salt(id).max_height(height).show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt(id)
-            .striped(true)
-            .vscroll(false)
-            .column(Column::exact(28.0))
-            .column(Column::initial(130.0).clip(true).resizable(true))
-            .column(Column::exact(130.0))
-            .columns(Column::exact(76.0), 2)
-            .column(Column::exact(64.0))
-            .column(Column::exact(80.0))
-            .column(Column::remainder().at_least(160.0).clip(true))
-            .header(20.0, |mut header| {
-                for (title, explanation) in [
-                    ("", "The number of the column"),
-                    ("Header", "As the file writes it"),
-                    ("Is", "What it is; what nobody looks at is ignored"),
-                    ("Name", "What a gauge is called; empty: as in the header, or S1, S2, …"),
-                    ("Unit", "Of a load: N, lbf, N·mm, …; of a time: s, ms, us, ns, samples, iso8601; of a gauge a label"),
-                    ("Times", "Values are multiplied with this; -1 turns the sign"),
-                    ("No value", "A number that means that there is none"),
-                    ("First values, range", "By the first rows"),
-                ] {
-                    header.col(|ui| {
-                        ui.strong(title).on_hover_text(explanation);
-                    });
-                }
-            })
-            .body(|body| {
-                body.rows(24.0, reports.len(), |mut row| {
-                    let report = &reports[row.index()];
-                    let mut rule = rule_of(table, report);
-                    let before = rule.clone();
-                    column_row(&mut row, id, report, &mut rule);
-                    if rule != before {
-                        set_rule(table, report, rule);
+    egui::ScrollArea::horizontal()
+        .id_salt(id)
+        .max_height(height)
+        .show(ui, |ui| {
+            TableBuilder::new(ui)
+                .id_salt(id)
+                .striped(true)
+                .vscroll(false)
+                .column(Column::exact(28.0))
+                .column(Column::initial(130.0).clip(true).resizable(true))
+                .column(Column::exact(130.0))
+                .columns(Column::exact(76.0), 2)
+                .column(Column::exact(64.0))
+                .column(Column::exact(80.0))
+                .column(Column::remainder().at_least(160.0).clip(true))
+                .header(20.0, |mut header| {
+                    for (title, explanation) in [
+                        ("", "The number of the column"),
+                        ("Header", "As the file writes it"),
+                        ("Is", "What it is; what nobody looks at is ignored"),
+                        ("Name", NAME),
+                        ("Unit", UNIT),
+                        ("Times", TIMES),
+                        ("No value", NO_VALUE),
+                        ("First values, range", "By the first rows"),
+                    ] {
+                        header.col(|ui| {
+                            ui.strong(title).on_hover_text(explanation);
+                        });
                     }
+                })
+                .body(|body| {
+                    body.rows(24.0, reports.len(), |mut row| {
+                        let report = &reports[row.index()];
+                        let mut rule = rule_of(table, report);
+                        let before = rule.clone();
+                        column_row(&mut row, id, report, &mut rule);
+                        if rule != before {
+                            set_rule(table, report, rule);
+                        }
+                    });
                 });
-            });
-    });
+        });
 }
 
 fn column_row(
@@ -355,43 +394,42 @@ fn column_row(
         ui.label(&report.name);
     });
     row.col(|ui| {
-        ComboBox::from_id_salt((id, number))
+        let choice = ComboBox::from_id_salt((id, number))
             .selected_text(rule.is.name())
             .width(112.0)
             .show_ui(ui, |ui| {
                 for role in ColumnRole::ALL {
                     ui.selectable_value(&mut rule.is, role, role.name());
                 }
-            })
-            .response
-            .widget_info(|| {
-                let name = format!("Column {number} is {}", rule.is.name());
-                egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
             });
+        (choice.response.on_hover_text("What the column holds")).widget_info(|| {
+            let name = format!("Column {number} is {}", rule.is.name());
+            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
+        });
     });
     let used = rule.is != ColumnRole::Ignore;
-    for (what, text, hint) in [
-        ("name", &mut rule.name, ""),
-        ("unit", &mut rule.unit, report.unit.as_deref().unwrap_or("")),
+    let unit = report.unit.as_deref().unwrap_or("");
+    for (what, text, hint, explanation) in [
+        ("name", &mut rule.name, "", NAME),
+        ("unit", &mut rule.unit, unit, UNIT),
     ] {
-        row.col(|ui| text_cell(ui, used, &format!("{what} of column {number}"), text, hint));
+        row.col(|ui| {
+            let name = format!("{what} of column {number}");
+            text_cell(ui, used, [&name, hint, explanation], text);
+        });
     }
     row.col(|ui| {
         ui.add_enabled(
             used,
             DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9),
         )
+        .on_hover_text(TIMES)
         .widget_info(|| label(&format!("scale of column {number}")));
     });
     row.col(|ui| {
         let mut text = rule.dropouts.first().map(f64::to_string);
-        text_cell(
-            ui,
-            used,
-            &format!("no value in column {number}"),
-            &mut text,
-            "none",
-        );
+        let name = format!("no value in column {number}");
+        text_cell(ui, used, [&name, "none", NO_VALUE], &mut text);
         let written = text.unwrap_or_default();
         if written.trim().is_empty() {
             rule.dropouts.clear();
@@ -419,12 +457,17 @@ fn label(text: &str) -> egui::WidgetInfo {
     egui::WidgetInfo::labeled(egui::Role::SpinButton, true, text)
 }
 
-fn text_cell(ui: &mut egui::Ui, used: bool, name: &str, text: &mut Option<String>, hint: &str) {
+fn text_cell(
+    ui: &mut egui::Ui,
+    used: bool,
+    [name, hint, explanation]: [&str; 3],
+    text: &mut Option<String>,
+) {
     let mut written = text.clone().unwrap_or_default();
     let field = TextEdit::singleline(&mut written)
         .hint_text(hint)
         .desired_width(f32::INFINITY);
-    let response = ui.add_enabled(used, field);
+    let response = ui.add_enabled(used, field).on_hover_text(explanation);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, used, name));
     if response.changed() {
         *text = (!written.trim().is_empty()).then_some(written);
@@ -472,6 +515,7 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
         &mut own_file,
         "The reference load stands in a file of its own",
     );
+    let tick = tick.on_hover_text("Two loggers, two clocks: the times of both files are joined");
     if tick.changed() {
         map.reference = own_file.then(|| ReferenceFile {
             file: String::new(),
@@ -486,7 +530,9 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
             let field = TextEdit::singleline(&mut reference.file)
                 .hint_text("states.csv")
                 .desired_width(260.0);
-            ui.add(field).labelled_by(label.id);
+            ui.add(field).labelled_by(label.id).on_hover_text(
+                "Seen from the folder of the file with the gauges; {stem} is that file's name without its ending",
+            );
         });
         if let Some(table) = &inspection.reference {
             if reference.table == TableMap::default() {
@@ -510,19 +556,34 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
     }
     ui.horizontal_wrapped(|ui| {
         ui.label("Between reference samples");
-        for (method, label) in [
-            (JoinMethod::Interpolate, "interpolate"),
-            (JoinMethod::Nearest, "take the nearest"),
-            (JoinMethod::Hold, "hold the last"),
+        for (method, label, explanation) in [
+            (
+                JoinMethod::Interpolate,
+                "interpolate",
+                "On the straight line between two samples",
+            ),
+            (
+                JoinMethod::Nearest,
+                "take the nearest",
+                "The sample whose time is nearest",
+            ),
+            (
+                JoinMethod::Hold,
+                "hold the last",
+                "The last sample, until the next one comes",
+            ),
         ] {
-            ui.radio_value(&mut map.join.method, method, label);
+            ui.radio_value(&mut map.join.method, method, label)
+                .on_hover_text(explanation);
         }
         let label = ui.label("add to the reference's times");
         let field = DragValue::new(&mut map.join.clock_offset_secs)
             .speed(0.001)
             .max_decimals(6)
             .suffix(" s");
-        ui.add(field).labelled_by(label.id);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("By how much the reference's clock is behind that of the gauges");
     });
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {
@@ -530,7 +591,9 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
                 "By cross-correlation the reference seems to need {} s; it is added only if you take it.",
                 significant(offset.offset_secs, 4)
             ));
-            if ui.button("Take it").clicked() {
+            let take = ui.button("Take it");
+            let take = take.on_hover_text("Adds it to the reference's times");
+            if take.clicked() {
                 map.join.clock_offset_secs = offset.offset_secs;
             }
         });
@@ -538,7 +601,14 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
 }
 
 fn preview(ui: &mut egui::Ui, table: &TableReport) {
-    ui.strong("First rows");
+    ui.horizontal(|ui| {
+        ui.strong("First rows");
+        let copy = ui.small_button("Copy rows");
+        if copy.on_hover_text("As tab-separated text").clicked() {
+            let rows = table.preview.iter().map(|row| row.join("\t"));
+            ui.copy_text(rows.collect::<Vec<_>>().join("\n"));
+        }
+    });
     egui::ScrollArea::horizontal()
         .id_salt("preview")
         .show(ui, |ui| {
@@ -581,19 +651,23 @@ fn foot(
         });
     ui.horizontal(|ui| {
         let can_load = check.error.is_none() && !importing.looking;
-        if ui
-            .add_enabled(can_load, egui::Button::new("Load it"))
-            .clicked()
-        {
+        let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
+        let load =
+            load.on_hover_text("Reads the whole file so, and remembers it for files of this shape");
+        if load.clicked() {
             send(out, ImportCommand::Load);
         }
-        if ui.button("Cancel import").clicked() {
+        let cancel = ui.button("Cancel import");
+        let cancel = cancel.on_hover_text("Nothing is loaded, nothing is lost");
+        if cancel.clicked() {
             send(out, ImportCommand::Cancel);
         }
         ui.separator();
         let label = ui.label("Column map");
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.add(field).labelled_by(label.id);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("A JSON file that says all of this for files of this shape");
         let path = fields.map_path.trim().to_owned();
         let write = ui
             .button("Write map")
@@ -601,7 +675,9 @@ fn foot(
         if write.clicked() && !path.is_empty() {
             send(out, ImportCommand::WriteMap(path.clone().into()));
         }
-        if ui.button("Read map").clicked() && !path.is_empty() {
+        let read = ui.button("Read map");
+        let read = read.on_hover_text("Takes what the file says");
+        if read.clicked() && !path.is_empty() {
             send(out, ImportCommand::ReadMap(path.into()));
         }
         if importing.looking {

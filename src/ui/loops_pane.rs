@@ -279,7 +279,11 @@ impl LoopsPane {
                 for up in all.chain((0..gauges.len()).map(Up::Gauge)) {
                     ui.selectable_value(&mut self.up, up, up_name(up, gauges));
                 }
-            });
+            })
+            .response
+            .on_hover_text(
+                "What is drawn over the load: the error, the load itself, or a raw gauge (Fig. 1)",
+            );
     }
 
     fn span_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
@@ -315,7 +319,8 @@ impl LoopsPane {
             .speed(0.01)
             .max_decimals(4)
             .suffix(format!(" {}", self.axis.unit()));
-        if ui.add(field).labelled_by(label.id).changed() {
+        let field = ui.add(field).labelled_by(label.id);
+        if field.on_hover_text(explanation).changed() {
             self.dead_band = Some(value);
         }
         let mut auto = self.dead_band.is_none();
@@ -417,7 +422,9 @@ fn channel_choice(ui: &mut egui::Ui, state: &AppState, label: &str, channel: &mu
             for one in std::iter::once(Channel::Time).chain(all) {
                 ui.selectable_value(channel, one, channel_name(one, gauges));
             }
-        });
+        })
+        .response
+        .on_hover_text("The time, a gauge, or a load of Calc., Conv. or Comp.");
 }
 
 fn trace_of(output: Output) -> Trace {

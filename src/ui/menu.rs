@@ -29,6 +29,7 @@ pub fn menu_bar(
         });
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
         ui.menu_button("Roles", |ui| items(ui, actions::roles(state), out));
+        ui.menu_button("Go", |ui| items(ui, actions::time(can), out));
         ui.menu_button("View", |ui| view(ui, state, workspace, out));
         ui.menu_button("Help", |ui| items(ui, actions::help(), out));
     });
@@ -40,8 +41,11 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
         if let Some(keys) = action.keys {
             button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
         }
-        if ui.add_enabled(action.enabled, button).clicked() {
+        let button = ui.add_enabled(action.enabled, button);
+        let button = button.on_hover_text(action.explanation);
+        if button.on_disabled_hover_text(action.explanation).clicked() {
             out.push(action.command);
+            ui.close(); // by a key it would stay
         }
     }
 }
@@ -55,10 +59,14 @@ fn recent(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                 let button = ui.button(name.to_string_lossy());
                 if button.on_hover_text(path.display().to_string()).clicked() {
                     out.push(Command::OpenFiles(vec![path.clone()]));
+                    ui.close();
                 }
             }
             ui.separator();
-            if ui.button("Forget all of these").clicked() {
+            let forget = ui.button("Forget all of these");
+            let forget = forget.on_hover_text("Empties this list; the files stay");
+            if forget.clicked() {
+                ui.close();
                 out.push(Command::SetPreferences(Preferences {
                     recent: Vec::new(),
                     ..state.preferences.clone()
@@ -84,13 +92,31 @@ fn view(ui: &mut egui::Ui, state: &AppState, workspace: &Workspace, out: &mut Ve
             }));
         }
     }
+    ui.menu_button("Move a pane", |ui| {
+        for pane in Pane::ALL {
+            ui.menu_button(pane.title(), |ui| items(ui, actions::places(pane), out));
+        }
+    })
+    .response
+    .on_hover_text("To another place, or to another size; tabs can be dragged too");
     ui.separator();
-    for (label, theme) in [
-        ("Dark", Theme::Dark),
-        ("Light", Theme::Light),
-        ("As the system", Theme::System),
+    items(ui, actions::pictures(), out);
+    ui.separator();
+    for (label, theme, explanation) in [
+        ("Dark", Theme::Dark, "Light on dark"),
+        (
+            "Light",
+            Theme::Light,
+            "Dark on light, as pictures for print are",
+        ),
+        (
+            "As the system",
+            Theme::System,
+            "Dark or light as the desktop is",
+        ),
     ] {
-        if ui.radio(state.preferences.theme == theme, label).clicked() {
+        let radio = ui.radio(state.preferences.theme == theme, label);
+        if radio.on_hover_text(explanation).clicked() {
             out.push(Command::SetPreferences(Preferences {
                 theme,
                 ..state.preferences.clone()

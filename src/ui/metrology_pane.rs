@@ -94,7 +94,9 @@ impl MetrologyPane {
                 }
                 let label = ui.label("CSV");
                 let field = egui::TextEdit::singleline(&mut self.path).desired_width(120.0);
-                ui.add(field).labelled_by(label.id);
+                ui.add(field)
+                    .labelled_by(label.id)
+                    .on_hover_text("Where the table is written");
                 let save = ui.button("Save").on_hover_text(
                     "With units, % of full scale, places, reasons, definitions and sources",
                 );
@@ -144,14 +146,16 @@ impl MetrologyPane {
         ui.selectable_value(&mut self.shown, Shown::Units, "N, N·m")
             .on_hover_text("In the unit of the axis");
         ui.separator();
-        let label = ui
-            .label("Rest")
-            .on_hover_text("A load that stands still for so long is a rest");
+        let explanation =
+            "A load that stands still for so long is a rest: creep and zero return are read there";
+        let label = ui.label("Rest").on_hover_text(explanation);
         let field = egui::DragValue::new(&mut self.settings.hold_secs)
             .range(0.1..=LONGEST_REST_SECS)
             .speed(0.1)
             .suffix(" s");
-        ui.add(field).labelled_by(label.id);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text(explanation);
     }
 }
 

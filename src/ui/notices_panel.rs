@@ -13,11 +13,15 @@ pub fn notices_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>
         } else {
             format!("{count} notices")
         });
-        if ui.button("Copy all").clicked() {
+        let copy = ui.button("Copy all");
+        let copy = copy.on_hover_text("Every notice, a line each");
+        if copy.clicked() {
             let texts: Vec<_> = state.notices.iter().map(|notice| &*notice.text).collect();
             ui.copy_text(texts.join("\n"));
         }
-        if ui.button("Dismiss all").clicked() {
+        let dismiss = ui.button("Dismiss all");
+        let dismiss = dismiss.on_hover_text("They were read; this list goes");
+        if dismiss.clicked() {
             out.push(Command::DismissNotices);
         }
     });

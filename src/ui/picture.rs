@@ -7,6 +7,7 @@ use egui::{ColorImage, Pos2, Rect};
 
 use crate::app::{Command, Existing, FileContent, Level, Notice, PictureTo, ScreenPart, Wish};
 use crate::export::{Drawing, PICTURE_SIZE, write_drawing_svg};
+use crate::ui::context_menu::context_menu;
 use crate::ui::dialogs::Reply;
 
 /// A menu that was pressed is still on screen in the frame after.
@@ -23,23 +24,35 @@ pub fn menu<'a>(
     print: Option<&dyn Fn() -> Drawing<'a>>,
     out: &mut Vec<Command>,
 ) {
-    response.context_menu(|ui| {
-        for (label, to) in [
-            ("Copy picture", PictureTo::Clipboard),
-            ("Save as PNG…", PictureTo::File),
-        ] {
-            if ui.button(label).clicked() {
+    context_menu(response, |ui| {
+        let ways = [
+            (
+                "Copy picture",
+                "To the clipboard, as it is on screen",
+                PictureTo::Clipboard,
+            ),
+            ("Save as PNG…", "As it is on screen", PictureTo::File),
+        ];
+        let [first, _] = ways.map(|(label, explanation, to)| {
+            let button = ui.button(label).on_hover_text(explanation);
+            if button.clicked() {
                 out.push(Command::Wish(Wish::Picture(screen_part(part), to)));
+                ui.close(); // by a key it would stay
+            }
+            button
+        });
+        if let Some(print) = print {
+            let button = ui.button("Save as SVG…");
+            let button = button.on_hover_text("The lines themselves, dark on light, for print");
+            if button.clicked() {
+                ui.close();
+                out.push(match svg(&print()) {
+                    Ok(content) => Command::ChooseFileFor(content, "plot.svg"),
+                    Err(failed) => Command::Tell(Notice::new(Level::Error, failed.to_string())),
+                });
             }
         }
-        if let Some(print) = print
-            && ui.button("Save as SVG…").clicked()
-        {
-            out.push(match svg(&print()) {
-                Ok(content) => Command::ChooseFileFor(content, "plot.svg"),
-                Err(failed) => Command::Tell(Notice::new(Level::Error, failed.to_string())),
-            });
-        }
+        first
     });
 }
 

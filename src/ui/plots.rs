@@ -1,6 +1,6 @@
 //! What all plots share: marks at round numbers, zoom by wheel and drag, and lines in many pieces.
 
-use egui::{AsIdSalt, Color32, Shape, Stroke};
+use egui::{AsIdSalt, Color32, EventFilter, Key, Modifiers, Shape, Stroke};
 use egui_plot::{
     CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry, PlotItem,
     PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
@@ -19,6 +19,10 @@ pub const GRID_BASE_POINTS: f64 = 8.0;
 pub const ZOOM_PER_POINT: f64 = 0.004;
 /// Labels are at least this far apart, across and up.
 const LEAST_STEP_POINTS: (f64, f64) = (64.0, 26.0);
+/// A key moves a plot by this share of what it shows.
+const KEY_SHARE: f64 = 0.1;
+/// A key zooms by this factor.
+const KEY_ZOOM: f64 = 0.8;
 /// Room for the labels of the value axis.
 const VALUE_AXIS_WIDTH: f32 = 48.0;
 
@@ -118,13 +122,93 @@ pub fn with_labels(plot: egui::Rect) -> egui::Rect {
     part
 }
 
+/// What keys ask of the plot that has the focus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Asked {
+    /// To show all again.
+    All,
+    /// To show from here (lower left) to there (upper right).
+    Part([f64; 2], [f64; 2]),
+}
+
+/// Draws a ring around a plot that has the keyboard's focus. There arrows move, plus and minus zoom across (and up where
+/// `both`), with Alt up alone, and Backspace shows all.
+pub fn keys(
+    ui: &egui::Ui,
+    response: &egui::Response,
+    shown: PlotBounds,
+    both: bool,
+) -> Option<Asked> {
+    if !response.has_focus() {
+        return None;
+    }
+    let (ring, kind) = (ui.visuals().selection.stroke, egui::StrokeKind::Inside);
+    ui.painter().rect_stroke(response.rect, 2.0, ring, kind);
+    let arrows = EventFilter {
+        horizontal_arrows: true,
+        vertical_arrows: true,
+        ..EventFilter::default()
+    };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
+    ui.data_mut(|data| data.insert_temp(focused_id(), response.id));
+    let pressed = |held, key| ui.input_mut(|input| input.consume_key(held, key));
+    if pressed(Modifiers::NONE, Key::Backspace) {
+        return Some(Asked::All);
+    }
+    let (mut min, mut max) = (shown.min(), shown.max());
+    let mut zoom = |axes: &[usize], factor: f64| {
+        for axis in axes {
+            let (middle, half) = (
+                0.5 * (min[*axis] + max[*axis]),
+                0.5 * (max[*axis] - min[*axis]),
+            );
+            (min[*axis], max[*axis]) = (middle - factor * half, middle + factor * half);
+        }
+    };
+    let across: &[usize] = if both { &[0, 1] } else { &[0] };
+    for (held, axes) in [(Modifiers::ALT, &[1][..]), (Modifiers::NONE, across)] {
+        if pressed(held, Key::Plus) || pressed(held, Key::Equals) {
+            zoom(axes, KEY_ZOOM);
+        } else if pressed(held, Key::Minus) {
+            zoom(axes, KEY_ZOOM.recip());
+        }
+    }
+    for (key, axis, share) in [
+        (Key::ArrowLeft, 0, -KEY_SHARE),
+        (Key::ArrowRight, 0, KEY_SHARE),
+        (Key::ArrowDown, 1, -KEY_SHARE),
+        (Key::ArrowUp, 1, KEY_SHARE),
+    ] {
+        if pressed(Modifiers::NONE, key) {
+            let by = share * (max[axis] - min[axis]);
+            (min[axis], max[axis]) = (min[axis] + by, max[axis] + by);
+        }
+    }
+    ((min, max) != (shown.min(), shown.max())).then_some(Asked::Part(min, max))
+}
+
+/// Whether a plot has the focus: a key that would press a button means something else there.
+pub fn have_focus(context: &egui::Context) -> bool {
+    let last = context.data(|data| data.get_temp::<egui::Id>(focused_id()));
+    last.is_some() && last == context.memory(|memory| memory.focused())
+}
+
+/// Under this, the plot that last had the focus is remembered.
+fn focused_id() -> egui::Id {
+    egui::Id::unique("the plot that has the focus")
+}
+
 fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, zoom: &mut Zoom) {
-    if response.response.double_clicked() {
+    let asked = keys(ui, &response.response, set, true);
+    if response.response.double_clicked() || asked == Some(Asked::All) {
         *zoom = None;
         return;
     }
     let now = *response.transform.bounds();
     let mut chosen = (now != set).then_some((now.min(), now.max()));
+    if let Some(Asked::Part(min, max)) = asked {
+        chosen = Some((min, max));
+    }
     if let Some(pointer) = response.response.hover_pos() {
         let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
         if wheel != 0.0 {

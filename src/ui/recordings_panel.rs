@@ -1,11 +1,13 @@
 //! The recordings: what each is for, how long it is, how well it is calibrated.
 
+use egui::Color32;
 use egui_extras::{Column, TableBuilder};
 
 use crate::analysis::{RecordingResult, View};
 use crate::app::{AppState, Command, Wish};
 use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, Role, Tare};
+use crate::ui::context_menu::context_menu;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
 use crate::ui::shell::Fields;
@@ -55,10 +57,13 @@ fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
         let field = egui::TextEdit::singleline(&mut fields.open)
             .hint_text("path of a recording or calibration")
             .desired_width((ui.available_width() - buttons).max(60.0));
-        let response = ui.add(field).labelled_by(label.id);
+        let response = ui.add(field).labelled_by(label.id).on_hover_text(
+            "A recording, a calibration (.json or .cal), a session, or a folder of them; Enter loads it",
+        );
         let entered =
             response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-        let pressed = ui.button("Load").clicked();
+        let load = ui.button("Load");
+        let pressed = load.on_hover_text("Read what the path names").clicked();
         let path = fields.open.trim();
         if (entered || pressed) && !path.is_empty() {
             out.push(Command::OpenFiles(vec![path.into()]));
@@ -76,7 +81,9 @@ fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut
             .range(1.0..=99.0)
             .max_decimals(1)
             .suffix(" %");
-        ui.add(field).labelled_by(label.id);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("The share of each recording's time that trains");
         let cut = ui.button("Cut").on_hover_text(
             "Cut each recording in time: the first part trains, the rest tests. History does not cross the cut",
         );
@@ -87,8 +94,12 @@ fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut
         if copy.on_hover_text("Roles, names, samples and errors as tab-separated text").clicked() {
             ui.copy_text(as_text(state));
         }
-        if state.unsplit.is_some() && ui.button("Undo cut").clicked() {
-            out.push(Command::Unsplit);
+        if state.unsplit.is_some() {
+            let whole = ui.button("Undo cut");
+            let whole = whole.on_hover_text("Puts the recordings together again");
+            if whole.clicked() {
+                out.push(Command::Unsplit);
+            }
         }
     });
 }
@@ -108,6 +119,7 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
     TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
+        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::exact(46.0))
         .column(Column::remainder().at_least(70.0).clip(true))
         .column(Column::exact(50.0))
@@ -225,17 +237,20 @@ fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>
         return;
     }
     ui.menu_button(label, |ui| {
-        for (label, role) in [
-            ("Train", Role::Train),
-            ("Test", Role::Test),
-            ("Off", Role::Off),
+        for (label, role, explanation) in [
+            ("Train", Role::Train, "The fit uses it"),
+            ("Test", Role::Test, "It only scores the fit"),
+            ("Off", Role::Off, "It takes no part"),
         ] {
-            if ui.radio(entry.role == role, label).clicked() {
+            let radio = ui.radio(entry.role == role, label);
+            if radio.on_hover_text(explanation).clicked() {
                 out.push(Command::SetRole(at, role));
                 ui.close();
             }
         }
-    });
+    })
+    .response
+    .on_hover_text("What this recording is for: it trains, it tests, or it is off");
 }
 
 fn name_button(
@@ -246,8 +261,15 @@ fn name_button(
     out: &mut Vec<Command>,
 ) {
     let recording = &entry.recording;
-    let button = egui::Button::selectable(state.view == View::One(at), recording.name()).truncate();
-    let response = ui.add(button).on_hover_ui(|ui| {
+    let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
+    let name = shortened(ui, recording.name(), room);
+    let button = egui::Button::selectable(state.view == View::One(at), name).truncate();
+    let response = ui.add(button);
+    response.widget_info(|| {
+        let (role, name) = (egui::Role::Button, recording.name());
+        egui::WidgetInfo::selected(role, true, state.view == View::One(at), name)
+    });
+    let response = response.on_hover_ui(|ui| {
         ui.strong(recording.name());
         let source = match recording.source() {
             crate::recording::Source::File(path) => path.display().to_string(),
@@ -273,26 +295,55 @@ fn name_button(
     if response.clicked() {
         out.push(Command::SetView(View::One(at)));
     }
-    response.context_menu(|ui| tare_menu(ui, at, recording.name(), out));
+    context_menu(&response, |ui| tare_menu(ui, at, recording.name(), out));
+}
+
+/// A name that fits the room: names of a series differ at their ends, so its middle goes.
+fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
+    let font = egui::TextStyle::Button.resolve(ui.style());
+    let fits = |text: &str| {
+        let galley = (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE);
+        galley.size().x <= room
+    };
+    if fits(name) {
+        return name.to_owned();
+    }
+    let signs: Vec<char> = name.chars().collect();
+    let kept = |n: usize| {
+        let head = n / 4;
+        let (head, tail) = (&signs[..head], &signs[signs.len() - (n - head)..]);
+        let [head, tail] = [head, tail].map(|part| part.iter().collect::<String>());
+        format!("{head}…{tail}")
+    };
+    let most = (1..signs.len()).rev().find(|n| fits(&kept(*n)));
+    most.map_or_else(|| name.to_owned(), kept)
 }
 
 /// Ways to tare one recording.
-fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) {
+fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Over its first quiet half second").on_hover_text(
         "The mean gauges there are taken off. Whether the sensor was unloaded then, you must know. Undo takes it back",
     );
     if quiet.clicked() {
         out.push(Command::Tare(vec![at], Tare::Auto));
+        ui.close();
     }
     for secs in [0.5, 1.0, 2.0, 5.0] {
-        if ui.button(format!("Over its first {secs} s")).clicked() {
+        let stretch = ui.button(format!("Over its first {secs} s"));
+        let stretch = stretch.on_hover_text("The mean gauges of this stretch are taken off");
+        if stretch.clicked() {
             out.push(Command::Tare(vec![at], Tare::Stretch(0.0, secs)));
+            ui.close();
         }
     }
-    if ui.button("Over the span between the cursors").clicked() {
+    let span = ui.button("Over the span between the cursors");
+    let span = span.on_hover_text("The mean gauges between cursor A and cursor B are taken off");
+    if span.clicked() {
         out.push(Command::Wish(Wish::TareBetweenCursors(at)));
+        ui.close();
     }
+    quiet
 }
 
 /// The rate with every `step`-th sample used.

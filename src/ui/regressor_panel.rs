@@ -131,7 +131,11 @@ fn training(ui: &mut egui::Ui, state: &AppState, learner: Learner, out: &mut Vec
                 Learner::Network => "Train the network",
                 Learner::Kernel => "Train the kernel",
             };
-            if ui.add_enabled(!fits, egui::Button::new(label)).clicked() {
+            let train = ui.add_enabled(!fits, egui::Button::new(label));
+            let train = train.on_hover_text(
+                "In the background, on the training recordings with the settings of now; it can be stopped at any time",
+            );
+            if train.clicked() {
                 out.push(Command::Training(TrainingCommand::Start));
             }
             let (color, text) = match (fits, &state.training.trained) {

@@ -65,7 +65,9 @@ fn look_back(ui: &mut egui::Ui, state: &AppState, features: &mut FeatureSettings
                 )
             }
         };
-        if ui.add_enabled(used, egui::Button::new(label)).clicked() {
+        let reset = ui.add_enabled(used, egui::Button::new(label));
+        let reset = reset.on_hover_text("One look-back with the thresholds that the program begins with");
+        if reset.clicked() {
             features.look_backs = vec![default];
         }
     });
@@ -127,7 +129,8 @@ fn more_look_backs(ui: &mut egui::Ui, distance: Distance, features: &mut Feature
             "Further thresholds, with commas between them: each appends a set of past gauges of its own. Several see \
              loops of several sizes",
         );
-        if blocks_panel::list_field(ui, label.id, "none", &mut values) {
+        let explanation = "Numbers above zero with commas between them; each is one more F_th (Eq. 9-12)";
+        if blocks_panel::list_field(ui, label.id, "none", explanation, &mut values) {
             features.look_backs.truncate(1);
             features
                 .look_backs
@@ -218,7 +221,9 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
         let field = DragValue::new(&mut settings.decimation)
             .range(1..=100_000)
             .speed(0.05);
-        ui.add(field).labelled_by(label.id);
+        ui.add(field).labelled_by(label.id).on_hover_text(
+            "Of each recording the first sample, and then every so many; the search for the past sees only these (section 4.3)",
+        );
         ui.label("-th sample");
         for (name, step, explanation) in [
             ("A", 1, "Pattern A of the paper: all samples"),
@@ -256,7 +261,11 @@ fn full_scales(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) 
                     .range(1e-9..=1e9)
                     .speed(0.01 * current.max(1e-6))
                     .custom_formatter(|value, _| significant(value, 4));
-                if ui.add(field).labelled_by(label.id).changed() {
+                let field = ui.add(field).labelled_by(label.id);
+                let field = field.on_hover_text(
+                    "What errors in % FS are measured against, and the distance over all axes",
+                );
+                if field.changed() {
                     settings.full_scale.resize(calibration.axes.len(), None);
                     settings.full_scale[at] = Some(value);
                 }

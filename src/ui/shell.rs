@@ -127,7 +127,7 @@ impl Shell {
     /// Starts the threads; opens `files`, or the built-in sensor if there are none.
     #[must_use]
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
-        appearance::complete_fonts(context);
+        appearance::prepare(context);
         let waker = context.clone();
         let notify: Notify = Arc::new(move || waker.request_repaint());
         let (post, inbox) = channel();

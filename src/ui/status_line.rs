@@ -40,8 +40,12 @@ pub fn status_line<'a>(
         let refit = refit.filter(|(_, elapsed)| *elapsed > WORTH_SAYING);
         // First in the line, so that it stays in its place while bars come and go.
         let busy = jobs.peek().is_some() || refit.is_some();
-        if busy && ui.button("Cancel").clicked() {
-            out.push(Command::Cancel);
+        if busy {
+            let cancel = ui.button("Cancel");
+            let cancel = cancel.on_hover_text("Ends what runs; what is loaded stays as it is");
+            if cancel.clicked() {
+                out.push(Command::Cancel);
+            }
         }
         for Running {
             title,

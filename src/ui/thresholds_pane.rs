@@ -87,7 +87,8 @@ fn choices(
                 }
             })
             .response
-            .labelled_by(label.id);
+            .labelled_by(label.id)
+            .on_hover_text("Whose root mean squared error the map is coloured by, and the suggestion chosen by");
         ui.separator();
         for (set, label, explanation) in [
             (
@@ -114,7 +115,9 @@ fn choices(
         let field = egui::TextEdit::singleline(&mut fields.study)
             .hint_text("path ending in .csv, .svg or .png")
             .desired_width(130.0);
-        ui.add(field).labelled_by(label.id);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("Its ending says as what it is saved");
         let path = fields.study.trim();
         let save = ui.button("Save").on_hover_text(
             ".csv: every number; .svg: the map and its curves; .png: this pane as it is on screen",

@@ -29,6 +29,8 @@ const LEAST_TWO_COLUMN_WIDTH: f32 = 620.0;
 
 /// A zoom that stood for so long can be gone back to (s).
 const SETTLED_SECS: f32 = 0.4;
+/// A step by a key is at least this part of what is on screen: about one pixel.
+const STEPS_ACROSS: usize = 800;
 /// So many zooms are remembered.
 const MOST_ZOOMS: usize = 50;
 
@@ -148,6 +150,60 @@ impl TracePanes {
         }
     }
 
+    /// Shows so many times as much of the time axis, about the sample shown or the middle.
+    pub fn zoom_time(&mut self, factor: f64) {
+        let Some(times) = self.on.as_deref() else {
+            return;
+        };
+        let (from, to) = self.shown.time.unwrap_or_else(|| pane::all_of(times));
+        let sample = self.hovered.and_then(|k| times.get(k).copied());
+        let at = sample.filter(|at| (from..=to).contains(at));
+        let at = at.unwrap_or(0.5 * (from + to));
+        let zoomed = (at + (from - at) * factor, at + (to - at) * factor);
+        self.shown.time = Some(pane::within(times, zoomed));
+    }
+
+    /// Shows what lies earlier or later, in shares of what is on screen.
+    pub fn move_time(&mut self, share: f64) {
+        let Some(times) = self.on.as_deref() else {
+            return;
+        };
+        let (from, to) = self.shown.time.unwrap_or_else(|| pane::all_of(times));
+        let by = share * (to - from);
+        self.shown.time = Some(pane::within(times, (from + by, to + by)));
+    }
+
+    /// Goes one sample forward (1) or back (-1), or as many as fall on one pixel.
+    pub fn step(&mut self, step: i8) {
+        let Some(times) = self.on.as_deref() else {
+            return;
+        };
+        let (from, to) = self.shown.time.unwrap_or_else(|| pane::all_of(times));
+        let first = times.partition_point(|t| *t < from);
+        let on_screen = times.partition_point(|t| *t <= to).saturating_sub(first);
+        let samples = (on_screen / STEPS_ACROSS).max(1) as isize * isize::from(step);
+        let now = self.hovered.unwrap_or(first);
+        let next = now
+            .saturating_add_signed(samples)
+            .min(times.len().saturating_sub(1));
+        if let Some(time) = times.get(next).copied() {
+            self.playing.stand_at(time);
+            self.follow_time(time);
+        }
+    }
+
+    /// Moves what is on screen where this time would not be.
+    fn follow_time(&mut self, time: f64) {
+        if let Some((from, to)) = self.shown.time
+            && !(from..=to).contains(&time)
+        {
+            self.shown.time = Some(match time < from {
+                true => (time - (to - from), time),
+                false => (time, time + to - from),
+            });
+        }
+    }
+
     /// Goes through time, or stops.
     pub fn toggle_play(&mut self) {
         self.playing.toggle();
@@ -166,11 +222,7 @@ impl TracePanes {
         let (sample, time) = self.playing.go_on(passed, from, traces)?;
         if self.playing.is_running() {
             ui.ctx().request_repaint();
-            if let Some((from, to)) = self.shown.time
-                && !(from..=to).contains(&time)
-            {
-                self.shown.time = Some((time, time + to - from));
-            }
+            self.follow_time(time);
         }
         Some(sample)
     }
@@ -241,7 +293,13 @@ pub fn trace_panes(
     panes
         .zooms
         .feed_state(ui.input(|input| input.time), &panes.shown);
-    let hovered = hovered.or(played);
+    if ui.input(|input| input.pointer.is_moving()) {
+        panes.playing.let_pointer_lead();
+    }
+    let hovered = match panes.playing.leads() {
+        true => played.or(hovered),
+        false => hovered.or(played),
+    };
     panes.hovered = hovered;
     if hovered != hovered_before {
         // The panes drawn before the hovered one show the sample in the next frame.
@@ -331,6 +389,7 @@ fn view_choice(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
             .map_or_else(|| "–".to_owned(), |entry| entry.recording.name().to_owned()),
         View::All => "All, end to end".to_owned(),
     };
+    let explanation = "The recording that is drawn; all of them stand one after the other";
     egui::ComboBox::from_label("on screen")
         .selected_text(name(state.view))
         .width(180.0)
@@ -345,5 +404,7 @@ fn view_choice(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                     out.push(Command::SetView(view));
                 }
             }
-        });
+        })
+        .response
+        .on_hover_text(explanation);
 }

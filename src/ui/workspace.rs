@@ -6,13 +6,21 @@ use egui_tiles::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::app::{Pane, Preset};
+use crate::app::{Pane, PaneMove, Preset};
+
+/// What a pane along an edge of the window gets of it.
+const EDGE_SHARE: f32 = 0.34;
+/// One step of a pane's size.
+const RESIZE_STEP: f32 = 1.2;
 
 /// The tree of panes. Every pane is in it at most once.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Workspace {
     tree: Tree<Pane>,
+    /// The pane that is to have the keyboard's focus.
+    #[serde(skip)]
+    focus: Option<Pane>,
 }
 
 impl Default for Workspace {
@@ -60,7 +68,8 @@ impl Workspace {
             }
         };
         Self {
-            tree: Tree::new(egui::Id::unique("workspace"), root, tiles),
+            tree: tree(root, tiles),
+            focus: None,
         }
     }
 
@@ -86,7 +95,8 @@ impl Workspace {
             });
             return;
         }
-        self.tree.ui(&mut Drawing { draw }, ui);
+        let focus = self.focus.take();
+        self.tree.ui(&mut Drawing { draw, focus }, ui);
     }
 
     /// The panes that are on screen: open, and in front among their tabs.
@@ -115,13 +125,101 @@ impl Workspace {
                     .move_tile_to_container(new, home, usize::MAX, true),
                 None => {
                     let root = self.tree.tiles.insert_tab_tile(vec![new]);
-                    let tiles = std::mem::take(&mut self.tree.tiles);
-                    self.tree = Tree::new(egui::Id::unique("workspace"), root, tiles);
+                    self.set_root(root);
                 }
             }
         }
         self.tree
             .make_active(|_, tile| matches!(tile, Tile::Pane(own) if *own == pane));
+        self.focus = Some(pane);
+    }
+
+    /// Gives a pane another place or size, and brings it to the front.
+    pub fn move_pane(&mut self, pane: Pane, to: PaneMove) {
+        self.bring(pane);
+        use LinearDir::{Horizontal, Vertical};
+        match to {
+            PaneMove::Left => self.to_edge(pane, Horizontal, true),
+            PaneMove::Right => self.to_edge(pane, Horizontal, false),
+            PaneMove::Top => self.to_edge(pane, Vertical, true),
+            PaneMove::Bottom => self.to_edge(pane, Vertical, false),
+            PaneMove::NextTabs => self.to_next_tabs(pane),
+            PaneMove::Wider => self.resize(pane, Horizontal, RESIZE_STEP),
+            PaneMove::Narrower => self.resize(pane, Horizontal, RESIZE_STEP.recip()),
+            PaneMove::Taller => self.resize(pane, Vertical, RESIZE_STEP),
+            PaneMove::Lower => self.resize(pane, Vertical, RESIZE_STEP.recip()),
+        }
+        self.bring(pane);
+    }
+
+    fn to_edge(&mut self, pane: Pane, dir: LinearDir, first: bool) {
+        self.close(pane);
+        self.tree.simplify(&simplification());
+        let Some(rest) = self.tree.root() else {
+            return; // it was alone, and comes back so
+        };
+        let mut build = Build(&mut self.tree.tiles);
+        let own = build.tabs(&[pane]);
+        let (children, share) = match first {
+            true => ([own, rest], EDGE_SHARE),
+            false => ([rest, own], 1.0 - EDGE_SHARE),
+        };
+        let root = build.line(dir, children, share);
+        self.set_root(root);
+    }
+
+    fn to_next_tabs(&mut self, pane: Pane) {
+        let mut groups = Vec::new();
+        self.collect_tabs(self.tree.root(), &mut groups);
+        let tile = self.tree.tiles.find_pane(&pane);
+        let Some((tile, own)) =
+            tile.and_then(|tile| Some((tile, self.tree.tiles.parent_of(tile)?)))
+        else {
+            return;
+        };
+        let at = groups.iter().position(|group| *group == own);
+        if let Some(at) = at
+            && groups.len() > 1
+        {
+            let next = groups[(at + 1) % groups.len()];
+            self.tree
+                .move_tile_to_container(tile, next, usize::MAX, true);
+        }
+    }
+
+    /// The groups of tabs as they stand, from the left and the top.
+    fn collect_tabs(&self, from: Option<TileId>, groups: &mut Vec<TileId>) {
+        let Some(id) = from else { return };
+        match self.tree.tiles.get_container(id) {
+            Some(Container::Tabs(_)) => groups.push(id),
+            Some(container) => {
+                for child in container.children() {
+                    self.collect_tabs(Some(*child), groups);
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// Changes the share of the nearest of the pane's surroundings that stands in such a line.
+    fn resize(&mut self, pane: Pane, dir: LinearDir, factor: f32) {
+        let mut child = self.tree.tiles.find_pane(&pane);
+        while let Some(at) = child {
+            child = self.tree.tiles.parent_of(at);
+            if let Some(parent) = child
+                && let Some(Tile::Container(Container::Linear(line))) =
+                    self.tree.tiles.get_mut(parent)
+                && line.dir == dir
+            {
+                let share = line.shares[at];
+                line.shares.set_share(at, share * factor);
+                return;
+            }
+        }
+    }
+
+    fn set_root(&mut self, root: TileId) {
+        self.tree = tree(root, std::mem::take(&mut self.tree.tiles));
     }
 
     /// Takes a pane out.
@@ -154,6 +252,18 @@ impl Workspace {
     }
 }
 
+fn tree(root: TileId, tiles: Tiles<Pane>) -> Tree<Pane> {
+    Tree::new(egui::Id::unique("workspace"), root, tiles)
+}
+
+fn simplification() -> SimplificationOptions {
+    SimplificationOptions {
+        // The tab is where a pane is dragged and closed.
+        all_panes_must_have_tabs: true,
+        ..Default::default()
+    }
+}
+
 /// Puts tiles together.
 struct Build<'a>(&'a mut Tiles<Pane>);
 
@@ -164,22 +274,39 @@ impl Build<'_> {
     }
 
     fn row(&mut self, children: [TileId; 2], first_share: f32) -> TileId {
-        let row = Linear::new_binary(LinearDir::Horizontal, children, first_share);
-        self.0.insert_container(Container::Linear(row))
+        self.line(LinearDir::Horizontal, children, first_share)
     }
 
     fn column(&mut self, children: [TileId; 2], first_share: f32) -> TileId {
-        let column = Linear::new_binary(LinearDir::Vertical, children, first_share);
-        self.0.insert_container(Container::Linear(column))
+        self.line(LinearDir::Vertical, children, first_share)
+    }
+
+    fn line(&mut self, dir: LinearDir, children: [TileId; 2], first_share: f32) -> TileId {
+        let line = Linear::new_binary(dir, children, first_share);
+        self.0.insert_container(Container::Linear(line))
     }
 }
 
 struct Drawing<'a> {
     draw: &'a mut dyn FnMut(&mut egui::Ui, Pane),
+    /// The pane that is to have the focus.
+    focus: Option<Pane>,
 }
 
 impl Behavior<Pane> for Drawing<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
+        // The keyboard goes to a pane first, and by Tab to what is in it.
+        let id = egui::Id::unique(("pane", *pane));
+        let whole = ui.interact(ui.max_rect(), id, egui::Sense::focusable_noninteractive());
+        whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title()));
+        if self.focus == Some(*pane) {
+            whole.request_focus();
+        }
+        if whole.has_focus() {
+            let (inside, ring) = (ui.max_rect().shrink(1.0), ui.visuals().selection.stroke);
+            let kind = egui::StrokeKind::Inside;
+            ui.painter().rect_stroke(inside, 2.0, ring, kind);
+        }
         egui::Frame::NONE
             .inner_margin(egui::Margin::symmetric(6, 4))
             .show(ui, |ui| {
@@ -232,11 +359,7 @@ impl Behavior<Pane> for Drawing<'_> {
     }
 
     fn simplification_options(&self) -> SimplificationOptions {
-        SimplificationOptions {
-            // The tab is where a pane is dragged and closed.
-            all_panes_must_have_tabs: true,
-            ..Default::default()
-        }
+        simplification()
     }
 }
 
@@ -274,6 +397,58 @@ mod tests {
         assert_eq!(open(&workspace), []);
         workspace.bring(Pane::Settings);
         assert_eq!(workspace.on_screen(), [Pane::Settings]);
+    }
+
+    #[test]
+    fn a_pane_goes_to_an_edge_and_to_the_next_tabs_without_a_mouse() {
+        let mut workspace = Workspace::default();
+        workspace.move_pane(Pane::Loops, PaneMove::Right);
+        assert_eq!(open(&workspace), Pane::ALL);
+        let mut groups = Vec::new();
+        workspace.collect_tabs(workspace.tree.root(), &mut groups);
+        let own = workspace.tree.tiles.find_pane(&Pane::Loops).unwrap();
+        let group = |workspace: &Workspace| workspace.tree.tiles.parent_of(own).unwrap();
+        assert_eq!(groups.last(), Some(&group(&workspace)));
+        workspace.move_pane(Pane::Loops, PaneMove::NextTabs);
+        assert_eq!(
+            group(&workspace),
+            groups[0],
+            "after the last comes the first"
+        );
+        assert!(workspace.on_screen().contains(&Pane::Loops));
+        assert_eq!(open(&workspace), Pane::ALL);
+    }
+
+    #[test]
+    fn a_pane_alone_stays_where_it_is() {
+        let mut workspace = Workspace::default();
+        for pane in Pane::ALL.into_iter().filter(|pane| *pane != Pane::Traces) {
+            workspace.close(pane);
+        }
+        for to in PaneMove::ALL {
+            workspace.move_pane(Pane::Traces, to);
+            assert_eq!(open(&workspace), [Pane::Traces], "{to:?}");
+            assert_eq!(workspace.on_screen(), [Pane::Traces], "{to:?}");
+        }
+    }
+
+    #[test]
+    fn a_pane_grows_by_what_its_neighbours_give() {
+        let mut workspace = Workspace::default();
+        let share = |workspace: &Workspace| {
+            let tile = workspace.tree.tiles.find_pane(&Pane::Errors).unwrap();
+            let tabs = workspace.tree.tiles.parent_of(tile).unwrap();
+            let row = workspace.tree.tiles.parent_of(tabs).unwrap();
+            match workspace.tree.tiles.get_container(row) {
+                Some(Container::Linear(line)) => line.shares[tabs],
+                other => panic!("{other:?}"),
+            }
+        };
+        let before = share(&workspace);
+        workspace.move_pane(Pane::Errors, PaneMove::Wider);
+        assert!(share(&workspace) > 1.1 * before);
+        workspace.move_pane(Pane::Errors, PaneMove::Narrower);
+        assert!((share(&workspace) - before).abs() < 1e-6);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::*;
 
 /// Times, two gauges, a force; no header. The force is twice the first gauge.
-fn headerless(n: usize) -> String {
+pub fn headerless(n: usize) -> String {
     (0..n).fold(String::new(), |mut text, k| {
         let t = k as f64 / 20.0;
         let (a, b) = ((0.7 * t).sin(), (0.4 * t).cos());

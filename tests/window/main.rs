@@ -1,5 +1,6 @@
 //! The window as people and screen readers meet it: by role and label, without a display.
 
+mod explained;
 mod importing;
 mod sessions;
 mod workspace;

@@ -220,6 +220,90 @@ fn a_zoom_is_gone_back_from_and_forward_to() {
 }
 
 #[test]
+fn keys_zoom_and_step_through_time() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let press = |window: &mut Window, modifiers, key| {
+        window.key_press_modifiers(modifiers, key);
+        wait(window, 3);
+        shell(window).visible_time()
+    };
+    let width = |(from, to): (f64, f64)| to - from;
+    let zoomed = press(&mut window, Modifiers::SHIFT, Key::ArrowUp).expect("a part");
+    let again = press(&mut window, Modifiers::SHIFT, Key::ArrowUp).expect("a part");
+    assert!((width(again) - 0.5 * width(zoomed)).abs() < 1e-9);
+    let later = press(&mut window, Modifiers::SHIFT, Key::ArrowRight).expect("a part");
+    assert!((later.0 - again.0 - 0.25 * width(again)).abs() < 1e-9);
+    assert_eq!(press(&mut window, Modifiers::NONE, Key::Home), None);
+    for _ in 0..3 {
+        press(&mut window, Modifiers::NONE, Key::Period);
+    }
+    press(&mut window, Modifiers::NONE, Key::A);
+    for _ in 0..2 {
+        press(&mut window, Modifiers::NONE, Key::Period);
+    }
+    press(&mut window, Modifiers::NONE, Key::Comma);
+    press(&mut window, Modifiers::NONE, Key::B);
+    assert!(
+        has(&window, "A 0.1500000 s, B 0.2000000 s"),
+        "20 samples a second, three steps and four"
+    );
+}
+
+#[test]
+fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    for (pane, plot) in [(Pane::Traces, "Fx [N]"), (Pane::Loops, "over Fz Calc.")] {
+        let shell = window.state_mut().as_mut().unwrap();
+        shell.send(Command::Wish(Wish::ShowPane(pane)));
+        settle(&mut window);
+        let node = window.get_by(|node| {
+            node.role() == Role::GraphicsObject
+                && node.label().is_some_and(|label| label.contains(plot))
+        });
+        node.focus();
+        wait(&mut window, 2);
+        for key in [Key::Plus, Key::ArrowRight] {
+            window.key_press(key);
+            wait(&mut window, 3);
+        }
+        if pane == Pane::Traces {
+            let (from, to) = super::shell(&window).visible_time().expect("a part");
+            assert!(to - from < 18.0 && from > 2.0, "{from} to {to}");
+            window.key_press(Key::Backspace);
+            wait(&mut window, 3);
+            assert_eq!(super::shell(&window).visible_time(), None);
+        }
+        window.key_press_modifiers(Modifiers::SHIFT, Key::F10);
+        wait(&mut window, 3);
+        assert!(has(&window, "Save as SVG…"), "{plot}");
+        window.key_press(Key::Enter);
+        window.run_steps(4);
+        assert!(!has(&window, "Save as SVG…"), "Enter takes the first item");
+    }
+}
+
+#[test]
+fn panes_are_moved_by_the_palette() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let tab = |window: &Window| {
+        let tab = window.get_by_role_and_label(Role::Button, "Errors");
+        tab.rect()
+    };
+    let before = tab(&window);
+    ctrl(&mut window, Key::P);
+    window.event(egui::Event::Text("errors to the top".to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    let after = tab(&window);
+    assert!(after.top() < before.top() && after.top() < 60.0, "{after}");
+    window.check_accessibility();
+}
+
+#[test]
 fn themes_and_sizes_are_preferences() {
     let files = Files::new();
     let mut window = window(files.three());
@@ -239,6 +323,9 @@ fn themes_and_sizes_are_preferences() {
     assert_eq!(shell(&window).preferences().text_scale, 0.5);
     send(&mut window, 0);
     assert_eq!(window.ctx.zoom_factor(), 1.0);
+    ctrl(&mut window, Key::Equals);
+    assert!((window.ctx.zoom_factor() - 1.1).abs() < 1e-6);
+    assert!((shell(&window).preferences().text_scale - 1.1).abs() < 1e-6);
 }
 
 #[test]

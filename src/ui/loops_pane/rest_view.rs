@@ -62,7 +62,8 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
                 };
                 let secs = place.to_secs - place.from_secs;
                 let words = format!("{level}, {} s: {}", significant(secs, 3), place.name);
-                let row = ui.add(egui::Button::selectable(at == picture.chosen, words).truncate());
+                let row = egui::Button::selectable(at == picture.chosen, &*words).truncate();
+                let row = ui.add(row).on_hover_text(&words);
                 if row.clicked() {
                     pane.rest = Some(at);
                     *pane.zoom_mut() = None;

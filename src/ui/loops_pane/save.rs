@@ -17,7 +17,9 @@ pub(super) fn row(
     ui.horizontal(|ui| {
         let label = ui.label("Picture");
         let field = egui::TextEdit::singleline(path).desired_width(150.0);
-        ui.add(field).labelled_by(label.id);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("Where the picture is written; .svg or .png");
         let save = ui.button("Save").on_hover_text(
             "A path ending in .svg gets the lines themselves, in .png the plot as it is on screen",
         );

@@ -212,6 +212,7 @@ fn notes(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
         .hint_text("What should be remembered of this calibration; it is saved with the session")
         .desired_width(f32::INFINITY);
     let response = ui.add_sized(ui.available_size(), field);
+    let response = response.on_hover_text("Free text, saved with the session");
     response
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::MultilineTextInput, true, "Notes"));
     if text != state.notes {

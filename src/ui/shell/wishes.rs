@@ -14,6 +14,7 @@ impl Shell {
         match wish {
             Wish::ShowPane(pane) => self.workspace.bring(pane),
             Wish::ClosePane(pane) => self.workspace.close(pane),
+            Wish::MovePane(pane, to) => self.workspace.move_pane(pane, to),
             Wish::Arrange(preset) => self.workspace = Workspace::preset(preset),
             Wish::Undo => {
                 let choices = self.state.choices();
@@ -35,7 +36,10 @@ impl Shell {
             Wish::FitView => self.panes.fit(),
             Wish::ZoomBack => self.panes.go_back(),
             Wish::ZoomForward => self.panes.go_forward(),
+            Wish::ZoomTime(factor) => self.panes.zoom_time(factor),
+            Wish::MoveTime(share) => self.panes.move_time(share),
             Wish::TogglePlay => self.panes.toggle_play(),
+            Wish::Step(samples) => self.panes.step(samples),
             Wish::PutCursor(which) => self.panes.put_cursor(which),
             Wish::PictureOfAll(to) => {
                 let part = screen_part(ui.ctx().content_rect());

@@ -13,7 +13,7 @@ use crate::evaluation::Series;
 use crate::export::{Drawing, DrawnLine, Scale};
 use crate::recording::Axis;
 use crate::ui::palette::{self, Trace};
-use crate::ui::plots::{GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
+use crate::ui::plots::{Asked, GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
 use crate::ui::trace_panes::{TracePanes, overlay};
 use crate::ui::{picture, plots};
 
@@ -203,13 +203,8 @@ fn title(axis: Axis, kind: Kind) -> String {
 
 /// All of the time axis, or the chosen stretch, with the samples in it and one to each side.
 fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
-    let (first, last) = (*traces.times.first()?, *traces.times.last()?);
-    let margin = if last > first {
-        0.01 * (last - first)
-    } else {
-        0.5
-    };
-    let time = chosen.unwrap_or((first - margin, last + margin));
+    traces.times.first()?;
+    let time = chosen.unwrap_or_else(|| all_of(&traces.times));
     let start = traces
         .times
         .partition_point(|t| *t < time.0)
@@ -218,6 +213,18 @@ fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
     let end = end.min(traces.times.len());
     let samples = start.min(end)..end;
     Some(Visible { time, samples })
+}
+
+/// From the first time to the last, with a margin.
+pub fn all_of(times: &[f64]) -> (f64, f64) {
+    let first = times.first().copied().unwrap_or(0.0);
+    let last = times.last().copied().unwrap_or(first);
+    let margin = if last > first {
+        0.01 * (last - first)
+    } else {
+        0.5
+    };
+    (first - margin, last + margin)
 }
 
 fn shown_series<'a>(
@@ -414,14 +421,18 @@ fn follow_gestures(
     traces: &TraceSet,
     panes: &mut TracePanes,
 ) {
-    if response.response.double_clicked() {
+    let asked = plots::keys(ui, &response.response, set, false);
+    if response.response.double_clicked() || asked == Some(Asked::All) {
         panes.shown.time = None;
         panes.shown.values.remove(&key);
         return;
     }
-    let now = *response.transform.bounds();
+    let now = match asked {
+        Some(Asked::Part(min, max)) => PlotBounds::from_min_max(min, max),
+        _ => *response.transform.bounds(),
+    };
     if (now.min()[0], now.max()[0]) != (set.min()[0], set.max()[0]) {
-        panes.shown.time = Some(within(traces, (now.min()[0], now.max()[0])));
+        panes.shown.time = Some(within(&traces.times, (now.min()[0], now.max()[0])));
     }
     if (now.min()[1], now.max()[1]) != (set.min()[1], set.max()[1]) {
         panes.shown.values.insert(key, (now.min()[1], now.max()[1]));
@@ -435,7 +446,7 @@ fn follow_gestures(
                 at + (now.min()[0] - at) * factor,
                 at + (now.max()[0] - at) * factor,
             );
-            panes.shown.time = Some(within(traces, zoomed));
+            panes.shown.time = Some(within(&traces.times, zoomed));
         }
     }
 }
@@ -453,9 +464,9 @@ fn put_cursor(ui: &egui::Ui, response: &PlotResponse<()>, panes: &mut TracePanes
 }
 
 /// Keeps a stretch of time on the recordings and wide enough to be drawn.
-fn within(traces: &TraceSet, (start, end): (f64, f64)) -> (f64, f64) {
-    let first = traces.times.first().copied().unwrap_or(0.0);
-    let last = traces.times.last().copied().unwrap_or(1.0);
+pub fn within(times: &[f64], (start, end): (f64, f64)) -> (f64, f64) {
+    let first = times.first().copied().unwrap_or(0.0);
+    let last = times.last().copied().unwrap_or(1.0);
     let all = (last - first).max(1e-3);
     let width = (end - start).clamp(1e-6 * all, 1.2 * all);
     let middle = (0.5 * (start + end)).clamp(first, last);

@@ -11,6 +11,8 @@ pub struct Playing {
     /// On the time axis (s); `None` before it was begun.
     time: Option<f64>,
     running: bool,
+    /// Whether it was put there by a key since the pointer last moved.
+    stepped: bool,
     speed: f64,
 }
 
@@ -19,6 +21,7 @@ impl Default for Playing {
         Self {
             time: None,
             running: false,
+            stepped: false,
             speed: 1.0,
         }
     }
@@ -32,7 +35,22 @@ impl Playing {
 
     /// Forgets where it was.
     pub fn clear(&mut self) {
-        (self.time, self.running) = (None, false);
+        (self.time, self.running, self.stepped) = (None, false, false);
+    }
+
+    /// Stops at this time.
+    pub fn stand_at(&mut self, time: f64) {
+        (self.time, self.running, self.stepped) = (Some(time), false, true);
+    }
+
+    /// The pointer moved: the sample under it is the one to show.
+    pub fn let_pointer_lead(&mut self) {
+        self.stepped = false;
+    }
+
+    /// Whether the sample to show is this one rather than the one under the pointer.
+    pub fn leads(&self) -> bool {
+        self.stepped
     }
 
     /// Draws the button and the choice of speeds.
@@ -49,7 +67,8 @@ impl Playing {
             .width(48.0)
             .show_ui(ui, |ui| {
                 for speed in SPEEDS {
-                    ui.selectable_value(&mut self.speed, speed, format!("{speed}×"));
+                    ui.selectable_value(&mut self.speed, speed, format!("{speed}×"))
+                        .on_hover_text("Seconds of the recording in one second");
                 }
             })
             .response

@@ -1,0 +1,151 @@
+//! Every control says on hover what it does.
+
+use std::collections::BTreeSet;
+
+use super::*;
+use loopscope::app::{Pane, Wish};
+
+const CONTROLS: [Role; 8] = [
+    Role::Button,
+    Role::CheckBox,
+    Role::RadioButton,
+    Role::Slider,
+    Role::SpinButton,
+    Role::ComboBox,
+    Role::TextInput,
+    Role::MultilineTextInput,
+];
+/// Menus open on a click, and their items are explained; the cross of a tab is what it looks like.
+const KNOWN: [&str; 9] = [
+    "File",
+    "Edit",
+    "Roles",
+    "Go",
+    "View",
+    "Help",
+    "Close",
+    "Hide",
+    "Close window",
+];
+
+fn quick_to_explain(window: &mut Window) {
+    window.ctx.all_styles_mut(|style| {
+        style.interaction.tooltip_delay = 0.0;
+        style.interaction.show_tooltips_only_when_still = false;
+    });
+    settle(window);
+}
+
+/// Whether something is shown when the pointer rests there.
+fn explains(window: &mut Window, at: egui::Pos2) -> bool {
+    window.event(egui::Event::PointerMoved(at));
+    window.run_steps(3);
+    let shown = window.ctx.memory(|memory| {
+        let layers = memory.areas().visible_layer_ids();
+        layers
+            .iter()
+            .any(|layer| layer.order == egui::Order::Tooltip)
+    });
+    window.event(egui::Event::PointerGone);
+    window.step();
+    shown
+}
+
+/// The controls on screen that show nothing when the pointer rests on them.
+#[track_caller]
+fn all_explained(window: &mut Window) {
+    let mut controls = Vec::new();
+    for role in CONTROLS {
+        let of_role = window.query_all_by(|node| node.role() == role && !node.is_disabled());
+        controls.extend(of_role.map(|node| {
+            let label = node.accesskit_node().label().or(node.value());
+            (node.rect(), label.unwrap_or_default())
+        }));
+    }
+    controls.retain(|(_, label)| !KNOWN.contains(&&**label));
+    assert!(controls.len() > 5, "{controls:?}");
+    let mut silent = BTreeSet::new();
+    for (rect, label) in controls {
+        if !explains(window, rect.center()) {
+            silent.insert(label);
+        }
+    }
+    assert!(silent.is_empty(), "without a word on hover: {silent:#?}");
+}
+
+#[test]
+fn every_control_of_every_pane_says_on_hover_what_it_does() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.set_size(Vec2::new(1800.0, 2400.0));
+    quick_to_explain(&mut window);
+    for title in ["Fixed lag", "Creep", "Play"] {
+        click(&mut window, Role::CheckBox, title);
+    }
+    click(&mut window, Role::ComboBox, "Regressor");
+    click(&mut window, Role::Button, "Kernel");
+    window.get_by_label("Full scale").click();
+    settle(&mut window);
+    for pane in Pane::ALL {
+        let show = Command::Wish(Wish::ShowPane(pane));
+        window.state_mut().as_mut().unwrap().send(show);
+        settle(&mut window);
+        all_explained(&mut window);
+    }
+    click(&mut window, Role::Button, "Loops");
+    for mode in ["Cross-plot", "Drift"] {
+        click(&mut window, Role::Button, mode);
+        all_explained(&mut window);
+    }
+}
+
+#[test]
+fn every_control_of_the_import_window_says_on_hover_what_it_does() {
+    let files = Files::new();
+    let path = files.write("bare.csv", &importing::headerless(50));
+    let mut window = window(vec![path]);
+    window.set_size(Vec2::new(1600.0, 1400.0));
+    quick_to_explain(&mut window);
+    assert!(state(&window).importing.is_some());
+    for below in [Pane::Settings, Pane::Recordings, Pane::Traces] {
+        let close = Command::Wish(Wish::ClosePane(below));
+        window.state_mut().as_mut().unwrap().send(close);
+    }
+    settle(&mut window);
+    for tick in [
+        "The load is that of a known weight, by the pose columns",
+        "The reference load stands in a file of its own",
+        "sample rate",
+    ] {
+        click(&mut window, Role::CheckBox, tick);
+    }
+    all_explained(&mut window);
+}
+
+#[test]
+fn every_item_of_a_menu_says_on_hover_what_it_does() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    quick_to_explain(&mut window);
+    for menu in ["File", "Edit", "Roles", "Go", "View", "Help"] {
+        click(&mut window, Role::Button, menu);
+        let items = window.ctx.memory(|memory| {
+            let layers = memory.areas().visible_layer_ids();
+            let popup = layers
+                .iter()
+                .find(|layer| layer.order == egui::Order::Foreground);
+            popup.and_then(|layer| memory.area_rect(layer.id))
+        });
+        let items = items.unwrap_or_else(|| panic!("{menu} is not open"));
+        let n = (items.height() / 22.0) as usize;
+        assert!(n >= 2, "{menu}");
+        let mut explained = 0;
+        for at in 0..2 * n {
+            let y = items.top() + (at as f32 + 0.5) * items.height() / (2 * n) as f32;
+            explained += usize::from(explains(&mut window, egui::pos2(items.left() + 30.0, y)));
+        }
+        assert!(explained > n, "{menu}: {explained} of {}", 2 * n);
+        window.key_press(Key::Escape);
+        settle(&mut window);
+    }
+}
