@@ -1,12 +1,15 @@
 //! Work off the window's thread: one worker that answers the newest request, and jobs that run once.
 //!
 //! Guarantees: the caller never waits; a request that was overtaken is dropped unseen, or cancelled once it has run for
-//! longer than [`PATIENCE`]; a panic becomes an answer that says so, and the next request works again.
+//! longer than [`PATIENCE`]; a panic becomes an answer that says so, and the next request works again. All of it
+//! [stands back](let_window_go_first) behind the window's thread where processors are few.
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
 use crate::panicked::caught;
 use crate::progress::Progress;
@@ -15,6 +18,27 @@ pub use crate::panicked::{Panicked, panic_message};
 
 /// A run this young is allowed to finish when a newer request arrives, so that a slider on the move shows something.
 pub const PATIENCE: Duration = Duration::from_millis(150);
+
+/// Of 0 to 99; an idle processor works as fast as ever, a busy one draws the window first (niceness 10 on Linux).
+const BACKGROUND_PRIORITY: u8 = 25;
+
+/// Gives the shared pool of threads the priority of background work. Only before its first use, and best before anything else.
+pub fn let_window_go_first() {
+    let pool = rayon::ThreadPoolBuilder::new().start_handler(|_| stand_back());
+    if let Err(error) = pool.build_global() {
+        log::debug!("the pool of threads was there already: {error}");
+    }
+}
+
+/// Lowers the priority of this thread; where the system refuses, everything works as before.
+fn stand_back() {
+    let lower = ThreadPriorityValue::try_from(BACKGROUND_PRIORITY)
+        .map(ThreadPriority::Crossplatform)
+        .map(set_current_thread_priority);
+    if !matches!(lower, Ok(Ok(()))) {
+        log::debug!("background work keeps the window's priority: {lower:?}");
+    }
+}
 
 /// Called from the worker's thread when there is something to fetch.
 pub type Notify = Arc<dyn Fn() + Send + Sync>;
@@ -156,6 +180,7 @@ fn answer_requests<Q, A, H: FnMut(Q, &Progress) -> A>(
     notify: &Notify,
     make: &impl Fn() -> H,
 ) {
+    stand_back();
     let mut handle = make();
     loop {
         let progress = Progress::default();
@@ -231,6 +256,7 @@ impl<A: Send + 'static> Job<A> {
         thread::Builder::new()
             .name(title.chars().take(15).collect())
             .spawn(move || {
+                stand_back();
                 let done = caught(|| work(&theirs));
                 // Nobody listens any more when the window has closed.
                 let _ = sender.send(done);

@@ -37,7 +37,7 @@ use crate::ui::tour::Tour;
 use crate::ui::trace_panes::TracePanes;
 use crate::ui::workspace::Workspace;
 use crate::ui::{appearance, compare_pane};
-use crate::worker::{Notify, Worker};
+use crate::worker::{Notify, Worker, let_window_go_first};
 use jobs::Jobs;
 
 /// How often progress bars move while something runs.
@@ -127,6 +127,7 @@ impl Shell {
     /// Starts the threads; opens `files`, or the built-in sensor if there are none.
     #[must_use]
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
+        let_window_go_first();
         appearance::prepare(context);
         let waker = context.clone();
         let notify: Notify = Arc::new(move || waker.request_repaint());

@@ -139,11 +139,11 @@ impl Workspace {
         self.bring(pane);
         use LinearDir::{Horizontal, Vertical};
         match to {
-            PaneMove::Left => self.to_edge(pane, Horizontal, true),
-            PaneMove::Right => self.to_edge(pane, Horizontal, false),
-            PaneMove::Top => self.to_edge(pane, Vertical, true),
-            PaneMove::Bottom => self.to_edge(pane, Vertical, false),
-            PaneMove::NextTabs => self.to_next_tabs(pane),
+            PaneMove::Left => self.put_at_edge(pane, Horizontal, true),
+            PaneMove::Right => self.put_at_edge(pane, Horizontal, false),
+            PaneMove::Top => self.put_at_edge(pane, Vertical, true),
+            PaneMove::Bottom => self.put_at_edge(pane, Vertical, false),
+            PaneMove::NextTabs => self.put_in_next_tabs(pane),
             PaneMove::Wider => self.resize(pane, Horizontal, RESIZE_STEP),
             PaneMove::Narrower => self.resize(pane, Horizontal, RESIZE_STEP.recip()),
             PaneMove::Taller => self.resize(pane, Vertical, RESIZE_STEP),
@@ -152,7 +152,7 @@ impl Workspace {
         self.bring(pane);
     }
 
-    fn to_edge(&mut self, pane: Pane, dir: LinearDir, first: bool) {
+    fn put_at_edge(&mut self, pane: Pane, dir: LinearDir, first: bool) {
         self.close(pane);
         self.tree.simplify(&simplification());
         let Some(rest) = self.tree.root() else {
@@ -168,7 +168,7 @@ impl Workspace {
         self.set_root(root);
     }
 
-    fn to_next_tabs(&mut self, pane: Pane) {
+    fn put_in_next_tabs(&mut self, pane: Pane) {
         let mut groups = Vec::new();
         self.collect_tabs(self.tree.root(), &mut groups);
         let tile = self.tree.tiles.find_pane(&pane);

@@ -51,6 +51,8 @@ pub struct CrossPicture {
     pub whole: Frame,
     /// One or more for each recording.
     pub strokes: Vec<Stroke>,
+    /// How many pieces stand for one in [`Self::strokes`]: 1, unless there are very many.
+    pub drawn_every: usize,
 }
 
 pub(super) fn picture(
@@ -62,10 +64,12 @@ pub(super) fn picture(
     let up = columns(source, parts, question.up)?;
     let whole = frame_around(range_of(&across), range_of(&up));
     let none = vec![Vec::new(); parts.len()];
+    let (strokes, drawn_every) = strokes(&across, &up, &none, question.frame.unwrap_or(whole));
     Ok(CrossPicture {
         question: question.clone(),
         n_samples: across.iter().map(Vec::len).sum(),
-        strokes: strokes(&across, &up, &none, question.frame.unwrap_or(whole)),
+        strokes,
+        drawn_every,
         whole,
     })
 }

@@ -30,6 +30,8 @@ pub use rest::{RestCurve, RestOutput, RestPicture, RestQuestion};
 
 /// At most about so many points are drawn of one curve.
 const MOST_POINTS: usize = 5000;
+/// Of more pieces of branches than this only some are drawn: noise has as many turns as samples.
+const MOST_STROKES: usize = 6000;
 /// What a picture leaves free around its points, as a share of its width and height.
 const MARGIN: f64 = 0.04;
 

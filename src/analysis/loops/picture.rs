@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::source::{Part, Source};
-use super::{LookError, MOST_POINTS, Output, Span, column_of, frame_around};
+use super::{LookError, MOST_POINTS, MOST_STROKES, Output, Span, column_of, frame_around};
 use crate::evaluation::loops::{
     Branch, Cycle, Frame, Loop, Loops, Stroke, default_dead_band, outline, range,
 };
@@ -69,8 +69,10 @@ pub struct LoopPicture {
 pub struct LoopCurve {
     /// Which; `None` for a gauge.
     pub output: Option<Output>,
-    /// All branches.
+    /// The branches.
     pub strokes: Vec<Stroke>,
+    /// How many pieces of branches stand for one in [`Self::strokes`]: 1, unless there are very many.
+    pub drawn_every: usize,
     /// The mean loop of the full cycles, or why there is none.
     pub mean: Result<LoopFigures, Reason>,
     /// The loop of the largest cycle, or why there is none.
@@ -153,19 +155,23 @@ pub(super) fn picture(
         .ok_or_else(|| Reason::no_cycle(axis, &loops, load_range, dead_band));
     let frame = question.frame.unwrap_or(whole);
     let drawn = (curves.par_iter())
-        .map(|(output, outputs)| LoopCurve {
-            output: *output,
-            strokes: strokes(&loads, outputs, loops.branches(), frame),
-            mean: largest.clone().and_then(|_| {
-                let shapes: Vec<Loop> =
-                    full.iter().map(|one| shape(one, &loads, outputs)).collect();
-                let mean = Loop::mean(&shapes).and_then(LoopFigures::of);
-                mean.ok_or(Reason::Overflow { axis })
-            }),
-            largest: largest.as_ref().map_err(Clone::clone).and_then(|cycle| {
-                let figures = LoopFigures::of(shape(cycle, &loads, outputs));
-                figures.ok_or(Reason::Overflow { axis })
-            }),
+        .map(|(output, outputs)| {
+            let (strokes, drawn_every) = strokes(&loads, outputs, loops.branches(), frame);
+            LoopCurve {
+                output: *output,
+                strokes,
+                drawn_every,
+                mean: largest.clone().and_then(|_| {
+                    let shapes: Vec<Loop> =
+                        full.iter().map(|one| shape(one, &loads, outputs)).collect();
+                    let mean = Loop::mean(&shapes).and_then(LoopFigures::of);
+                    mean.ok_or(Reason::Overflow { axis })
+                }),
+                largest: largest.as_ref().map_err(Clone::clone).and_then(|cycle| {
+                    let figures = LoopFigures::of(shape(cycle, &loads, outputs));
+                    figures.ok_or(Reason::Overflow { axis })
+                }),
+            }
         })
         .collect();
     Ok(LoopPicture {
@@ -239,13 +245,13 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
     Loop::of(cycle, &loads[cycle.recording], &outputs[cycle.recording])
 }
 
-/// What is drawn of all recordings, each with its share of the points.
+/// What is drawn of all recordings, each with its share of the points; of very many pieces every so many-th.
 pub(super) fn strokes(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],
     branches: &[Vec<Branch>],
     frame: Frame,
-) -> Vec<Stroke> {
+) -> (Vec<Stroke>, usize) {
     let all: usize = loads.iter().map(Vec::len).sum();
     let drawn: Vec<Vec<Stroke>> = (loads.par_iter().zip(outputs).zip(branches))
         .map(|((loads, outputs), branches)| {
@@ -257,7 +263,15 @@ pub(super) fn strokes(
             }
         })
         .collect();
-    drawn.into_iter().flatten().collect()
+    let n = drawn.iter().map(Vec::len).sum::<usize>();
+    let every = n.div_ceil(MOST_STROKES).max(1);
+    // Rising and falling take turns: an even step would leave one of them out.
+    let every = if every.is_multiple_of(2) {
+        every + 1
+    } else {
+        every
+    };
+    (drawn.into_iter().flatten().step_by(every).collect(), every)
 }
 
 /// All of a recording, so that what never turns is drawn as well.

@@ -109,6 +109,40 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     assert!(points(&curve.strokes) <= 2000 + 2 * curve.strokes.len());
 }
 
+/// Noise turns at every sample; rising and falling pieces both stay.
+#[test]
+fn of_very_many_branches_some_are_drawn() {
+    let n = 60_000;
+    let noise = |k: usize| ((k * 7919) % 104_729) as f64 / 104_729.0;
+    let recording = Recording::new(
+        "noise",
+        Origin::Simulated,
+        (0..n).map(|k| k as f64 * 0.001).collect(),
+        vec!["S1".to_owned()],
+        (0..n).map(noise).collect(),
+        vec![Axis::Fz],
+        (0..n).map(|k| 10.0 * noise(k)).collect(),
+    );
+    let recordings = set(vec![recording.unwrap()]);
+    let mut question = loops(Up::Gauge(0), Span::All);
+    question.dead_band = Some(0.0);
+    let picture = picture(&request(&recordings, Question::Loops(question)));
+    let [curve] = &picture.curves[..] else {
+        panic!("one gauge is one curve")
+    };
+    assert!(picture.n_cycles > super::MOST_STROKES, "{}", picture.n_cycles);
+    assert!(curve.strokes.len() <= super::MOST_STROKES);
+    assert!(curve.drawn_every > 1 && curve.drawn_every % 2 == 1);
+    for rising in [true, false] {
+        let n = curve
+            .strokes
+            .iter()
+            .filter(|one| one.rising == rising)
+            .count();
+        assert!(n > curve.strokes.len() / 3, "{n}");
+    }
+}
+
 #[test]
 fn conventional_and_compensated_stand_side_by_side_and_errors_are_less_the_load() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);

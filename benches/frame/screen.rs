@@ -1,19 +1,16 @@
-//! One frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation, as
-//! the window does them, without a graphics card.
+//! The window without a display or a graphics card.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::View;
-use loopscope::app::{Command, Pane, Wish};
-use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, simulated};
+use loopscope::app::Command;
+use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 use loopscope::ui::{NativeDialogs, Shell};
 
 const SIZE: egui::Vec2 = egui::vec2(1600.0, 900.0);
 
 /// One recording of a sensor that nobody has, long enough to hurt.
-fn long_recording(n: usize) -> RecordingSet {
+pub fn long_recording(n: usize) -> RecordingSet {
     let wave = |k: usize, phase: usize| {
         let t = k as f64 * 1e-3;
         let noise = ((k * 7 + phase * 13) % 101) as f64 * 1e-3;
@@ -36,14 +33,16 @@ fn long_recording(n: usize) -> RecordingSet {
     set
 }
 
-struct Screen {
+/// The window on some recordings.
+pub struct Screen {
     context: egui::Context,
-    shell: Shell,
+    /// The program behind it.
+    pub shell: Shell,
 }
 
 impl Screen {
     /// Opens the window on `set` and waits until everything is drawn.
-    fn showing(set: RecordingSet) -> Self {
+    pub fn showing(set: RecordingSet) -> Self {
         let context = egui::Context::default();
         let shell = Shell::new(&context, Vec::new(), Box::new(NativeDialogs));
         let mut screen = Self { context, shell };
@@ -55,7 +54,8 @@ impl Screen {
         screen
     }
 
-    fn settle(&mut self) {
+    /// Draws frames until nothing runs.
+    pub fn settle(&mut self) {
         self.frame(None);
         while self.shell.is_busy() {
             std::thread::sleep(Duration::from_millis(5));
@@ -69,7 +69,8 @@ impl Screen {
         );
     }
 
-    fn frame(&mut self, pointer: Option<egui::Pos2>) {
+    /// Draws one frame.
+    pub fn frame(&mut self, pointer: Option<egui::Pos2>) {
         let input = egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, SIZE)),
             events: pointer.map(egui::Event::PointerMoved).into_iter().collect(),
@@ -81,40 +82,3 @@ impl Screen {
         std::hint::black_box(self.context.tessellate(shapes, output.pixels_per_point));
     }
 }
-
-type MakeSet = Arc<dyn Fn() -> RecordingSet>;
-
-fn frame(c: &mut Criterion) {
-    let mut group = c.benchmark_group("frame, six axes, all on screen");
-    group.sample_size(50);
-    let sensor = simulated::recordings(simulated::DEFAULT_SEED);
-    let sets: [(&str, MakeSet); 2] = [
-        ("243,000 samples", Arc::new(move || sensor.clone())),
-        (
-            "20,000,000 samples",
-            Arc::new(|| long_recording(20_000_000)),
-        ),
-    ];
-    for (name, set) in sets {
-        let mut screen = Screen::showing(set());
-        group.bench_function(format!("{name}, at rest"), |b| {
-            b.iter(|| screen.frame(None))
-        });
-        let mut x = 700.0;
-        group.bench_function(format!("{name}, pointer moving over a trace"), |b| {
-            b.iter(|| {
-                x = if x > 900.0 { 700.0 } else { x + 1.0 };
-                screen.frame(Some(egui::pos2(x, 150.0)));
-            });
-        });
-        for (pane, what) in [(Pane::Loops, "loop pane"), (Pane::Metrology, "metrology")] {
-            screen.shell.send(Command::Wish(Wish::ShowPane(pane)));
-            screen.settle();
-            group.bench_function(format!("{name}, {what}"), |b| b.iter(|| screen.frame(None)));
-        }
-    }
-    group.finish();
-}
-
-criterion_group!(benches, frame);
-criterion_main!(benches);

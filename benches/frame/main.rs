@@ -1,0 +1,58 @@
+//! One frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation, as
+//! the window does them, without a graphics card. Then frames at the pace of a display while something else runs.
+
+mod paced;
+mod screen;
+
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group};
+use loopscope::app::{Command, Pane, Wish};
+use loopscope::recording::{RecordingSet, simulated};
+
+use screen::{Screen, long_recording};
+
+type MakeSet = Arc<dyn Fn() -> RecordingSet>;
+
+fn frame(c: &mut Criterion) {
+    let mut group = c.benchmark_group("frame, six axes, all on screen");
+    group.sample_size(50);
+    let sensor = simulated::recordings(simulated::DEFAULT_SEED);
+    let sets: [(&str, MakeSet); 2] = [
+        ("243,000 samples", Arc::new(move || sensor.clone())),
+        (
+            "20,000,000 samples",
+            Arc::new(|| long_recording(20_000_000)),
+        ),
+    ];
+    for (name, set) in sets {
+        let mut screen = Screen::showing(set());
+        group.bench_function(format!("{name}, at rest"), |b| {
+            b.iter(|| screen.frame(None))
+        });
+        let mut x = 700.0;
+        group.bench_function(format!("{name}, pointer moving over a trace"), |b| {
+            b.iter(|| {
+                x = if x > 900.0 { 700.0 } else { x + 1.0 };
+                screen.frame(Some(egui::pos2(x, 150.0)));
+            });
+        });
+        for (pane, what) in [(Pane::Loops, "loop pane"), (Pane::Metrology, "metrology")] {
+            screen.shell.send(Command::Wish(Wish::ShowPane(pane)));
+            screen.settle();
+            group.bench_function(format!("{name}, {what}"), |b| b.iter(|| screen.frame(None)));
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, frame);
+
+fn main() {
+    benches();
+    // Cargo's tests of benches do without.
+    if std::env::args().any(|argument| argument == "--bench") {
+        paced::report();
+    }
+    Criterion::default().configure_from_args().final_summary();
+}

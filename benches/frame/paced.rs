@@ -1,0 +1,130 @@
+//! How long after a display asks for a picture it is there, while the program works in the background.
+
+use std::time::{Duration, Instant};
+
+use loopscope::app::{Command, ComparisonCommand, Pane, TrainingCommand, Wish};
+use loopscope::calibration::Regressor;
+use loopscope::recording::{RecordingSet, simulated};
+
+use crate::screen::{Screen, long_recording};
+
+/// A display's frame.
+const FRAME: Duration = Duration::from_nanos(16_666_667);
+/// So many pictures are asked for.
+const FRAMES: u32 = 300;
+
+/// What runs while pictures are asked for.
+#[derive(Clone, Copy, Debug)]
+enum Work {
+    Nothing,
+    /// F_th is dragged: every picture brings another value, and everything is fitted again.
+    Slider,
+    /// The same, with the map of thresholds on screen.
+    SliderAndMap,
+    /// A network on all samples.
+    Network,
+    /// Networks, two at once, and everything else that the paper compares.
+    Comparison,
+}
+
+/// Prints a table of delays.
+pub fn report() {
+    println!(
+        "from the moment when a display asks (60 times a second) to the picture, pointer moving over a trace [ms]"
+    );
+    println!(
+        "{:<22} {:<14} {:>8} {:>8} {:>8} {:>10}",
+        "samples", "meanwhile", "median", "95 %", "worst", "> 1 frame"
+    );
+    let sensor = simulated::recordings(simulated::DEFAULT_SEED);
+    let all = [
+        Work::Nothing,
+        Work::Slider,
+        Work::SliderAndMap,
+        Work::Network,
+        Work::Comparison,
+    ];
+    rows("243,000", &sensor, &all);
+    let long = long_recording(20_000_000);
+    rows("20,000,000", &long, &all[..3]);
+}
+
+fn rows(name: &str, recordings: &RecordingSet, all: &[Work]) {
+    for work in all {
+        let mut delays = delays(recordings.clone(), *work);
+        delays.sort_unstable();
+        let at = |share: f64| {
+            let at = (share * (delays.len() - 1) as f64) as usize;
+            1e3 * delays[at].as_secs_f64()
+        };
+        let late = delays.iter().filter(|delay| **delay > FRAME).count();
+        println!(
+            "{name:<22} {:<14} {:>8.2} {:>8.2} {:>8.2} {:>6} of {}",
+            format!("{work:?}"),
+            at(0.5),
+            at(0.95),
+            at(1.0),
+            late,
+            delays.len()
+        );
+    }
+}
+
+fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
+    let mut screen = Screen::showing(recordings);
+    begin(&mut screen, work);
+    for _ in 0..20 {
+        screen.frame(None);
+    }
+    let mut x = 700.0;
+    let mut due = Instant::now();
+    let mut delays = Vec::new();
+    for at in 0..FRAMES {
+        due += FRAME;
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        if matches!(work, Work::Slider | Work::SliderAndMap) {
+            let mut settings = screen.shell.state().settings.clone();
+            settings.features.look_backs[0].f_th = 2.0 + 0.01 * f64::from(at % 200);
+            screen.shell.send(Command::SetSettings(settings));
+        }
+        x = if x > 900.0 { 700.0 } else { x + 1.0 };
+        screen.frame(Some(egui::pos2(x, 150.0)));
+        delays.push(due.elapsed());
+        // A display does not ask for a picture again that it has missed.
+        while due.elapsed() > FRAME {
+            due += FRAME;
+        }
+    }
+    if matches!(work, Work::Network | Work::Comparison) {
+        assert!(screen.shell.is_busy(), "it ended too early to be measured");
+    }
+    delays
+}
+
+fn begin(screen: &mut Screen, work: Work) {
+    match work {
+        Work::Nothing | Work::Slider => {}
+        Work::SliderAndMap => {
+            let panes = [
+                Wish::ShowPane(Pane::Thresholds),
+                Wish::ShowPane(Pane::Traces),
+            ];
+            let beside = Wish::MovePane(Pane::Thresholds, loopscope::app::PaneMove::Bottom);
+            for wish in panes.into_iter().chain([beside]) {
+                screen.shell.send(Command::Wish(wish));
+            }
+        }
+        Work::Network => {
+            let mut settings = screen.shell.state().settings.clone();
+            settings.regressor = Regressor::Network;
+            screen.shell.send(Command::SetSettings(settings));
+            screen.settle();
+            let start = Command::Training(TrainingCommand::Start);
+            screen.shell.send(start);
+        }
+        Work::Comparison => {
+            let start = Command::Comparison(ComparisonCommand::StartPaper);
+            screen.shell.send(start);
+        }
+    }
+}
