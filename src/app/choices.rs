@@ -1,9 +1,9 @@
-//! What undo and redo go back and forward over: every setting and every role.
+//! What undo and redo go back and forward over: every setting and role, and which calibration is applied or compared with.
 
 use std::sync::Arc;
 
-use crate::app::{AppState, Effect};
-use crate::calibration::FitSettings;
+use crate::app::{AppState, Applied, Effect, FactoryCalibration};
+use crate::calibration::{Calibration, FitSettings};
 use crate::recording::{Axis, RecordingSet};
 
 /// The choices of one moment. Recordings are shared, not copied.
@@ -14,6 +14,8 @@ pub struct Choices {
     unsplit: Option<Arc<RecordingSet>>,
     cut: f64,
     hidden_axes: Vec<Axis>,
+    applied: Option<Applied>,
+    factory: Option<FactoryCalibration>,
 }
 
 impl PartialEq for Choices {
@@ -23,6 +25,18 @@ impl PartialEq for Choices {
             && self.unsplit.as_ref().map(Arc::as_ptr) == other.unsplit.as_ref().map(Arc::as_ptr)
             && self.settings == other.settings
             && self.hidden_axes == other.hidden_axes
+            && self.calibrations() == other.calibrations()
+    }
+}
+
+impl Choices {
+    /// Which calibrations they are; equal ones that were opened twice count as two.
+    fn calibrations(&self) -> [Option<*const Calibration>; 2] {
+        [
+            self.applied.as_ref().map(|one| &one.calibration),
+            self.factory.as_ref().map(|one| &one.calibration),
+        ]
+        .map(|calibration| calibration.map(Arc::as_ptr))
     }
 }
 
@@ -36,6 +50,8 @@ impl AppState {
             unsplit: self.unsplit.clone(),
             cut: self.cut,
             hidden_axes: self.hidden_axes.clone(),
+            applied: self.applied.clone(),
+            factory: self.factory.clone(),
         }
     }
 
@@ -47,6 +63,8 @@ impl AppState {
             unsplit,
             cut,
             hidden_axes,
+            applied,
+            factory,
         } = choices;
         let parts = |set: &RecordingSet| -> Vec<_> {
             set.entries()
@@ -60,6 +78,8 @@ impl AppState {
         self.unsplit = unsplit;
         self.cut = cut;
         self.hidden_axes = hidden_axes;
+        self.applied = applied;
+        self.factory = factory;
         if !same_order {
             self.forget_results();
             self.view = self.view.within(self.recordings.entries().len());

@@ -7,7 +7,7 @@ use crate::app::{AppState, Command, Existing, FileContent};
 use crate::evaluation::metrology::{
     Cell, Figure, Metrology, MetrologySettings, Quantity, Reason, Row,
 };
-use crate::recording::Role;
+use crate::recording::{Axis, Role};
 use crate::ui::looking::Looking;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
@@ -31,6 +31,8 @@ pub struct MetrologyPane {
     /// `None` follows the recordings: the test recordings where there are some, else all.
     of: Option<TableOf>,
     settings: MetrologySettings,
+    /// The axes that the dead bands are of.
+    axes: Vec<Axis>,
     shown: Shown,
     path: String,
 }
@@ -40,6 +42,7 @@ impl Default for MetrologyPane {
         Self {
             of: None,
             settings: MetrologySettings::default(),
+            axes: Vec::new(),
             shown: Shown::default(),
             path: "metrology.csv".to_owned(),
         }
@@ -79,9 +82,14 @@ impl MetrologyPane {
         looking: &Looking,
         out: &mut Vec<Command>,
     ) {
+        if state.axes() != self.axes {
+            self.axes = state.axes().to_vec();
+            self.settings.dead_bands.clear(); // they were in other axes' units
+        }
         let table = looking.seen.table.as_ref().map(|(table, _)| table);
         ui.horizontal_wrapped(|ui| {
             self.choices(ui, state);
+            self.definitions(ui, table.map(|table| &**table));
             ui.separator();
             ui.add_enabled_ui(table.is_some(), |ui| {
                 if ui
@@ -156,6 +164,85 @@ impl MetrologyPane {
         ui.add(field)
             .labelled_by(label.id)
             .on_hover_text(explanation);
+    }
+}
+
+/// A field for a share of full scale: its label, what it decides, and the value.
+type ShareField<'a> = (&'a str, &'a str, &'a mut f64);
+
+impl MetrologyPane {
+    /// What counts as a reversal, as still, as zero, as loaded.
+    fn definitions(&mut self, ui: &mut egui::Ui, table: Option<&Metrology>) {
+        let keep_open = egui::containers::menu::MenuConfig::new()
+            .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+        let button = egui::containers::menu::MenuButton::new("Definitions…").config(keep_open);
+        let (response, _) = button.ui(ui, |ui| {
+            ui.set_min_width(300.0);
+            let settings = &mut self.settings;
+            let shares: [ShareField<'_>; 4] = [
+                (
+                    "Still within",
+                    "A rest: every axis stays within this much for the time beside \"Rest\"",
+                    &mut settings.still_share,
+                ),
+                (
+                    "Zero within",
+                    "A load this small is no load: zero return is read there",
+                    &mut settings.zero_share,
+                ),
+                (
+                    "Loaded from",
+                    "An axis with at least this much is loaded: crosstalk is read there",
+                    &mut settings.loaded_share,
+                ),
+                (
+                    "Not loaded up to",
+                    "The other axes stay below this while one is loaded alone",
+                    &mut settings.alone_share,
+                ),
+            ];
+            egui::Grid::new("definitions").num_columns(3).show(ui, |ui| {
+                for (name, explanation, share) in shares {
+                    let label = ui.label(name).on_hover_text(explanation);
+                    let mut percent = 100.0 * *share;
+                    let field = egui::DragValue::new(&mut percent)
+                        .range(0.01..=100.0)
+                        .speed(0.05)
+                        .suffix(" % FS");
+                    let field = ui.add(field).labelled_by(label.id);
+                    if field.on_hover_text(explanation).changed() {
+                        *share = 0.01 * percent;
+                    }
+                    ui.end_row();
+                }
+                for (at, axis) in table.map_or(&[][..], |table| &table.axes).iter().enumerate() {
+                    let explanation = "A reversal counts once the load has come back by more than this; from noise: ten \
+                                       times the noise of the load, and at least 2 % of its range";
+                    let title = format!("Dead band {}", axis.symbol());
+                    let label = ui.label(title).on_hover_text(explanation);
+                    settings.dead_bands.resize(settings.dead_bands.len().max(at + 1), None);
+                    let used = table.and_then(|table| table.dead_bands.get(at).copied());
+                    let chosen = &mut settings.dead_bands[at];
+                    let mut value = chosen.or(used).unwrap_or_default();
+                    let field = egui::DragValue::new(&mut value)
+                        .range(0.0..=f64::MAX)
+                        .speed(0.01)
+                        .max_decimals(4)
+                        .suffix(format!(" {}", axis.unit()));
+                    let field = ui.add(field).labelled_by(label.id);
+                    if field.on_hover_text(explanation).changed() {
+                        *chosen = Some(value);
+                    }
+                    let mut from_noise = chosen.is_none();
+                    let tick = ui.checkbox(&mut from_noise, "from noise");
+                    if tick.on_hover_text(explanation).changed() {
+                        *chosen = (!from_noise).then_some(value);
+                    }
+                    ui.end_row();
+                }
+            });
+        });
+        response.on_hover_text("What counts as a reversal, as a rest, as zero, and as loaded");
     }
 }
 

@@ -78,7 +78,7 @@ def parquet_files():
     pq.write_table(table, HERE / "snappy.parquet", row_group_size=16)
     holes = [None if k in (3, 4) else float(j) for k, j in enumerate(GAUGES[:, 0])]
     with_holes = pa.table({"t_s": TIME, "S1": pa.array(holes), "Fx": LOADS[:, 0]})
-    for codec in ("gzip", "lz4", "none", "zstd"):
+    for codec in ("gzip", "lz4", "none", "zstd", "brotli"):
         pq.write_table(with_holes, HERE / f"{codec}.parquet", compression=codec)
 
 

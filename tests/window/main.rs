@@ -630,11 +630,17 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
         "its thresholds are fixed"
     );
 
+    window.run_steps(10);
     click(&mut window, Role::Button, "Fit again");
     assert!(!has(&window, "Applying "));
     let again = analysis(&window);
     assert!(again.fitted);
     assert_eq!(again.calibration, fitted.calibration);
+    window.run_steps(10);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert!(has(&window, "Applying "), "it is applied again");
+    assert!(!analysis(&window).fitted);
 }
 
 #[test]
@@ -1180,4 +1186,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
     // 7 rows of loops, 4 of rests, one crosstalk for each axis, 3 of errors, for three axes; and the header.
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 4 + 3 + 3));
+    click(&mut window, Role::Button, "Definitions…");
+    type_number(&mut window, "Dead band Fx", "100");
+    assert!(has(&window, "constant"), "no load comes back by 100 N");
 }

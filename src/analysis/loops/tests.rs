@@ -130,7 +130,11 @@ fn of_very_many_branches_some_are_drawn() {
     let [curve] = &picture.curves[..] else {
         panic!("one gauge is one curve")
     };
-    assert!(picture.n_cycles > super::MOST_STROKES, "{}", picture.n_cycles);
+    assert!(
+        picture.n_cycles > super::MOST_STROKES,
+        "{}",
+        picture.n_cycles
+    );
     assert!(curve.strokes.len() <= super::MOST_STROKES);
     assert!(curve.drawn_every > 1 && curve.drawn_every % 2 == 1);
     for rising in [true, false] {

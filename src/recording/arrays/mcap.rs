@@ -90,15 +90,19 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, A
     match compression {
         "" => records.extend_from_slice(packed),
         "zstd" => {
-            let decoder = ruzstd::decoding::StreamingDecoder::new(packed);
-            let mut decoder = decoder.map_err(|error| ArraysError::Damaged {
-                what: "a chunk".to_owned(),
-                why: error.to_string(),
-            })?;
-            (&mut decoder)
+            let damaged = |error: std::io::Error| match error.kind() {
+                std::io::ErrorKind::UnexpectedEof => of_chunk(error),
+                // The library says what is wrong with its input as `Other`.
+                _ => ArraysError::Damaged {
+                    what: "a chunk".to_owned(),
+                    why: error.to_string(),
+                },
+            };
+            let decoder = zstd::Decoder::new(packed).map_err(damaged)?;
+            decoder
                 .take(n_bytes)
                 .read_to_end(&mut records)
-                .map_err(of_chunk)?;
+                .map_err(damaged)?;
         }
         "lz4" => {
             let decoder = lz4_flex::frame::FrameDecoder::new(packed);

@@ -69,7 +69,7 @@ fn damaged(error: ParquetError) -> ArraysError {
         return ArraysError::Compression {
             what: FILE.to_owned(),
             codec: why.rsplit(' ').next().unwrap_or_default().to_owned(),
-            instead: "snappy, gzip, lz4 or none",
+            instead: "zstd, snappy, gzip, lz4 or none",
         };
     }
     match error {

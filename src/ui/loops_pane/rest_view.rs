@@ -46,8 +46,31 @@ pub(super) fn show(
 
 fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
     let n = picture.rests.len();
-    ui.label(format!("{n} rest{}", if n == 1 { "" } else { "s" }));
     let axis = picture.question.axis;
+    let level = |at: usize| match picture.levels[at] {
+        _ if picture.rests[at].at_zero => "at zero".to_owned(),
+        Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
+        None => "–".to_owned(),
+    };
+    ui.horizontal(|ui| {
+        ui.label(format!("{n} rest{}", if n == 1 { "" } else { "s" }));
+        let copy = ui.small_button("Copy list");
+        if copy.on_hover_text("As tab-separated text").clicked() {
+            let rows = picture.rests.iter().enumerate().map(|(at, rest)| {
+                let place = &rest.place;
+                format!(
+                    "{}\t{}\t{}\t{}",
+                    place.name.replace(['\t', '\n'], " "),
+                    place.from_secs,
+                    place.to_secs,
+                    level(at)
+                )
+            });
+            let titles = "recording\tfrom [s]\tto [s]\tlevel".to_owned();
+            let lines: Vec<String> = std::iter::once(titles).chain(rows).collect();
+            ui.copy_text(lines.join("\n"));
+        }
+    });
     egui::ScrollArea::vertical()
         .id_salt("rests")
         .max_height(LIST_HEIGHT)
@@ -55,13 +78,8 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
         .show_rows(ui, 18.0, n, |ui, rows| {
             for at in rows {
                 let place = &picture.rests[at].place;
-                let level = match picture.levels[at] {
-                    _ if picture.rests[at].at_zero => "at zero".to_owned(),
-                    Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
-                    None => "–".to_owned(),
-                };
                 let secs = place.to_secs - place.from_secs;
-                let words = format!("{level}, {} s: {}", significant(secs, 3), place.name);
+                let words = format!("{}, {} s: {}", level(at), significant(secs, 3), place.name);
                 let row = egui::Button::selectable(at == picture.chosen, &*words).truncate();
                 let row = ui.add(row).on_hover_text(&words);
                 if row.clicked() {
