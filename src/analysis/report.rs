@@ -18,8 +18,8 @@ use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
 use crate::export::svg::CurvePlot;
 use crate::export::{
-    Drawing, DrawnLine, ReportCurves, ReportData, ReportErrors, ReportRecording, Scale,
-    curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
+    Drawing, DrawnLine, ReportCurves, ReportData, ReportErrors, ReportFactory, ReportRecording,
+    Scale, curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
@@ -85,6 +85,12 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     progress.advance(1);
     Ok(ReportData {
         made: SystemTime::now(),
+        notes: String::new(),
+        factory: analysis.factory.as_ref().map(|scores| ReportFactory {
+            train_rmse: scores.train_rmse.clone(),
+            test_rmse: scores.test_rmse.clone(),
+            offsets: scores.offsets.clone(),
+        }),
         fitted: analysis.fitted,
         recordings: recordings(&applied.recordings, &analysis.recordings),
         thresholds,
@@ -461,7 +467,7 @@ fn error_drawing(traces: &TraceSet, axis: &AxisTraces) -> Option<Drawing<'static
         (Output::Conventional, axis.conventional_error.as_ref()?),
         (Output::Compensated, axis.compensated_error.as_ref()?),
     ];
-    let lines = errors.map(|(output, series)| DrawnLine {
+    let own = errors.map(|(output, series)| DrawnLine {
         width: if output == Output::Conventional {
             1.0
         } else {
@@ -473,6 +479,15 @@ fn error_drawing(traces: &TraceSet, axis: &AxisTraces) -> Option<Drawing<'static
             vec![points(traces, series).into()],
         )
     });
+    let factory = axis.factory_error.as_ref().map(|series| DrawnLine {
+        name: "Factory".to_owned(),
+        color: print_color::FACTORY,
+        opacity: 1.0,
+        width: 1.0,
+        dashed: true,
+        pieces: vec![points(traces, series).into()],
+    });
+    let lines: Vec<DrawnLine<'static>> = factory.into_iter().chain(own).collect();
     let heights = || {
         lines
             .iter()
@@ -493,7 +508,7 @@ fn error_drawing(traces: &TraceSet, axis: &AxisTraces) -> Option<Drawing<'static
             label: format!("{symbol} error [{unit}]"),
             range: (low - margin, high + margin),
         },
-        lines: lines.into(),
+        lines,
     })
 }
 

@@ -14,8 +14,8 @@ use crate::recording::RecordingSet;
 pub enum FileContent {
     /// A calibration, with what it was fitted to.
     Calibration(Arc<Calibration>, Option<Arc<RecordingSet>>),
-    /// A report on what is asked for.
-    Report(Box<Request>),
+    /// A report on what is asked for, with the notes.
+    Report(Box<Request>, String),
     /// Loads and errors over time.
     Traces(Box<TracesToWrite>),
     /// The comparison of regressors as CSV.

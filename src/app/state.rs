@@ -161,7 +161,7 @@ impl AppState {
             }
             Command::DropFactory => self.drop_factory(),
             Command::ChooseReport => {
-                let content = FileContent::Report(Box::new(self.request()));
+                let content = FileContent::Report(Box::new(self.request()), self.notes.clone());
                 vec![Effect::AskWhere(content, "report.html".to_owned())]
             }
             Command::ChooseTraces(visible) => match self.traces(visible) {

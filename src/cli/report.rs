@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::choices::{ModelArgs, RecordingArgs};
 use super::{JobError, check_outputs};
-use crate::analysis::{Request, report};
+use crate::analysis::{Request, read_factory, report};
 use crate::export::write_report;
 use crate::progress::Progress;
 
@@ -22,6 +22,12 @@ pub struct ReportArgs {
     /// Where the report goes: one HTML file that needs nothing beside it.
     #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
+    /// Also score the calibration that the sensor came with (.cal or .json), as `fit --factory` does.
+    #[arg(long, value_name = "FILE")]
+    factory: Option<PathBuf>,
+    /// What the report says under "Notes"; \n begins a new paragraph.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    notes: String,
     /// Write over a file that is there already.
     #[arg(long)]
     force: bool,
@@ -29,14 +35,26 @@ pub struct ReportArgs {
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let outputs = std::slice::from_ref(&args.out);
-    check_outputs(args.recordings.files(), outputs, args.force)?;
+    let inputs = args.recordings.files().chain(&args.factory);
+    check_outputs(inputs, outputs, args.force)?;
     let mut heard = Vec::new();
     let recordings = args
         .recordings
         .read_hearing(&mut |warning| heard.push(warning.to_string()))?;
     let settings = args.model.settings(&recordings);
-    let request = Request::fit(Arc::new(recordings), settings);
+    let factory = match &args.factory {
+        Some(path) => {
+            let names = &recordings.layout().gauge_names;
+            Some(Arc::new(read_factory(path, names)?))
+        }
+        None => None,
+    };
+    let request = Request {
+        factory,
+        ..Request::fit(Arc::new(recordings), settings)
+    };
     let mut data = report(&request, &Progress::default())?;
+    data.notes = args.notes.replace("\\n", "\n");
     data.warnings.extend(heard);
     write_report(&args.out, &data)?;
     writeln!(io::stdout(), "{}", args.out.display())?;

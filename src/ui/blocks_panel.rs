@@ -50,7 +50,7 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings) {
             });
         });
     }
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("Polynomial");
         for (degree, label, explanation) in [
             (1, "none", "The gauges as they are"),

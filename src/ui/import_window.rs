@@ -343,6 +343,7 @@ fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut Ta
                 .id_salt(id)
                 .striped(true)
                 .vscroll(false)
+                .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
                 .column(Column::exact(28.0))
                 .column(Column::initial(130.0).clip(true).resizable(true))
                 .column(Column::exact(130.0))

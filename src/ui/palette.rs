@@ -56,7 +56,7 @@ impl Trace {
             (Self::Conventional, true) => Color32::from_rgb(240, 165, 40),
             (Self::Conventional, false) => on_light(print_color::CONVENTIONAL),
             (Self::Factory, true) => Color32::from_rgb(204, 121, 167),
-            (Self::Factory, false) => Color32::from_rgb(160, 70, 120),
+            (Self::Factory, false) => on_light(print_color::FACTORY),
             (Self::Compensated, true) => Color32::from_rgb(86, 180, 233),
             (Self::Compensated, false) => on_light(print_color::COMPENSATED),
         }

@@ -17,13 +17,19 @@ const FRAMES_TO_WAIT: u32 = 2;
 #[derive(Debug, Default)]
 pub struct Pictures(Vec<(u32, ScreenPart, PictureTo)>);
 
-/// Adds a menu with the ways to take a plot's picture along; `print` makes what an SVG of it holds.
+/// Adds a menu with the ways to take a plot's picture along, and a ring while it has the keyboard's focus; `print` makes what an SVG of it holds.
 pub fn menu<'a>(
     response: &egui::Response,
     part: Rect,
     print: Option<&dyn Fn() -> Drawing<'a>>,
     out: &mut Vec<Command>,
 ) {
+    if response.has_focus() {
+        let (context, kind) = (&response.ctx, egui::StrokeKind::Inside);
+        let ring = context.global_style().visuals.selection.stroke;
+        let painter = context.layer_painter(response.layer_id);
+        painter.rect_stroke(response.rect, 2.0, ring, kind);
+    }
     context_menu(response, |ui| {
         let ways = [
             (

@@ -131,8 +131,8 @@ pub enum Asked {
     Part([f64; 2], [f64; 2]),
 }
 
-/// Draws a ring around a plot that has the keyboard's focus. There arrows move, plus and minus zoom across (and up where
-/// `both`), with Alt up alone, and Backspace shows all.
+/// Listens to the keys of a plot that has the focus: arrows move, plus and minus zoom across (and up where `both`), with Alt
+/// up alone, and Backspace shows all.
 pub fn keys(
     ui: &egui::Ui,
     response: &egui::Response,
@@ -142,8 +142,6 @@ pub fn keys(
     if !response.has_focus() {
         return None;
     }
-    let (ring, kind) = (ui.visuals().selection.stroke, egui::StrokeKind::Inside);
-    ui.painter().rect_stroke(response.rect, 2.0, ring, kind);
     let arrows = EventFilter {
         horizontal_arrows: true,
         vertical_arrows: true,

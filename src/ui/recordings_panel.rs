@@ -12,6 +12,9 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
 use crate::ui::shell::Fields;
 
+/// In a narrower list samples and rates are left out.
+const LEAST_WIDTH_FOR_COUNTS: f32 = 390.0;
+
 /// Draws the list of recordings with a field for opening more.
 pub fn recordings_panel(
     ui: &mut egui::Ui,
@@ -75,7 +78,7 @@ fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
 }
 
 fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("Cut in time: train on the first");
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
@@ -116,24 +119,34 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
         .analysis
         .as_ref()
         .map_or(&[][..], |analysis| &analysis.recordings[..]);
-    TableBuilder::new(ui)
+    // Where there is little room the name, whose hover tells both, needs it more.
+    let counted = ui.available_width() > LEAST_WIDTH_FOR_COUNTS;
+    let counts = [Column::exact(50.0), Column::exact(34.0)];
+    let mut builder = TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
         .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::exact(46.0))
-        .column(Column::remainder().at_least(70.0).clip(true))
-        .column(Column::exact(50.0))
-        .column(Column::exact(34.0))
+        .column(Column::remainder().at_least(70.0).clip(true));
+    for count in counts.into_iter().filter(|_| counted) {
+        builder = builder.column(count);
+    }
+    builder
         .columns(Column::exact(44.0), 2)
         .column(Column::exact(18.0))
         .header(18.0, |mut header| {
             let rmse = format!("RMSE over the force axes (without any: the moments) [{unit}]");
-            for (title, explanation) in [
+            let titles = [
                 ("Role", "What the recording is for; press to change"),
-                ("Name", "Press to put it on screen"),
+                (
+                    "Name",
+                    "Press to put it on screen; the right button or Shift+F10 tares it",
+                ),
                 ("Samples", "After decimation"),
                 ("Hz", "One over the median time step"),
-            ] {
+            ];
+            let n = if counted { 4 } else { 2 };
+            for (title, explanation) in titles.into_iter().take(n) {
                 header.col(|ui| {
                     ui.strong(title).on_hover_text(explanation);
                 });
@@ -154,14 +167,16 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                 row.col(|ui| role_menu(ui, at, entry, out));
                 row.col(|ui| name_button(ui, state, at, entry, out));
                 let result = results.get(at);
-                row.col(|ui| {
-                    let samples = result.map_or(entry.recording.n_samples(), |r| r.n_samples);
-                    ui.label(samples.to_string());
-                });
-                row.col(|ui| {
-                    let rate = rate_text(entry, state.settings.decimation);
-                    ui.label(rate);
-                });
+                if counted {
+                    row.col(|ui| {
+                        let samples = result.map_or(entry.recording.n_samples(), |r| r.n_samples);
+                        ui.label(samples.to_string());
+                    });
+                    row.col(|ui| {
+                        let rate = rate_text(entry, state.settings.decimation);
+                        ui.label(rate);
+                    });
+                }
                 let rmse =
                     result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
                 for at in 0..2 {

@@ -6,6 +6,7 @@ use egui_plot::{Legend, Line, Plot, PlotPoints};
 use crate::app::{AppState, Command, Training, TrainingCommand};
 use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, RidgeChoice};
 use crate::ui::numbers::{duration, significant};
+use crate::ui::{picture, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
 pub fn regressor(
@@ -14,7 +15,7 @@ pub fn regressor(
     settings: &mut FitSettings,
     out: &mut Vec<Command>,
 ) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("Regressor");
         ComboBox::from_id_salt("regressor")
             .selected_text(settings.regressor.label())
@@ -153,12 +154,12 @@ fn training(ui: &mut egui::Ui, state: &AppState, learner: Learner, out: &mut Vec
         }
     });
     if learner == Learner::Network && !epochs.is_empty() {
-        loss_curve(ui, epochs);
+        loss_curve(ui, epochs, out);
     }
 }
 
 /// Loss over epochs, on a logarithmic scale.
-fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport]) {
+fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>) {
     let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
         epochs
             .iter()
@@ -172,7 +173,7 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport]) {
     let held_out = curve(&|report| report.held_out_loss);
     let visuals = ui.visuals();
     let (own, other) = (visuals.text_color(), visuals.warn_fg_color);
-    Plot::new("loss")
+    let shown = Plot::new("loss")
         .height(110.0)
         .allow_scroll(false)
         .allow_zoom(false)
@@ -185,4 +186,8 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport]) {
             plot.line(Line::new("train", train).color(own).width(1.5));
             plot.line(Line::new("held out", held_out).color(other).width(1.5));
         });
+    let info = || egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Training loss");
+    shown.response.widget_info(info);
+    let part = plots::with_labels(shown.response.rect);
+    picture::menu(&shown.response, part, None, out);
 }

@@ -38,7 +38,7 @@ fn look_back(ui: &mut egui::Ui, state: &AppState, features: &mut FeatureSettings
     let axes = state.axes();
     let distance = features.distance.effective(axes);
     let default = Thresholds::default_for(distance);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut used = !features.look_backs.is_empty();
         let id = ui.scope_id().with("look-backs that were turned off");
         let title = egui::RichText::new("Look-back").heading();
@@ -98,7 +98,7 @@ fn look_back(ui: &mut egui::Ui, state: &AppState, features: &mut FeatureSettings
     }
     more_look_backs(ui, distance, features);
     if axes.iter().any(|axis| axis.is_force()) {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.label("F_th is measured over");
             for (kind, label, explanation) in [
                 (Distance::Force, "forces [N]", "Norm of the force difference, as in the paper"),
@@ -216,7 +216,7 @@ fn rounded_up(value: f64) -> f64 {
 }
 
 fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("Use every");
         let field = DragValue::new(&mut settings.decimation)
             .range(1..=100_000)

@@ -27,6 +27,9 @@ const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Narrower than this, all axes stand in one column.
 const LEAST_TWO_COLUMN_WIDTH: f32 = 620.0;
 
+/// Room for a piece of line and the name of its trace.
+const LEGEND_ENTRY_WIDTH: f32 = 110.0;
+
 /// A zoom that stood for so long can be gone back to (s).
 const SETTLED_SECS: f32 = 0.4;
 /// A step by a key is at least this part of what is on screen: about one pixel.
@@ -335,6 +338,9 @@ fn choices(ui: &mut egui::Ui, state: &AppState, panes: &mut TracePanes, out: &mu
         let traces = Trace::ALL.into_iter();
         for trace in traces.filter(|trace| *trace != Trace::Factory || state.factory.is_some()) {
             let mut shown = panes.is_shown(trace);
+            if ui.available_size_before_wrap().x < LEGEND_ENTRY_WIDTH {
+                ui.end_row(); // the line stands beside its name
+            }
             line_sample(ui, trace);
             let color = trace.color(ui.visuals());
             let text = egui::RichText::new(trace.label()).color(color).strong();

@@ -86,6 +86,37 @@ fn parsed(html: &str) -> (Vec<String>, String) {
     (names, text)
 }
 
+#[test]
+fn notes_and_the_factory_s_errors_stand_in_the_report_as_text() {
+    let directory = tempfile::tempdir().unwrap();
+    let recordings = hostile_set(&[Role::Train, Role::Train, Role::Test]);
+    let fitted = report(
+        &Request::fit(Arc::clone(&recordings), FitSettings::default()),
+        &Progress::default(),
+    );
+    let factory = fitted.unwrap().calibration;
+    let request = Request {
+        factory: Some(factory),
+        ..Request::fit(recordings, FitSettings::default())
+    };
+    let mut data = report(&request, &Progress::default()).unwrap();
+    data.notes = format!("bolted anew\n\n{HOSTILE}");
+    let own = data
+        .calibration
+        .quality
+        .conventional
+        .test_rmse
+        .as_ref()
+        .unwrap()[0];
+    let scored = data.factory.as_ref().unwrap().test_rmse[0].unwrap();
+    assert!((own - scored).abs() < 1e-9, "the conventional one itself");
+    let html = written(&data, &directory.path().join("r.html"));
+    let (_, text) = parsed(&html);
+    assert!(html.contains("id=\"notes\"") && text.contains("bolted anew"));
+    assert!(!html.contains("<script>"));
+    assert!(text.contains("Factory: the calibration that the sensor came with"));
+}
+
 const SECTIONS: [&str; 9] = [
     "warnings",
     "scores",

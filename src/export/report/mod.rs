@@ -29,6 +29,10 @@ pub struct ReportData {
     pub made: SystemTime,
     /// What it is about.
     pub calibration: Arc<Calibration>,
+    /// What somebody wrote down about it; may be empty.
+    pub notes: String,
+    /// Errors of the calibration that the sensor came with, where there is one.
+    pub factory: Option<ReportFactory>,
     /// Whether the calibration was fitted to these recordings rather than applied to them.
     pub fitted: bool,
     /// All recordings, in order.
@@ -45,6 +49,19 @@ pub struct ReportData {
     pub metrology: Result<Arc<Metrology>, String>,
     /// What to know before reading on.
     pub warnings: Vec<String>,
+}
+
+/// How the calibration that the sensor came with does on the same recordings.
+///
+/// **Shapes** one entry per axis; `None` where it lacks the axis, or nothing could be scored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReportFactory {
+    /// RMSE over the training recordings.
+    pub train_rmse: Vec<Option<f64>>,
+    /// RMSE over the test recordings.
+    pub test_rmse: Vec<Option<f64>>,
+    /// What was added for want of a tare, in the axis' unit.
+    pub offsets: Vec<Option<f64>>,
 }
 
 /// One recording in a report.
@@ -113,6 +130,7 @@ fn html(report: &ReportData) -> io::Result<String> {
 
 fn contents(report: &ReportData, page: &mut Markup) -> io::Result<()> {
     tables::head(report, page);
+    tables::notes(report, page);
     tables::warnings(report, page);
     tables::scores(report, page);
     tables::settings(report, page);

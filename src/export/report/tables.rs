@@ -36,6 +36,20 @@ pub(super) fn head(report: &ReportData, page: &mut Markup) {
     page.raw("</p>");
 }
 
+/// Each paragraph of the notes as one.
+pub(super) fn notes(report: &ReportData, page: &mut Markup) {
+    let lines = report.notes.lines().map(str::trim);
+    let lines: Vec<&str> = lines.filter(|line| !line.is_empty()).collect();
+    if lines.is_empty() {
+        return;
+    }
+    page.section("notes", "", "Notes", |page| {
+        for line in lines {
+            page.element("p", line);
+        }
+    });
+}
+
 pub(super) fn warnings(report: &ReportData, page: &mut Markup) {
     page.section("warnings", "", "Warnings", |page| {
         if report.warnings.is_empty() {
@@ -75,13 +89,17 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
         head.extend(["Conv.", "Comp.", "change", "Conv. % FS", "Comp. % FS"].map(|name| {
             Cell::Number(name.to_owned())
         }));
+        if report.factory.is_some() {
+            head.push(Cell::Number("Factory".to_owned()));
+        }
+        let n_numbers = head.len() - 1;
         let mut rows = Vec::new();
         for (name, pick) in SETS {
             let (Some(before), Some(after)) = (pick(&quality.conventional), pick(&quality.compensated))
             else {
                 rows.push(vec![
                     Cell::text(name),
-                    Cell::Reason(missing(name, calibration), 6),
+                    Cell::Reason(missing(name, calibration), n_numbers),
                 ]);
                 continue;
             };
@@ -91,7 +109,7 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
                     (full_scale > 0.0).then(|| significant(100.0 * rmse / full_scale, 3))
                 };
                 let set = if at == 0 { name } else { "" };
-                rows.push(vec![
+                let mut row = vec![
                     Cell::text(set),
                     Cell::text(labelled(*axis)),
                     Cell::Number(significant(before[at], 4)),
@@ -99,10 +117,32 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
                     Cell::number(change(before[at], after[at])),
                     Cell::number(percent(before[at])),
                     Cell::number(percent(after[at])),
-                ]);
+                ];
+                row.extend(report.factory.as_ref().map(|factory| {
+                    let rmse = match name {
+                        "Test" => factory.test_rmse.get(at).copied().flatten(),
+                        "Train" => factory.train_rmse.get(at).copied().flatten(),
+                        _ => None, // it was fitted to none of them
+                    };
+                    Cell::number(rmse.map(|rmse| significant(rmse, 4)))
+                }));
+                rows.push(row);
             }
         }
         page.table(&head, rows);
+        if let Some(factory) = &report.factory {
+            let added = (calibration.axes.iter().zip(&factory.offsets))
+                .filter_map(|(axis, offset)| {
+                    let offset = offset.filter(|offset| *offset != 0.0)?;
+                    Some(format!("{} {} {}", axis.symbol(), significant(offset, 3), axis.unit()))
+                })
+                .collect::<Vec<_>>();
+            page.element("p", "Factory: the calibration that the sensor came with, on the same gauges.");
+            if !added.is_empty() {
+                let words = "For want of a tare, its mean error over the training recordings was taken away: ";
+                page.element("p", &format!("{words}{}.", added.join(", ")));
+            }
+        }
     });
 }
 

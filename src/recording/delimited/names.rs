@@ -67,7 +67,8 @@ pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) 
     } else if let Some(&time) = times.first() {
         settle_time_form(&mut table, start, names, time, rows);
     }
-    let notes = notes(&table, start, names, &times, &ignored_times);
+    let mut notes = notes(&table, start, names, &times, &ignored_times);
+    notes.extend(date_order(&table, start, names, rows));
     Named { table, notes }
 }
 
@@ -127,6 +128,29 @@ fn settle_time_form(
             ..ColumnRule::new(key(start, date), ColumnRole::Date)
         });
     }
+}
+
+/// Says where day and month could be the other way round.
+fn date_order(
+    table: &TableMap,
+    start: &Start,
+    names: &[String],
+    rows: &[Vec<&[u8]>],
+) -> Option<Finding> {
+    let is_day = |rule: &&ColumnRule| [ColumnRole::Time, ColumnRole::Date].contains(&rule.is);
+    let mut days = (table.columns.iter().filter(is_day)).filter_map(|rule| {
+        let index = (0..start.n_columns).find(|index| key(start, *index) == rule.column)?;
+        let form = form_of_column(rows, index)?;
+        let cells = rows.iter().filter_map(|row| row.get(index).copied());
+        let other = form.other_order(cells.filter(|cell| !cell.is_empty()))?;
+        Some(Finding::AssumedDateOrder {
+            column: index + 1,
+            name: names.get(index).cloned().unwrap_or_default(),
+            order: form.name(),
+            other: other.name(),
+        })
+    });
+    days.next()
 }
 
 /// The form of a column whose cells are dates or times of day.

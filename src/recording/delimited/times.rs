@@ -70,16 +70,47 @@ impl TimeForm {
 
     /// The first form in which all of these cells are times; `None` if there is none, or no cell.
     pub(super) fn of_all<'a>(cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
-        // Month and day first: where both orders fit, files of the one kind come from programs that offer no other.
+        // Month and day first: where both orders fit, files of the one kind come from programs that offer no other. With
+        // points between them nobody writes the month first.
+        let has_points =
+            |cell: &[u8]| cell.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.');
+        let either = match cells
+            .clone()
+            .next()
+            .is_some_and(|cell| has_points(cell.trim_ascii()))
+        {
+            true => [DateOrder::DayMonthYear, DateOrder::MonthDayYear],
+            false => [DateOrder::MonthDayYear, DateOrder::DayMonthYear],
+        };
         let forms = [
             Self::Date(DateOrder::YearMonthDay),
-            Self::Date(DateOrder::MonthDayYear),
-            Self::Date(DateOrder::DayMonthYear),
+            Self::Date(either[0]),
+            Self::Date(either[1]),
             Self::TimeOfDay,
         ];
         let mut forms = forms.into_iter();
         let is_some = cells.clone().next().is_some();
-        forms.find(|form| is_some && cells.clone().all(|cell| form.secs(cell).is_some()))
+        forms.find(|form| is_some && form.fits(cells.clone()))
+    }
+
+    fn fits<'a>(self, mut cells: impl Iterator<Item = &'a [u8]>) -> bool {
+        cells.all(|cell| self.secs(cell).is_some())
+    }
+
+    /// The other order of day and month, where these cells are dates in it too, and others.
+    pub(super) fn other_order<'a>(
+        self,
+        cells: impl Iterator<Item = &'a [u8]> + Clone,
+    ) -> Option<Self> {
+        let other = Self::Date(match self {
+            Self::Date(DateOrder::MonthDayYear) => DateOrder::DayMonthYear,
+            Self::Date(DateOrder::DayMonthYear) => DateOrder::MonthDayYear,
+            _ => return None,
+        });
+        let differs = cells
+            .clone()
+            .any(|cell| other.secs(cell) != self.secs(cell));
+        (differs && other.fits(cells)).then_some(other)
     }
 
     /// The time in seconds that a cell names, since 1970 or since midnight.
@@ -257,6 +288,21 @@ mod tests {
     const DAY_FIRST: TimeForm = TimeForm::Date(DateOrder::DayMonthYear);
 
     /// Counting one day after the other gives the same numbers as the formula.
+    #[test]
+    fn points_put_the_day_first_and_what_fits_both_ways_is_known() {
+        let form = |cells: &[&'static str]| {
+            let cells = cells.iter().map(|cell| cell.as_bytes());
+            let form = TimeForm::of_all(cells.clone()).unwrap();
+            (form, form.other_order(cells))
+        };
+        assert_eq!(form(&["03.04.2025 10:00"]), (DAY_FIRST, Some(MONTH_FIRST)));
+        assert_eq!(form(&["03/04/2025 10:00"]), (MONTH_FIRST, Some(DAY_FIRST)));
+        assert_eq!(form(&["03/14/2025"]), (MONTH_FIRST, None));
+        assert_eq!(form(&["14/03/2025"]), (DAY_FIRST, None));
+        assert_eq!(form(&["04/04/2025"]), (MONTH_FIRST, None), "the same day");
+        assert_eq!(form(&["2025-03-04"]), (ISO, None));
+    }
+
     #[test]
     fn every_day_of_four_centuries_follows_the_one_before() {
         let mut expected = 0;

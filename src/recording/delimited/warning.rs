@@ -85,6 +85,13 @@ pub enum Finding {
         name: String,
         unit: TimeUnit,
     },
+    /// Day and month could stand the other way round.
+    AssumedDateOrder {
+        column: usize,
+        name: String,
+        order: &'static str,
+        other: &'static str,
+    },
     /// More than one column could be the time.
     SeveralTimes { used: String, others: Vec<String> },
     /// Columns that are neither time nor gauge nor reference.
@@ -212,6 +219,16 @@ impl fmt::Display for Finding {
                 "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
                 shown(name),
                 unit = unit.symbol(),
+            ),
+            Self::AssumedDateOrder {
+                column,
+                name,
+                order,
+                other,
+            } => write!(
+                f,
+                "the dates of column {column} ({}) are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map",
+                shown(name)
             ),
             Self::SeveralTimes { used, others } => write!(
                 f,

@@ -99,6 +99,8 @@ fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
         significant(place.from_secs, 5),
         significant(place.to_secs, 5)
     ));
+    let heads = Output::ALL.map(|output| trace_of(output).label());
+    let mut lines = vec![format!("drift\t{}", heads.join("\t"))];
     egui::Grid::new("drift").striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
         ui.label("");
         for output in Output::ALL {
@@ -122,13 +124,21 @@ fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
         ];
         for (at, (title, explanation, pick)) in rows.into_iter().enumerate() {
             let title = if at == 1 { title.to_owned() } else { format!("{title} [{unit}]") };
+            let mut line = title.clone();
             ui.label(title).on_hover_text(explanation);
             for output in &curve.outputs {
-                ui.label(output.drift.as_ref().map_or_else(|| "–".to_owned(), pick));
+                let said = output.drift.as_ref().map_or_else(|| "–".to_owned(), pick);
+                line = format!("{line}\t{said}");
+                ui.label(said);
             }
+            lines.push(line);
             ui.end_row();
         }
     });
+    let copy = ui.button("Copy figures");
+    if copy.on_hover_text("As tab-separated text").clicked() {
+        ui.copy_text(lines.join("\n"));
+    }
     for (output, own) in Output::ALL.into_iter().zip(&curve.outputs) {
         if let Some(Err(reason)) = own.drift.as_ref().map(Drift::tau_secs) {
             ui.weak(format!("{} {reason}", trace_of(output).label()));

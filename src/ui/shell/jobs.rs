@@ -11,7 +11,7 @@ use crate::app::{
     Notice, Opened, OpenedFile, SessionCommand, StudyCommand, TrainingCommand,
 };
 use crate::export::{
-    CalibrationFormat, WriteError, read_calibration, with_sources, write_atomically,
+    CalibrationFormat, ReportData, WriteError, read_calibration, with_sources, write_atomically,
     write_calibration, write_comparison_csv, write_metrology_csv, write_report,
     write_threshold_map, write_traces,
 };
@@ -281,7 +281,7 @@ impl Shell {
         let path = std::path::absolute(&path).unwrap_or(path);
         let title = format!("Writing {}", file_name(&path));
         let kind = match content {
-            FileContent::Report(_) | FileContent::Traces(_) => Kind::Report,
+            FileContent::Report(..) | FileContent::Traces(_) => Kind::Report,
             _ => Kind::Write,
         };
         self.start(kind, title, move |progress| {
@@ -329,8 +329,11 @@ fn write_content(content: &FileContent, path: &Path, progress: &Progress) -> Res
             write_calibration(&with_sources(calibration, recordings), path)
         }
         FileContent::Calibration(calibration, None) => write_calibration(calibration, path),
-        FileContent::Report(request) => match report(request, progress) {
-            Ok(report) => write_report(path, &report),
+        FileContent::Report(request, notes) => match report(request, progress) {
+            Ok(report) => {
+                let notes = notes.clone();
+                write_report(path, &ReportData { notes, ..report })
+            }
             Err(error) => return Err(error.to_string()),
         },
         FileContent::Traces(what) => {
