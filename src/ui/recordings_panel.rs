@@ -13,7 +13,7 @@ use crate::ui::palette::Trace;
 use crate::ui::shell::Fields;
 
 /// In a narrower list samples and rates are left out.
-const LEAST_WIDTH_FOR_COUNTS: f32 = 390.0;
+const LEAST_WIDTH_FOR_COUNTS: f32 = 460.0;
 
 /// Draws the list of recordings with a field for opening more.
 pub fn recordings_panel(
@@ -313,7 +313,7 @@ fn name_button(
     context_menu(&response, |ui| tare_menu(ui, at, recording.name(), out));
 }
 
-/// A name that fits the room: names of a series differ at their ends, so its middle goes.
+/// A name that fits the room: names of a series differ at their ends, so its beginning goes.
 fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
@@ -325,10 +325,8 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     }
     let signs: Vec<char> = name.chars().collect();
     let kept = |n: usize| {
-        let head = n / 4;
-        let (head, tail) = (&signs[..head], &signs[signs.len() - (n - head)..]);
-        let [head, tail] = [head, tail].map(|part| part.iter().collect::<String>());
-        format!("{head}…{tail}")
+        let end: String = signs[signs.len() - n..].iter().collect();
+        format!("…{end}")
     };
     let most = (1..signs.len()).rev().find(|n| fits(&kept(*n)));
     most.map_or_else(|| name.to_owned(), kept)

@@ -97,7 +97,7 @@ impl TimeForm {
         cells.all(|cell| self.secs(cell).is_some())
     }
 
-    /// The other order of day and month, where these cells are dates in it too, and others.
+    /// The other order of day and month, where these cells are dates in it too, and other times apart.
     pub(super) fn other_order<'a>(
         self,
         cells: impl Iterator<Item = &'a [u8]> + Clone,
@@ -107,9 +107,9 @@ impl TimeForm {
             Self::Date(DateOrder::DayMonthYear) => DateOrder::MonthDayYear,
             _ => return None,
         });
-        let differs = cells
-            .clone()
-            .any(|cell| other.secs(cell) != self.secs(cell));
+        let shift = |cell| Some(other.secs(cell)? - self.secs(cell)?);
+        let first = cells.clone().next().and_then(shift);
+        let differs = cells.clone().any(|cell| shift(cell) != first);
         (differs && other.fits(cells)).then_some(other)
     }
 
@@ -295,12 +295,18 @@ mod tests {
             let form = TimeForm::of_all(cells.clone()).unwrap();
             (form, form.other_order(cells))
         };
-        assert_eq!(form(&["03.04.2025 10:00"]), (DAY_FIRST, Some(MONTH_FIRST)));
-        assert_eq!(form(&["03/04/2025 10:00"]), (MONTH_FIRST, Some(DAY_FIRST)));
-        assert_eq!(form(&["03/14/2025"]), (MONTH_FIRST, None));
-        assert_eq!(form(&["14/03/2025"]), (DAY_FIRST, None));
-        assert_eq!(form(&["04/04/2025"]), (MONTH_FIRST, None), "the same day");
-        assert_eq!(form(&["2025-03-04"]), (ISO, None));
+        let night = ["03/04/2025 23:59", "04/04/2025 0:01"];
+        assert_eq!(form(&night), (MONTH_FIRST, Some(DAY_FIRST)));
+        assert_eq!(form(&["03.04.2025", "04.04.2025"]).0, DAY_FIRST);
+        assert_eq!(form(&["03/13/2025", "03/14/2025"]), (MONTH_FIRST, None));
+        assert_eq!(form(&["13/03/2025", "14/03/2025"]), (DAY_FIRST, None));
+        let one_day = ["03/04/2025 10:00", "03/04/2025 10:01"];
+        assert_eq!(
+            form(&one_day),
+            (MONTH_FIRST, None),
+            "times apart are the same"
+        );
+        assert_eq!(form(&["2025-03-04", "2025-04-04"]), (ISO, None));
     }
 
     #[test]
