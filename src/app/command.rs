@@ -138,6 +138,8 @@ pub enum Effect {
     Inspect(PathBuf, KnownOf),
     /// Read a column map.
     ReadMap(PathBuf),
+    /// Find the weight in a file by this map; tell it with [`ImportCommand::WeightEstimated`].
+    EstimateWeight(PathBuf, Box<ColumnMap>),
     /// Ask for a file to import with a dialog.
     AskForImport,
     /// Take up the newest of these autosaved sessions, or none; drop all.

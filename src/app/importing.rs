@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
+use crate::evaluation::numbers::significant;
 use crate::recording::columns::{ColumnMap, TextLayout};
 use crate::recording::delimited::inspect::Inspection;
+use crate::recording::pose::WeightEstimate;
 
 /// So many maps are remembered.
 const MOST_MAPS: usize = 40;
@@ -34,6 +36,10 @@ pub enum ImportCommand {
     SetLayout(TextLayout),
     /// The columns are these.
     SetMap(Box<ColumnMap>),
+    /// Find the weight that the recording was made with, by its pose and its measured load.
+    EstimateWeight,
+    /// It was found.
+    WeightEstimated(PathBuf, Result<Box<WeightEstimate>, String>),
     /// Take what is found by looking.
     Begin,
     /// Take this remembered map.
@@ -117,6 +123,27 @@ impl AppState {
                 importing.take_answer(&path, answer);
                 return Vec::new();
             }
+            ImportCommand::EstimateWeight => {
+                let map = Box::new(importing.map.clone());
+                return vec![Effect::EstimateWeight(importing.path.clone(), map)];
+            }
+            ImportCommand::WeightEstimated(path, estimate) => {
+                if path != importing.path {
+                    return Vec::new(); // it is another file's
+                }
+                let said = match estimate {
+                    Ok(estimate) => {
+                        importing.take_weight(&estimate);
+                        Notice::new(Level::Info, in_words(&estimate))
+                    }
+                    Err(error) => Notice::new(Level::Error, error),
+                };
+                let known = KnownOf::Map(Box::new(importing.map.clone()));
+                importing.looking = true;
+                let inspect = Effect::Inspect(importing.path.clone(), known);
+                self.tell(said);
+                return vec![inspect];
+            }
             ImportCommand::Begin => KnownOf::Nothing,
             ImportCommand::SetLayout(text) => {
                 importing.map.table.text = text.clone();
@@ -178,7 +205,31 @@ impl AppState {
     }
 }
 
+/// What was found, with how well it explains the measured load.
+fn in_words(estimate: &WeightEstimate) -> String {
+    let list = |values: [f64; 3]| values.map(|value| significant(value, 4)).join(", ");
+    let centre = match estimate.centre_m {
+        Some(centre) => format!("its centre at {} m", list(centre)),
+        None => "its centre not found: it takes Mx, My and Mz, and a sensor turned about two axes"
+            .to_owned(),
+    };
+    format!(
+        "{} kg by {} samples, {centre}; the reference is off by {} N, and {} N RMS are left over",
+        significant(estimate.mass_kg, 5),
+        estimate.n_samples,
+        list(estimate.force_offset),
+        significant(estimate.force_rms, 3),
+    )
+}
+
 impl Importing {
+    /// The load is that of this weight from now on; a centre that was not found stays as it was said.
+    fn take_weight(&mut self, estimate: &WeightEstimate) {
+        let weight = self.map.weight.get_or_insert_default();
+        weight.mass_kg = Some(estimate.mass_kg);
+        weight.centre_m = estimate.centre_m.or(weight.centre_m);
+    }
+
     fn take_answer(&mut self, path: &Path, answer: Result<Box<Inspection>, String>) {
         if path != self.path {
             return;

@@ -6,7 +6,7 @@ use egui_extras::{Column, TableBuilder};
 use crate::app::{AppState, Command, ImportCommand, Importing};
 use crate::recording::Tare;
 use crate::recording::columns::{
-    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, JoinMethod,
+    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, JoinMethod, Mount,
     ReferenceFile, TableMap, TextLayout, WeightMap,
 };
 use crate::recording::delimited::inspect::{ColumnReport, Inspection, TableReport};
@@ -118,7 +118,7 @@ fn body(
         return;
     }
     let mut map = importing.map.clone();
-    clock(ui, &mut map);
+    clock(ui, &mut map, out);
     columns(ui, "columns", &table.columns, &mut map.table);
     reference(ui, inspection, &mut map);
     if map != importing.map {
@@ -185,7 +185,7 @@ fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     });
 }
 
-fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
+fn clock(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
         optional(
             ui,
@@ -209,7 +209,7 @@ fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
         );
         tare(ui, &mut map.tare);
     });
-    weight(ui, map);
+    weight(ui, map, out);
 }
 
 fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
@@ -248,13 +248,13 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
 }
 
 /// A load that is computed from the sensor's pose and a known weight.
-fn weight(ui: &mut egui::Ui, map: &mut ColumnMap) {
+fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
     let mut used = map.weight.is_some();
     let tick = ui
         .checkbox(&mut used, "The load is that of a known weight, by the pose columns")
         .on_hover_text(
             "Say which columns are the pose: pose_qw to pose_qz, pose_roll, pose_pitch, pose_yaw, pose_rx to pose_rz or \
-             pose_r11 to pose_r33; several weights (\"mounts\") are said in the map's file",
+             pose_r11 to pose_r33",
         );
     if tick.changed() {
         map.weight = used.then(|| WeightMap {
@@ -282,12 +282,13 @@ fn weight(ui: &mut egui::Ui, map: &mut ColumnMap) {
             number(ui, ["mass", " kg", "Of all that hangs on the sensor"], mass);
         }
         if let Some(centre) = &mut weight.centre_m {
-            for (name, value) in ["centre x", "y", "z"].into_iter().zip(centre) {
+            for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
                 let explanation = "The centre of mass, in the sensor's frame";
                 number(ui, [name, " m", explanation], value);
             }
         }
-        for (name, value) in ["gravity x", "y", "z"].into_iter().zip(&mut weight.gravity) {
+        let names = ["gravity x", "gravity y", "gravity z"];
+        for (name, value) in names.into_iter().zip(&mut weight.gravity) {
             let explanation = "In the frame that the pose is measured in";
             number(ui, [name, " m/s²", explanation], value);
         }
@@ -304,7 +305,65 @@ fn weight(ui: &mut egui::Ui, map: &mut ColumnMap) {
             ["smoothed over", " s", explanation],
             &mut weight.smoothing_secs,
         );
+        let estimate = ui.button("Find the weight");
+        let estimate = estimate.on_hover_text(
+            "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
+        );
+        if estimate.clicked() {
+            send(out, ImportCommand::EstimateWeight);
+        }
+        let add = ui.button("Add a mount");
+        let add = add.on_hover_text(
+            "One of several weights or places, chosen by the column \"mount\", or by a part of the file's name",
+        );
+        if add.clicked() {
+            weight.mounts.push(Mount {
+                name: format!("mount{}", weight.mounts.len() + 1),
+                mass_kg: weight.mass_kg,
+                centre_m: weight.centre_m,
+            });
+        }
     });
+    let mut at = 0;
+    while at < weight.mounts.len() {
+        let kept = ui
+            .push_id(at, |ui| mount(ui, at + 1, &mut weight.mounts[at]))
+            .inner;
+        if kept {
+            at += 1;
+        } else {
+            weight.mounts.remove(at);
+        }
+    }
+}
+
+/// One of several weights; whether it stays.
+fn mount(ui: &mut egui::Ui, number: usize, mount: &mut Mount) -> bool {
+    let mut kept = true;
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label(format!("Mount {number}"));
+        let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
+        ui.add(name).labelled_by(label.id).on_hover_text(
+            "As the column \"mount\" says it, or as it stands in the names of files",
+        );
+        let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
+        let centre = mount.centre_m.get_or_insert([0.0; 3]);
+        let centre = ["x", "y", "z"].into_iter().zip(centre);
+        let centre = centre.map(|(axis, value)| (axis, " m", value));
+        for (what, suffix, value) in mass.into_iter().chain(centre) {
+            let label = ui.label(what);
+            let field = DragValue::new(value)
+                .speed(0.001)
+                .max_decimals(6)
+                .suffix(suffix);
+            ui.add(field)
+                .labelled_by(label.id)
+                .on_hover_text("Of this mount: its mass, and its centre in the sensor's frame");
+        }
+        let close = ui.small_button("×");
+        kept = !close.on_hover_text("Takes this mount away").clicked();
+    });
+    kept
 }
 
 /// A tick with a number beside it.

@@ -1,5 +1,7 @@
 //! Files whose names do not say what their columns are.
 
+use std::fmt::Write as _;
+
 use super::*;
 
 /// Times, two gauges, a force; no header. The force is twice the first gauge.
@@ -17,7 +19,11 @@ fn choose(window: &mut Window, column: usize, role: &str) {
     window.get_by_label_contains(&combo).click();
     settle(window);
     let items: Vec<_> = window.query_all_by_label(role).collect();
-    items.last().unwrap_or_else(|| panic!("no {role}")).click();
+    // By its label: the list is longer than what is seen of it.
+    let item = items.last().unwrap_or_else(|| panic!("no {role}"));
+    item.click_accesskit();
+    window.step();
+    window.key_press(Key::Escape);
     settle(window);
 }
 
@@ -81,4 +87,46 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     assert_ne!(map, state(&window).importing.as_ref().unwrap().map);
     click(&mut window, Role::Button, "Read map");
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
+}
+
+/// A weight of 2 kg at three attitudes and more, the reference off by (0.5, -0.25, 1) N: `F = m Rᵀ g + offset`.
+#[test]
+fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
+    let files = Files::new();
+    let mut text = "t [s],S1,S2,roll,pitch,yaw,Fx [N],Fy [N],Fz [N]".to_owned();
+    for k in 0..200 {
+        let t = f64::from(k) / 20.0;
+        let (roll, pitch) = (1.2 * (0.7 * t).sin(), 0.9 * (0.4 * t).cos());
+        let pull = 2.0 * 9.806_65;
+        let force = [
+            pull * pitch.sin() + 0.5,
+            -pull * pitch.cos() * roll.sin() - 0.25,
+            -pull * pitch.cos() * roll.cos() + 1.0,
+        ];
+        let [x, y, z] = force;
+        let (s1, s2) = (x + 0.5 * y, z - y);
+        write!(text, "\n{t},{s1},{s2},{roll},{pitch},0.0,{x},{y},{z}").unwrap();
+    }
+    let path = files.write("arm.csv", &text);
+    let mut window = window(files.three());
+    let send = window.state_mut().as_mut().unwrap();
+    send.send(Command::Import(ImportCommand::Open(path)));
+    settle(&mut window);
+    for (column, role) in [(4, "pose_roll"), (5, "pose_pitch"), (6, "pose_yaw")] {
+        choose(&mut window, column, role);
+    }
+    let weight = "The load is that of a known weight, by the pose columns";
+    click(&mut window, Role::CheckBox, weight);
+    click(&mut window, Role::Button, "Find the weight");
+    told(&window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
+    let importing = |window: &Window| state(window).importing.clone().expect("it goes on");
+    let found = importing(&window)
+        .map
+        .weight
+        .and_then(|weight| weight.mass_kg);
+    assert!((found.unwrap() - 2.0).abs() < 1e-6, "{found:?}");
+    click(&mut window, Role::Button, "Add a mount");
+    let map = importing(&window).map.weight.unwrap();
+    assert_eq!((map.mounts.len(), map.mounts[0].mass_kg), (1, found));
+    window.check_accessibility();
 }

@@ -286,7 +286,7 @@ fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
     assert_eq!(names(&window).len(), 90);
     assert!(analysis(&window).fitted);
     window.check_accessibility();
-    for heading in ["RMSE", "Role", "Name", "Samples"] {
+    for heading in ["RMSE", "Role", "Name"] {
         window.get_by_role_and_label(Role::Label, heading);
     }
     window.get_by_role_and_label(Role::CheckBox, "Look-back");

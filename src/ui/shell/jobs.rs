@@ -172,6 +172,13 @@ impl Shell {
                     read.map_err(|error| error.to_string()),
                 ))
             }),
+            Effect::EstimateWeight(path, map) => {
+                self.start(Kind::Read, "Finding the weight", move |progress| {
+                    let found = delimited::estimate_weight(&path, &map, progress);
+                    let found = found.map(Box::new).map_err(|error| error.to_string());
+                    Command::Import(ImportCommand::WeightEstimated(path, found))
+                });
+            }
             Effect::Recover(left, yes) => {
                 self.start(Kind::Read, "Recovering", move |progress| {
                     let newest = left.last().filter(|_| yes);
