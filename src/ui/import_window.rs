@@ -10,6 +10,7 @@ use crate::recording::columns::{
     ReferenceFile, TableMap, TextLayout, WeightMap,
 };
 use crate::recording::delimited::inspect::{ColumnReport, Inspection, TableReport};
+use crate::ui::context_menu::item;
 use crate::ui::numbers::significant;
 
 const NAME: &str = "What a gauge is called; empty: as in the header, or S1, S2, …";
@@ -160,7 +161,7 @@ fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
             .width(90.0)
             .show_ui(ui, |ui| {
                 for delimiter in Delimiter::ALL {
-                    ui.selectable_value(&mut text.delimiter, delimiter, delimiter.name());
+                    item(ui, &mut text.delimiter, delimiter, delimiter.name());
                 }
             })
             .response
@@ -222,11 +223,12 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
         .selected_text(text)
         .width(150.0)
         .show_ui(ui, |ui| {
-            ui.selectable_value(tare, None, "none");
-            ui.selectable_value(tare, Some(Tare::Auto), "first quiet half second");
+            item(ui, tare, None, "none");
+            item(ui, tare, Some(Tare::Auto), "first quiet half second");
             let is_stretch = matches!(tare, Some(Tare::Stretch(..)));
             if ui.selectable_label(is_stretch, "a stretch").clicked() && !is_stretch {
                 *tare = Some(Tare::Stretch(0.0, 1.0));
+                ui.close();
             }
         })
         .response
@@ -459,7 +461,7 @@ fn column_row(
             .width(112.0)
             .show_ui(ui, |ui| {
                 for role in ColumnRole::ALL {
-                    ui.selectable_value(&mut rule.is, role, role.name());
+                    item(ui, &mut rule.is, role, role.name());
                 }
             });
         (choice.response.on_hover_text("What the column holds")).widget_info(|| {

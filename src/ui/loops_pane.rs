@@ -13,6 +13,7 @@ use crate::analysis::loops::{
 use crate::app::{AppState, Command};
 use crate::export::Drawing;
 use crate::recording::Axis;
+use crate::ui::context_menu::item;
 use crate::ui::looking::Looking;
 use crate::ui::palette::Trace;
 use crate::ui::plots::{self, Zoom};
@@ -277,7 +278,7 @@ impl LoopsPane {
             .show_ui(ui, |ui| {
                 let all = [Up::Error, Up::Load].into_iter();
                 for up in all.chain((0..gauges.len()).map(Up::Gauge)) {
-                    ui.selectable_value(&mut self.up, up, up_name(up, gauges));
+                    item(ui, &mut self.up, up, up_name(up, gauges));
                 }
             })
             .response
@@ -300,7 +301,7 @@ impl LoopsPane {
             .show_ui(ui, |ui| {
                 let all = [Span::Visible, Span::All].into_iter();
                 for span in all.chain((0..entries.len()).map(Span::One)) {
-                    ui.selectable_value(&mut self.span, span, name(span));
+                    item(ui, &mut self.span, span, name(span).to_owned());
                 }
             })
             .response
@@ -420,7 +421,7 @@ fn channel_choice(ui: &mut egui::Ui, state: &AppState, label: &str, channel: &mu
         .width(96.0)
         .show_ui(ui, |ui| {
             for one in std::iter::once(Channel::Time).chain(all) {
-                ui.selectable_value(channel, one, channel_name(one, gauges));
+                item(ui, channel, one, channel_name(one, gauges));
             }
         })
         .response

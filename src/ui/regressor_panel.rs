@@ -5,6 +5,7 @@ use egui_plot::{Legend, Line, Plot, PlotPoints};
 
 use crate::app::{AppState, Command, Training, TrainingCommand};
 use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, RidgeChoice};
+use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::{picture, plots};
 
@@ -21,7 +22,7 @@ pub fn regressor(
             .selected_text(settings.regressor.label())
             .show_ui(ui, |ui| {
                 for regressor in Regressor::ALL {
-                    ui.selectable_value(&mut settings.regressor, regressor, regressor.label())
+                    item(ui, &mut settings.regressor, regressor, regressor.label())
                         .on_hover_text(explanation(regressor));
                 }
             })

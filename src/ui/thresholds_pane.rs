@@ -83,6 +83,7 @@ fn choices(
                         .clicked()
                     {
                         out.push(Command::Study(StudyCommand::Show(one)));
+                        ui.close(); // by a key it would stay
                     }
                 }
             })

@@ -408,6 +408,7 @@ fn view_choice(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
                     .clicked()
                 {
                     out.push(Command::SetView(view));
+                    ui.close(); // by a key it would stay
                 }
             }
         })

@@ -1,6 +1,7 @@
 //! Going through time, as if the recording were measured now.
 
 use crate::analysis::TraceSet;
+use crate::ui::context_menu::item;
 
 /// How many seconds go by in one, to choose from.
 const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
@@ -67,7 +68,7 @@ impl Playing {
             .width(48.0)
             .show_ui(ui, |ui| {
                 for speed in SPEEDS {
-                    ui.selectable_value(&mut self.speed, speed, format!("{speed}×"))
+                    item(ui, &mut self.speed, speed, format!("{speed}×"))
                         .on_hover_text("Seconds of the recording in one second");
                 }
             })
