@@ -126,12 +126,17 @@ impl MetrologyPane {
             ui.weak("No table yet.");
             return;
         };
+        let width = ui.available_width();
         egui::ScrollArea::both()
             .auto_shrink([false, false])
             .show(ui, |ui| {
                 grid(ui, table, self.shown);
                 crosstalk(ui, table);
-                notes(ui, table);
+                // Sentences are read without scrolling, however wide the table is.
+                ui.vertical(|ui| {
+                    ui.set_max_width(width);
+                    notes(ui, table);
+                });
             });
     }
 
@@ -177,6 +182,7 @@ impl MetrologyPane {
             .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
         let button = egui::containers::menu::MenuButton::new("Definitions…").config(keep_open);
         let (response, _) = button.ui(ui, |ui| {
+            ui.reset_style(); // fields, not menu items
             ui.set_min_width(300.0);
             let settings = &mut self.settings;
             let shares: [ShareField<'_>; 4] = [
