@@ -13,6 +13,9 @@ const FRAME: Duration = Duration::from_nanos(16_666_667);
 /// So many pictures are asked for.
 const FRAMES: u32 = 300;
 
+/// Between two windows.
+const CALM: Duration = Duration::from_secs(3);
+
 /// What runs while pictures are asked for.
 #[derive(Clone, Copy, Debug)]
 enum Work {
@@ -71,6 +74,8 @@ fn rows(name: &str, recordings: &RecordingSet, all: &[Work]) {
 }
 
 fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
+    // The threads of the window before give gigabytes back, which would be measured here.
+    std::thread::sleep(CALM);
     let mut screen = Screen::showing(recordings);
     begin(&mut screen, work);
     for _ in 0..20 {
