@@ -19,7 +19,9 @@ mod training;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::calibration::{Calibration, CalibrationError, FitSettings, LearnedError, SettingsError};
+use crate::calibration::{
+    Calibration, CalibrationError, FactoryScores, FitSettings, LearnedError, SettingsError,
+};
 use crate::evaluation::threshold_study::{GridError, NoSuggestion};
 use crate::panicked::Panicked;
 use crate::progress::{Cancelled, Progress};
@@ -28,7 +30,7 @@ use crate::recording::RecordingSet;
 use ground::Ground;
 
 pub use comparison::{Candidate, ComparedRow, RowEvent, compare, paper_candidates};
-pub use factory::{FactoryScores, read_factory};
+pub use factory::read_factory;
 pub use report::report;
 pub use stretches::{stretches_on_screen, stretches_within};
 pub use study::{BlockSuggestion, HistoryBlock, Study, StudyEvent};

@@ -9,9 +9,8 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
-use crate::calibration::{Calibration, CalibrationError, loads_from_gauges};
+use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges};
 use crate::export::{CalibrationFormat, ReadCalibrationError, name_gauges, read_calibration};
 use crate::recording::{Axis, Entry, Recording, Role};
 
@@ -29,19 +28,6 @@ pub fn read_factory(
         name_gauges(&mut calibration, gauge_names);
     }
     Ok(calibration)
-}
-
-/// How the factory's matrix does on the loaded recordings.
-///
-/// **Shapes** one entry per axis of the analysis; `None` where the factory's calibration lacks it, or nothing could be scored.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct FactoryScores {
-    /// RMSE over the training recordings.
-    pub train_rmse: Vec<Option<f64>>,
-    /// RMSE over the test recordings.
-    pub test_rmse: Vec<Option<f64>>,
-    /// What was added for want of a tare, in the axis' unit.
-    pub offsets: Vec<Option<f64>>,
 }
 
 /// The factory's loads of all recordings.

@@ -18,8 +18,8 @@ use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
 use crate::export::svg::CurvePlot;
 use crate::export::{
-    Drawing, DrawnLine, ReportCurves, ReportData, ReportErrors, ReportFactory, ReportRecording,
-    Scale, curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
+    Drawing, DrawnLine, ReportCurves, ReportData, ReportErrors, ReportRecording, Scale,
+    curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
@@ -86,11 +86,7 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     Ok(ReportData {
         made: SystemTime::now(),
         notes: String::new(),
-        factory: analysis.factory.as_ref().map(|scores| ReportFactory {
-            train_rmse: scores.train_rmse.clone(),
-            test_rmse: scores.test_rmse.clone(),
-            offsets: scores.offsets.clone(),
-        }),
+        factory: analysis.factory,
         fitted: analysis.fitted,
         recordings: recordings(&applied.recordings, &analysis.recordings),
         thresholds,

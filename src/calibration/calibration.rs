@@ -31,6 +31,19 @@ pub struct Scores {
     pub cv_rmse: Option<Vec<f64>>,
 }
 
+/// How the calibration that a sensor came with does on the recordings that another was made with.
+///
+/// **Shapes** one entry per axis; `None` where the factory's calibration lacks it, or nothing could be scored.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FactoryScores {
+    /// RMSE over the training recordings.
+    pub train_rmse: Vec<Option<f64>>,
+    /// RMSE over the test recordings.
+    pub test_rmse: Vec<Option<f64>>,
+    /// What was added for want of a tare, in the axis' unit.
+    pub offsets: Vec<Option<f64>>,
+}
+
 /// How good a calibration was on the recordings it was made with.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]

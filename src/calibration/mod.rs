@@ -22,7 +22,7 @@ mod used_recording;
 mod validate;
 
 pub use aged_sums::{AgedSums, ThresholdAges, aged_sums};
-pub use calibration::{AppliedLoads, Calibration, FORMAT, Quality, Scores, VERSION};
+pub use calibration::{AppliedLoads, Calibration, FORMAT, FactoryScores, Quality, Scores, VERSION};
 pub(crate) use calibration::{learned_inputs, past_samples};
 pub use conventional::Conventional;
 pub use estimator::{Estimator, SampleError};

@@ -15,6 +15,12 @@ pub fn prepare(context: &egui::Context) {
     context.options_mut(|options| options.zoom_with_keyboard = false);
 }
 
+/// Draws a ring around what has the keyboard's focus and is no control that shows it itself.
+pub fn focus_ring(painter: &egui::Painter, around: egui::Rect) {
+    let ring = painter.ctx().global_style().visuals.selection.stroke;
+    painter.rect_stroke(around, 2.0, ring, egui::StrokeKind::Inside);
+}
+
 /// Makes the window look as the preferences say.
 pub fn apply(context: &egui::Context, preferences: &Preferences) {
     context.set_theme(match preferences.theme {

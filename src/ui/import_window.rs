@@ -269,17 +269,6 @@ fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
         return;
     };
     ui.horizontal_wrapped(|ui| {
-        let number =
-            |ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64| {
-                let label = ui.label(name);
-                let field = DragValue::new(value)
-                    .speed(0.001)
-                    .max_decimals(6)
-                    .suffix(suffix);
-                ui.add(field)
-                    .labelled_by(label.id)
-                    .on_hover_text(explanation);
-            };
         if let Some(mass) = &mut weight.mass_kg {
             number(ui, ["mass", " kg", "Of all that hangs on the sensor"], mass);
         }
@@ -339,11 +328,23 @@ fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
     }
 }
 
+/// A field for a number, with its label.
+fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
+    let label = ui.label(name);
+    let field = DragValue::new(value)
+        .speed(0.001)
+        .max_decimals(6)
+        .suffix(suffix);
+    ui.add(field)
+        .labelled_by(label.id)
+        .on_hover_text(explanation);
+}
+
 /// One of several weights; whether it stays.
-fn mount(ui: &mut egui::Ui, number: usize, mount: &mut Mount) -> bool {
+fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
     let mut kept = true;
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label(format!("Mount {number}"));
+        let label = ui.label(format!("Mount {nth}"));
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
         ui.add(name).labelled_by(label.id).on_hover_text(
             "As the column \"mount\" says it, or as it stands in the names of files",
@@ -353,14 +354,8 @@ fn mount(ui: &mut egui::Ui, number: usize, mount: &mut Mount) -> bool {
         let centre = ["x", "y", "z"].into_iter().zip(centre);
         let centre = centre.map(|(axis, value)| (axis, " m", value));
         for (what, suffix, value) in mass.into_iter().chain(centre) {
-            let label = ui.label(what);
-            let field = DragValue::new(value)
-                .speed(0.001)
-                .max_decimals(6)
-                .suffix(suffix);
-            ui.add(field)
-                .labelled_by(label.id)
-                .on_hover_text("Of this mount: its mass, and its centre in the sensor's frame");
+            let explanation = "Of this mount: its mass, and its centre in the sensor's frame";
+            number(ui, [what, suffix, explanation], value);
         }
         let close = ui.small_button("×");
         kept = !close.on_hover_text("Takes this mount away").clicked();
@@ -638,14 +633,12 @@ fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
             ui.radio_value(&mut map.join.method, method, label)
                 .on_hover_text(explanation);
         }
-        let label = ui.label("add to the reference's times");
-        let field = DragValue::new(&mut map.join.clock_offset_secs)
-            .speed(0.001)
-            .max_decimals(6)
-            .suffix(" s");
-        ui.add(field)
-            .labelled_by(label.id)
-            .on_hover_text("By how much the reference's clock is behind that of the gauges");
+        let explanation = "By how much the reference's clock is behind that of the gauges";
+        number(
+            ui,
+            ["add to the reference's times", " s", explanation],
+            &mut map.join.clock_offset_secs,
+        );
     });
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {

@@ -14,6 +14,7 @@ use crate::app::{AppState, Command};
 use crate::export::Drawing;
 use crate::recording::Axis;
 use crate::ui::context_menu::item;
+use crate::ui::dead_band::dead_band;
 use crate::ui::looking::Looking;
 use crate::ui::palette::Trace;
 use crate::ui::plots::{self, Zoom};
@@ -207,7 +208,8 @@ impl LoopsPane {
                 self.up_choice(ui, state);
                 self.span_choice(ui, state);
                 let automatic = looking.seen.loops.as_ref();
-                self.dead_band_choice(ui, automatic.map(|picture| picture.automatic_dead_band));
+                let automatic = automatic.map(|picture| picture.automatic_dead_band);
+                dead_band(ui, "Dead band", self.axis, &mut self.dead_band, automatic);
             }
             Mode::Cross => {
                 channel_choice(ui, state, "across", &mut self.across);
@@ -308,30 +310,6 @@ impl LoopsPane {
             .on_hover_text(
                 "As in Traces: the recordings and the stretch of time that the trace panes show",
             );
-    }
-
-    fn dead_band_choice(&mut self, ui: &mut egui::Ui, automatic: Option<f64>) {
-        let explanation = "A reversal counts once the load has come back by more than this; automatic: ten times the \
-                           noise of the load, and at least 2 % of its range";
-        let label = ui.label("Dead band").on_hover_text(explanation);
-        let mut value = self.dead_band.or(automatic).unwrap_or(0.0);
-        let field = egui::DragValue::new(&mut value)
-            .range(0.0..=f64::MAX)
-            .speed(0.01)
-            .max_decimals(4)
-            .suffix(format!(" {}", self.axis.unit()));
-        let field = ui.add(field).labelled_by(label.id);
-        if field.on_hover_text(explanation).changed() {
-            self.dead_band = Some(value);
-        }
-        let mut auto = self.dead_band.is_none();
-        // "auto" alone is the ridge's.
-        let tick = ui
-            .checkbox(&mut auto, "from noise")
-            .on_hover_text(explanation);
-        if tick.changed() {
-            self.dead_band = (!auto).then_some(value);
-        }
     }
 
     /// The plot to the left, whatever `figures` draws to the right, the row for saving under them.

@@ -8,6 +8,7 @@ use crate::evaluation::metrology::{
     Cell, Figure, Metrology, MetrologySettings, Quantity, Reason, Row,
 };
 use crate::recording::{Axis, Role};
+use crate::ui::dead_band::dead_band;
 use crate::ui::looking::Looking;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
@@ -207,46 +208,36 @@ impl MetrologyPane {
                     &mut settings.alone_share,
                 ),
             ];
-            egui::Grid::new("definitions").num_columns(3).show(ui, |ui| {
-                for (name, explanation, share) in shares {
-                    let label = ui.label(name).on_hover_text(explanation);
-                    let mut percent = 100.0 * *share;
-                    let field = egui::DragValue::new(&mut percent)
-                        .range(0.01..=100.0)
-                        .speed(0.05)
-                        .suffix(" % FS");
-                    let field = ui.add(field).labelled_by(label.id);
-                    if field.on_hover_text(explanation).changed() {
-                        *share = 0.01 * percent;
+            egui::Grid::new("definitions")
+                .num_columns(3)
+                .show(ui, |ui| {
+                    for (name, explanation, share) in shares {
+                        let label = ui.label(name).on_hover_text(explanation);
+                        let mut percent = 100.0 * *share;
+                        let field = egui::DragValue::new(&mut percent)
+                            .range(0.01..=100.0)
+                            .speed(0.05)
+                            .suffix(" % FS");
+                        let field = ui.add(field).labelled_by(label.id);
+                        if field.on_hover_text(explanation).changed() {
+                            *share = 0.01 * percent;
+                        }
+                        ui.end_row();
                     }
-                    ui.end_row();
-                }
-                for (at, axis) in table.map_or(&[][..], |table| &table.axes).iter().enumerate() {
-                    let explanation = "A reversal counts once the load has come back by more than this; from noise: ten \
-                                       times the noise of the load, and at least 2 % of its range";
-                    let title = format!("Dead band {}", axis.symbol());
-                    let label = ui.label(title).on_hover_text(explanation);
-                    settings.dead_bands.resize(settings.dead_bands.len().max(at + 1), None);
-                    let used = table.and_then(|table| table.dead_bands.get(at).copied());
-                    let chosen = &mut settings.dead_bands[at];
-                    let mut value = chosen.or(used).unwrap_or_default();
-                    let field = egui::DragValue::new(&mut value)
-                        .range(0.0..=f64::MAX)
-                        .speed(0.01)
-                        .max_decimals(4)
-                        .suffix(format!(" {}", axis.unit()));
-                    let field = ui.add(field).labelled_by(label.id);
-                    if field.on_hover_text(explanation).changed() {
-                        *chosen = Some(value);
+                    for (at, axis) in table
+                        .map_or(&[][..], |table| &table.axes)
+                        .iter()
+                        .enumerate()
+                    {
+                        settings
+                            .dead_bands
+                            .resize(settings.dead_bands.len().max(at + 1), None);
+                        let used = table.and_then(|table| table.dead_bands.get(at).copied());
+                        let name = format!("Dead band {}", axis.symbol());
+                        dead_band(ui, &name, *axis, &mut settings.dead_bands[at], used);
+                        ui.end_row();
                     }
-                    let mut from_noise = chosen.is_none();
-                    let tick = ui.checkbox(&mut from_noise, "from noise");
-                    if tick.on_hover_text(explanation).changed() {
-                        *chosen = (!from_noise).then_some(value);
-                    }
-                    ui.end_row();
-                }
-            });
+                });
         });
         response.on_hover_text("What counts as a reversal, as a rest, as zero, and as loaded");
     }

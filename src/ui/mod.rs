@@ -7,6 +7,7 @@ mod calibration_pane;
 mod command_palette;
 mod compare_pane;
 mod context_menu;
+mod dead_band;
 mod dialogs;
 mod equation;
 mod errors_pane;

@@ -7,6 +7,7 @@ use egui::{ColorImage, Pos2, Rect};
 
 use crate::app::{Command, Existing, FileContent, Level, Notice, PictureTo, ScreenPart, Wish};
 use crate::export::{Drawing, PICTURE_SIZE, write_drawing_svg};
+use crate::ui::appearance::focus_ring;
 use crate::ui::context_menu::context_menu;
 use crate::ui::dialogs::Reply;
 
@@ -25,10 +26,8 @@ pub fn menu<'a>(
     out: &mut Vec<Command>,
 ) {
     if response.has_focus() {
-        let (context, kind) = (&response.ctx, egui::StrokeKind::Inside);
-        let ring = context.global_style().visuals.selection.stroke;
-        let painter = context.layer_painter(response.layer_id);
-        painter.rect_stroke(response.rect, 2.0, ring, kind);
+        let painter = response.ctx.layer_painter(response.layer_id);
+        focus_ring(&painter, response.rect);
     }
     context_menu(response, |ui| {
         let ways = [

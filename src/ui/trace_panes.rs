@@ -153,12 +153,20 @@ impl TracePanes {
         }
     }
 
+    /// All times, and the stretch of them on screen.
+    fn on_screen(&self) -> Option<(&[f64], (f64, f64))> {
+        let times = self.on.as_deref()?;
+        Some((
+            times,
+            self.shown.time.unwrap_or_else(|| pane::all_of(times)),
+        ))
+    }
+
     /// Shows so many times as much of the time axis, about the sample shown or the middle.
     pub fn zoom_time(&mut self, factor: f64) {
-        let Some(times) = self.on.as_deref() else {
+        let Some((times, (from, to))) = self.on_screen() else {
             return;
         };
-        let (from, to) = self.shown.time.unwrap_or_else(|| pane::all_of(times));
         let sample = self.hovered.and_then(|k| times.get(k).copied());
         let at = sample.filter(|at| (from..=to).contains(at));
         let at = at.unwrap_or(0.5 * (from + to));
@@ -168,20 +176,18 @@ impl TracePanes {
 
     /// Shows what lies earlier or later, in shares of what is on screen.
     pub fn move_time(&mut self, share: f64) {
-        let Some(times) = self.on.as_deref() else {
+        let Some((times, (from, to))) = self.on_screen() else {
             return;
         };
-        let (from, to) = self.shown.time.unwrap_or_else(|| pane::all_of(times));
         let by = share * (to - from);
         self.shown.time = Some(pane::within(times, (from + by, to + by)));
     }
 
     /// Goes one sample forward (1) or back (-1), or as many as fall on one pixel.
     pub fn step(&mut self, step: i8) {
-        let Some(times) = self.on.as_deref() else {
+        let Some((times, (from, to))) = self.on_screen() else {
             return;
         };
-        let (from, to) = self.shown.time.unwrap_or_else(|| pane::all_of(times));
         let first = times.partition_point(|t| *t < from);
         let on_screen = times.partition_point(|t| *t <= to).saturating_sub(first);
         let samples = (on_screen / STEPS_ACROSS).max(1) as isize * isize::from(step);

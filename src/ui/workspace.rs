@@ -7,6 +7,7 @@ use egui_tiles::{
 use serde::{Deserialize, Serialize};
 
 use crate::app::{Pane, PaneMove, Preset};
+use crate::ui::appearance::focus_ring;
 
 /// What a pane along an edge of the window gets of it.
 const EDGE_SHARE: f32 = 0.34;
@@ -303,9 +304,7 @@ impl Behavior<Pane> for Drawing<'_> {
             whole.request_focus();
         }
         if whole.has_focus() {
-            let (inside, ring) = (ui.max_rect().shrink(1.0), ui.visuals().selection.stroke);
-            let kind = egui::StrokeKind::Inside;
-            ui.painter().rect_stroke(inside, 2.0, ring, kind);
+            focus_ring(ui.painter(), ui.max_rect().shrink(1.0));
         }
         egui::Frame::NONE
             .inner_margin(egui::Margin::symmetric(6, 4))

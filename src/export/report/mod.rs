@@ -17,7 +17,7 @@ use std::time::SystemTime;
 use self::markup::Markup;
 use super::svg::CurvePlot;
 use super::{Drawing, WriteError, write_atomically};
-use crate::calibration::{Calibration, UsedRecording};
+use crate::calibration::{Calibration, FactoryScores, UsedRecording};
 use crate::evaluation::metrology::Metrology;
 
 /// Everything that a report says.
@@ -32,7 +32,7 @@ pub struct ReportData {
     /// What somebody wrote down about it; may be empty.
     pub notes: String,
     /// Errors of the calibration that the sensor came with, where there is one.
-    pub factory: Option<ReportFactory>,
+    pub factory: Option<FactoryScores>,
     /// Whether the calibration was fitted to these recordings rather than applied to them.
     pub fitted: bool,
     /// All recordings, in order.
@@ -49,19 +49,6 @@ pub struct ReportData {
     pub metrology: Result<Arc<Metrology>, String>,
     /// What to know before reading on.
     pub warnings: Vec<String>,
-}
-
-/// How the calibration that the sensor came with does on the same recordings.
-///
-/// **Shapes** one entry per axis; `None` where it lacks the axis, or nothing could be scored.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReportFactory {
-    /// RMSE over the training recordings.
-    pub train_rmse: Vec<Option<f64>>,
-    /// RMSE over the test recordings.
-    pub test_rmse: Vec<Option<f64>>,
-    /// What was added for want of a tare, in the axis' unit.
-    pub offsets: Vec<Option<f64>>,
 }
 
 /// One recording in a report.

@@ -103,11 +103,8 @@ impl Shell {
                 Ok(Err(_)) => continue,
                 Err(panicked) => Err(panicked.to_string()),
             };
-            let before = self.state.analysis.clone();
             // Before any wish, which may change the recordings that it is about.
             self.state.apply(Command::Analysed(outcome));
-            // Giving back the memory of long traces takes a part of a frame.
-            rayon::spawn(move || drop(before));
         }
         while let Some(answer) = self.study.answer() {
             if let Err(panicked) = answer.result {
