@@ -68,19 +68,22 @@ impl Tour {
                 ui.add(egui::Label::new(text).wrap());
                 ui.add_space(6.0);
                 ui.horizontal(|ui| {
-                    if ui
-                        .add_enabled(step > 0, egui::Button::new("Back"))
-                        .clicked()
-                    {
+                    let back = ui.add_enabled(step > 0, egui::Button::new("Back"));
+                    if back.on_hover_text("To the step before").clicked() {
                         self.step = Some(step - 1);
                     }
                     if step + 1 < STEPS.len() {
-                        if ui.button("Next").clicked() {
+                        let next = ui.button("Next").on_hover_text("To the next step");
+                        if next.clicked() {
                             self.step = Some(step + 1);
                         }
-                        ended |= ui.button("Skip the tour").clicked();
+                        let skip = ui.button("Skip the tour");
+                        ended |= skip
+                            .on_hover_text("The Help menu has it, for later")
+                            .clicked();
                     } else {
-                        ended |= ui.button("Done").clicked();
+                        let done = ui.button("Done").on_hover_text("Ends the tour");
+                        ended |= done.clicked();
                     }
                 });
             });

@@ -77,11 +77,13 @@ fn replacing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) 
         ui.label(path.display().to_string());
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            if ui.button("Replace it").clicked() {
-                out.push(Command::Replace(true));
-            }
-            if ui.button("Leave it").clicked() {
-                out.push(Command::Replace(false));
+            for (label, explanation, yes) in [
+                ("Replace it", "What is in the file now is lost", true),
+                ("Leave it", "Nothing is written", false),
+            ] {
+                if ui.button(label).on_hover_text(explanation).clicked() {
+                    out.push(Command::Replace(yes));
+                }
             }
         });
     });
@@ -103,6 +105,8 @@ fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &
         let label = ui.strong("Save as");
         let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
         let field = ui.add(field).labelled_by(label.id);
+        let field =
+            field.on_hover_text("The path of the file; its ending says as what it is written");
         if is_new {
             field.request_focus();
         }
@@ -110,10 +114,14 @@ fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let chosen = path.trim();
-            if (ui.button("Save it").clicked() || entered) && !chosen.is_empty() {
+            let save = ui
+                .button("Save it")
+                .on_hover_text("Writes this file; Enter does too");
+            if (save.clicked() || entered) && !chosen.is_empty() {
                 out.push(Command::PathTyped(Some(chosen.into())));
             }
-            if ui.button("Never mind").clicked() {
+            let leave = ui.button("Never mind").on_hover_text("Nothing is written");
+            if leave.clicked() {
                 out.push(Command::PathTyped(None));
             }
         });
@@ -135,14 +143,14 @@ fn closing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
         ui.label("It names the files, their roles and every setting; the recordings themselves are not changed by closing.");
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            if ui.button("Save and close").clicked() {
-                say(SessionCommand::Save);
-            }
-            if ui.button("Close without saving").clicked() {
-                say(SessionCommand::CloseAnyway);
-            }
-            if ui.button("Stay").clicked() {
-                say(SessionCommand::Stay);
+            for (label, explanation, command) in [
+                ("Save and close", "Asks where, if it has no file yet", SessionCommand::Save),
+                ("Close without saving", "What was chosen since is lost", SessionCommand::CloseAnyway),
+                ("Stay", "The window stays open", SessionCommand::Stay),
+            ] {
+                if ui.button(label).on_hover_text(explanation).clicked() {
+                    say(command);
+                }
             }
         });
     });
@@ -163,8 +171,15 @@ fn recovering(context: &egui::Context, state: &AppState, out: &mut Vec<Command>)
         .show(context, |ui| {
             ui.label("LoopScope did not close as it should. Its session of then was written down.");
             ui.horizontal(|ui| {
-                for (label, yes) in [("Take it up again", true), ("Drop it", false)] {
-                    if ui.button(label).clicked() {
+                for (label, explanation, yes) in [
+                    (
+                        "Take it up again",
+                        "Opens its files with every choice of then",
+                        true,
+                    ),
+                    ("Drop it", "It is lost; the recordings stay", false),
+                ] {
+                    if ui.button(label).on_hover_text(explanation).clicked() {
                         out.push(Command::Session(SessionCommand::Recover(yes)));
                     }
                 }
@@ -190,15 +205,21 @@ fn lost(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &mu
             ui.horizontal(|ui| {
                 let label = ui.label("It is now at");
                 let field = egui::TextEdit::singleline(&mut fields.found).desired_width(340.0);
-                ui.add(field).labelled_by(label.id);
+                ui.add(field)
+                    .labelled_by(label.id)
+                    .on_hover_text("The path of the file that was moved");
             });
             ui.horizontal(|ui| {
                 let path = fields.found.trim().to_owned();
-                if ui.button("Read it there").clicked() && !path.is_empty() {
+                let read = ui.button("Read it there");
+                let read = read.on_hover_text("Takes the file from this path");
+                if read.clicked() && !path.is_empty() {
                     fields.found.clear();
                     out.push(Command::Session(SessionCommand::Found(0, path.into())));
                 }
-                if ui.button("Go on without it").clicked() {
+                let leave = ui.button("Go on without it");
+                let leave = leave.on_hover_text("The session is opened without this file");
+                if leave.clicked() {
                     out.push(Command::Session(SessionCommand::Forget(0)));
                 }
             });
