@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use crate::analysis::ground::{Errors, Ground, Past, in_role};
 use crate::calibration::{
-    Calibration, LinearMap, NormalEquations, Piece, Quality, Ridge, RidgeChoice, Scores,
+    Calibration, LinearMap, NormalEquations, Piece, Quality, Ridge, RidgeChoice, Scores, Terms,
     condition_number, fit, fit_targets, recording_sums,
 };
-use crate::evaluation::cross_validation::{choose_ridge, cross_validate, folds};
+use crate::evaluation::cross_validation::folds;
+use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::metrics;
 use crate::features::Design;
 use crate::recording::Role;
@@ -123,20 +124,30 @@ impl Ground {
             test,
             parts,
         } = self.sums(&design, past, n_axes);
-        let (all, present, appended) = (design.all(), design.present(), design.appended());
-        // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
-        let none = vec![0.0; design.n_columns() * n_axes];
+        let (kinds, known) = (design.kinds(), self.map.standardised(&design));
+        let (all, present) = (design.all(), design.present());
+        let whole = self.recordings_left_out(&of_recordings);
+        let terms = |used| Terms {
+            used,
+            kinds: &kinds,
+            known: &known,
+        };
+        let left_out = |parts, used| LeftOut {
+            total: &train,
+            parts,
+            terms: terms(used),
+        };
         let strengths = match ridge {
             RidgeChoice::Strength(strength) => vec![strength; n_axes],
             RidgeChoice::Auto => {
-                let parts = self
-                    .recordings_left_out(&of_recordings)
-                    .unwrap_or_else(|| parts.clone());
-                choose_ridge(&train, &parts, &all, &appended)
+                let parts = whole.as_ref().unwrap_or(&parts);
+                left_out(parts, &all).with_ridge(ridge).0
             }
         };
-        let mut found = fit_targets(&train, &all, &appended, &strengths);
-        if found.rank == fit(&train, &present, Ridge::None).rank {
+        // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
+        let none = vec![0.0; design.n_columns() * n_axes];
+        let mut found = fit_targets(&train, terms(&all), &strengths);
+        if found.rank == fit(&train, terms(&present), Ridge::None).rank {
             // The past never differs: the compensated map is the conventional one, to the last bit.
             found.coefficients.clone_from(&none);
         }
@@ -149,16 +160,11 @@ impl Ground {
             test_rmse: metrics::rmse(&test, coefficients),
             cv_rmse,
         };
-        let solve_present = |sums: &NormalEquations| fit(sums, &present, Ridge::None);
-        let solve_all = |sums: &NormalEquations| fit_targets(sums, &all, &appended, &strengths);
         calibration.quality = Quality {
             n_train: train.n_samples(),
             n_test: test.n_samples(),
-            conventional: scores(&none, cross_validate(&train, &parts, solve_present)),
-            compensated: scores(
-                &found.coefficients,
-                cross_validate(&train, &parts, solve_all),
-            ),
+            conventional: scores(&none, left_out(&parts, &present).rmse(&vec![0.0; n_axes])),
+            compensated: scores(&found.coefficients, left_out(&parts, &all).rmse(&strengths)),
             rank: found.rank,
             condition: condition_number(&train, &all, found.rank),
             ridge: strengths,
@@ -172,5 +178,119 @@ impl Ground {
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use crate::analysis::{Request, analyse};
+    use crate::calibration::{Calibration, FitSettings};
+    use crate::features::FeatureSettings;
+    use crate::progress::Progress;
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+    /// `n` samples of three gauges in every recording; the last gauge moves in those that `moves` names, and stands still at
+    /// 0.7 in the others.
+    fn recordings(lengths: &[usize], moves: &[usize]) -> Vec<Arc<Recording>> {
+        let of_length = |(at, &n): (usize, &usize)| {
+            let mut random = Random::new(5, &[at as u64]);
+            let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+            for _ in 0..n {
+                let [a, b, c, noise] = [(); 4].map(|()| random.normal());
+                let c = if moves.contains(&at) { c } else { 0.7 };
+                gauges.extend([100.0 + a, 1e-3 * b, c]);
+                loads.push(3.0 * a - b + 2.0 * c + 0.4 * a * b + 0.2 * noise);
+            }
+            let recording = Recording::new(
+                format!("r{at}"),
+                Source::Simulated,
+                (0..n).map(|k| k as f64 * 0.01).collect(),
+                ["S1", "S2", "S3"].map(str::to_owned).to_vec(),
+                gauges,
+                vec![Axis::Fz],
+                loads,
+            );
+            Arc::new(recording.unwrap())
+        };
+        lengths.iter().enumerate().map(of_length).collect()
+    }
+
+    /// The fit to all recordings but `tested`, which are tested on.
+    fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
+        let mut set = RecordingSet::default();
+        for (at, recording) in recordings.iter().enumerate() {
+            let role = if Some(at) == tested {
+                Role::Test
+            } else {
+                Role::Train
+            };
+            let recording = Arc::clone(recording);
+            set.push(Entry { recording, role }).unwrap();
+        }
+        let settings = FitSettings {
+            features: FeatureSettings {
+                polynomial: 2,
+                ..FeatureSettings::present()
+            },
+            ..FitSettings::default()
+        };
+        let request = Request::fit(Arc::new(set), settings);
+        analyse(&request, &Progress::default()).unwrap().calibration
+    }
+
+    #[track_caller]
+    fn assert_as_refits(lengths: &[usize], moves: &[usize]) {
+        let recordings = recordings(lengths, moves);
+        let whole = fitted(&recordings, None);
+        let mut squares = [0.0; 2];
+        for (at, recording) in recordings.iter().enumerate() {
+            let quality = &fitted(&recordings, Some(at)).quality;
+            for (square, scores) in squares
+                .iter_mut()
+                .zip([&quality.conventional, &quality.compensated])
+            {
+                let rmse = scores.test_rmse.as_ref().unwrap()[0];
+                *square += rmse * rmse * recording.n_samples() as f64;
+            }
+        }
+        let n: usize = lengths.iter().sum();
+        let quality = &whole.quality;
+        for (square, scores) in squares
+            .iter()
+            .zip([&quality.conventional, &quality.compensated])
+        {
+            let explicit = (square / n as f64).sqrt();
+            let cross_validated = scores.cv_rmse.as_ref().unwrap()[0];
+            assert!(
+                (cross_validated / explicit - 1.0).abs() < 1e-8,
+                "{lengths:?}, moving in {moves:?}: {cross_validated} instead of {explicit}"
+            );
+        }
+    }
+
+    /// What only the recording that is left out could tell of a gauge, its prediction does not know.
+    #[test]
+    fn errors_of_left_out_recordings_are_those_of_fits_without_them() {
+        assert_as_refits(&[60, 50, 70], &[0, 1, 2]);
+        assert_as_refits(&[60, 50, 70], &[1]);
+        assert_as_refits(&[60, 50, 70, 40, 55], &[4]);
+        assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
+    }
+
+    #[test]
+    fn a_fit_through_every_sample_says_so_and_has_no_left_out_errors() {
+        let thin = fitted(&recordings(&[3, 3, 3], &[0, 1, 2]), None);
+        let undetermined = thin.undetermined().unwrap();
+        assert_eq!((undetermined.samples, undetermined.coefficients), (9, 10));
+        assert_eq!(thin.quality.compensated.cv_rmse, None);
+        assert!(thin.quality.conventional.cv_rmse.is_some());
+        assert!(thin.why_not_left_out().is_some());
+        assert_eq!(
+            fitted(&recordings(&[30, 30, 30], &[0]), None).undetermined(),
+            None
+        );
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::analysis::ground::{Ground, Past};
 use crate::analysis::{AnalysisError, Request};
-use crate::calibration::kernel::{Kernel, Rows};
+use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, NetworkError, Samples};
 use crate::calibration::{
     Calibration, EpochReport, Learned, LearnedError, Learner, LinearMap, Piece, SettingsError,
@@ -51,7 +51,16 @@ pub fn train(
         calibration.compensated = None;
     }
     let design = calibration.design();
-    let rows = TrainingRows::new(&ground, &past, &design, calibration.compensated.as_ref());
+    let target = match (&calibration.compensated, learner) {
+        (None, _) => Target::Load,
+        (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
+            kinds: design.kinds(),
+            known: ground.map.standardised(&design),
+            strengths: calibration.quality.ridge.clone(),
+        }),
+        (Some(map), Learner::Network) => Target::LeftOver(map),
+    };
+    let rows = TrainingRows::new(&ground, &past, &design, target);
     let mut cv_rmse = None;
     let learned = match learner {
         Learner::Kernel => {
@@ -98,37 +107,47 @@ impl From<crate::features::FeatureError> for AnalysisError {
 /// The training recordings as rows of features and of what is left to learn.
 struct TrainingRows<'a> {
     design: &'a Design,
-    /// The linear calibration whose residual is learned; `None`: the load itself is.
-    base: Option<&'a LinearMap>,
+    target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
+}
+
+/// What is learned.
+enum Target<'a> {
+    /// The load itself.
+    Load,
+    /// What this linear calibration leaves over.
+    LeftOver(&'a LinearMap),
+    /// What a linear fit leaves over that goes with the learner, into every fold; the rows bring its columns, and as
+    /// targets what the conventional calibration leaves over.
+    AfterStage(LinearStage),
 }
 
 struct Run<'a> {
     recording: &'a Arc<Recording>,
     past: &'a Past,
+    /// Conventional loads.
+    conventional: &'a [f64],
     pieces: Vec<Piece>,
 }
 
 impl<'a> TrainingRows<'a> {
-    fn new(
-        ground: &'a Ground,
-        past: &'a [Past],
-        design: &'a Design,
-        base: Option<&'a LinearMap>,
-    ) -> Self {
-        let entries = ground.entries.iter().zip(past).zip(ground.pieces());
-        let runs: Vec<Run<'_>> = entries
-            .filter(|((entry, _), _)| entry.role == Role::Train)
-            .map(|((Entry { recording, .. }, past), pieces)| Run {
-                recording,
-                past,
-                pieces,
-            })
+    fn new(ground: &'a Ground, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
+        let entries = ground.entries.iter().zip(past).zip(&ground.loads);
+        let runs: Vec<Run<'_>> = (entries.zip(ground.pieces()))
+            .filter(|(((entry, _), _), _)| entry.role == Role::Train)
+            .map(
+                |(((Entry { recording, .. }, past), conventional), pieces)| Run {
+                    recording,
+                    past,
+                    conventional,
+                    pieces,
+                },
+            )
             .collect();
         Self {
             design,
-            base,
+            target,
             n_axes: runs.first().map_or(0, |run| run.recording.axes().len()),
             runs,
         }
@@ -151,7 +170,7 @@ impl<'a> TrainingRows<'a> {
         for run in 0..self.runs.len() {
             progress.check()?;
             let mut pushed = Ok(());
-            self.pass(run, &mut |_, inputs, targets| {
+            self.pass(run, &mut |block| {
                 if pushed.is_err() {
                     return;
                 }
@@ -166,8 +185,8 @@ impl<'a> TrainingRows<'a> {
                 } else {
                     &mut train
                 };
-                pushed = samples.push_rows(inputs, targets);
-                at += targets.len() / n_axes;
+                pushed = samples.push_rows(block.inputs, block.targets);
+                at += block.targets.len() / n_axes;
             });
             pushed?;
         }
@@ -189,31 +208,113 @@ impl Rows for TrainingRows<'_> {
         (n_inputs, self.n_axes)
     }
 
-    fn pass(&self, run: usize, take: &mut dyn FnMut(usize, &[f64], &[f64])) {
+    fn linear_stage(&self) -> Option<&LinearStage> {
+        match &self.target {
+            Target::AfterStage(stage) => Some(stage),
+            Target::Load | Target::LeftOver(_) => None,
+        }
+    }
+
+    fn pass(&self, run: usize, take: TakeRows<'_>) {
         let Run {
             recording,
             past,
+            conventional,
             pieces,
         } = &self.runs[run];
         let mut stream = FeatureStream::new(self.design);
         let mut raw = vec![0.0; self.design.n_columns()];
-        let (mut inputs, mut targets) = (Vec::new(), Vec::new());
-        let mut base = vec![0.0; self.n_axes];
+        let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
+        let mut known = vec![0.0; self.n_axes];
         for piece in pieces {
             for start in piece.samples.clone().step_by(BLOCK) {
                 inputs.clear();
+                linear.clear();
                 targets.clear();
                 for k in start..(start + BLOCK).min(piece.samples.end) {
                     sample_row(&mut stream, recording, |at| past[at][k], k, &mut raw);
                     learned_inputs(self.design, &raw, &mut inputs);
-                    if let Some(map) = self.base {
-                        map.apply(&raw, &mut base);
+                    let of_sample = k * self.n_axes..(k + 1) * self.n_axes;
+                    match &self.target {
+                        Target::Load => {}
+                        Target::LeftOver(map) => map.apply(&raw, &mut known),
+                        Target::AfterStage(_) => {
+                            self.design.standardise(&mut raw);
+                            linear.extend(&raw);
+                            known.copy_from_slice(&conventional[of_sample.clone()]);
+                        }
                     }
-                    let loads = &recording.loads()[k * self.n_axes..][..self.n_axes];
-                    targets.extend(loads.iter().zip(&base).map(|(load, base)| load - base));
+                    let loads = recording.loads()[of_sample].iter();
+                    targets.extend(loads.zip(&known).map(|(load, known)| load - known));
                 }
-                take(piece.fold % MOST_PARTS, &inputs, &targets);
+                take(RowBlock {
+                    fold: piece.fold % MOST_PARTS,
+                    inputs: &inputs,
+                    linear: &linear,
+                    targets: &targets,
+                });
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{FitSettings, KernelSettings, Regressor};
+    use crate::features::FeatureSettings;
+    use crate::random::Random;
+    use crate::recording::{Axis, RecordingSet, Source};
+
+    /// Five recordings of noise: with many monomials the linear stage learns them by heart, and what it leaves over of a
+    /// recording that it has seen is far too small.
+    #[test]
+    fn a_hybrid_is_scored_on_recordings_that_neither_stage_has_seen() {
+        let mut set = RecordingSet::default();
+        for at in 0..5 {
+            let mut random = Random::new(7, &[at]);
+            let mut normal = |n: usize| (0..n).map(|_| random.normal()).collect::<Vec<f64>>();
+            let n = 24;
+            let recording = Recording::new(
+                format!("r{at}"),
+                Source::Simulated,
+                (0..n).map(|k| k as f64 * 0.01).collect(),
+                (1..=10).map(|gauge| format!("S{gauge}")).collect(),
+                normal(10 * n),
+                vec![Axis::Fz],
+                normal(n),
+            );
+            let recording = Arc::new(recording.unwrap());
+            let role = Role::Train;
+            set.push(Entry { recording, role }).unwrap();
+        }
+        let set = Arc::new(set);
+        let scores = |regressor| {
+            let settings = FitSettings {
+                features: FeatureSettings {
+                    polynomial: 2,
+                    ..FeatureSettings::present()
+                },
+                regressor,
+                kernel: KernelSettings {
+                    landmarks: 20,
+                    length_scale: Some(1.0),
+                },
+                ..FitSettings::default()
+            };
+            let request = Request::fit(Arc::clone(&set), settings);
+            let quality = train(&request, &Progress::default(), &mut |_| {})
+                .unwrap()
+                .quality;
+            let compensated = quality.compensated;
+            (
+                compensated.train_rmse.unwrap()[0],
+                compensated.cv_rmse.unwrap()[0],
+            )
+        };
+        let (by_heart, linear) = scores(Regressor::Linear);
+        let (_, hybrid) = scores(Regressor::HybridKernel);
+        assert!(by_heart < 0.8 && linear > 1.3, "{by_heart} {linear}");
+        assert!((hybrid / linear - 1.0).abs() < 0.2, "{hybrid} {linear}");
     }
 }

@@ -65,6 +65,19 @@ pub struct Quality {
     pub ridge: Vec<f64>,
 }
 
+/// A fit that could go through every sample it was made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{samples} training samples for {coefficients} coefficients of each axis: the fit can go through every one of them, so \
+     its training error says nothing; record more, or take fewer gauges and blocks"
+)]
+pub struct Undetermined {
+    /// Samples that were fitted.
+    pub samples: u64,
+    /// Coefficients of each axis.
+    pub coefficients: usize,
+}
+
 /// A calibration that can be saved, read and applied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "super::file_form::FileForm")]
@@ -170,6 +183,16 @@ impl Calibration {
         }
     }
 
+    /// Whether it was fitted to no more samples than it has coefficients.
+    #[must_use]
+    pub fn undetermined(&self) -> Option<Undetermined> {
+        let (samples, coefficients) = (self.quality.n_train, self.design().n_columns());
+        (samples > 0 && samples <= coefficients as u64).then_some(Undetermined {
+            samples,
+            coefficients,
+        })
+    }
+
     /// Why there are no scores of left-out recordings, where there are none though it was fitted.
     #[must_use]
     pub fn why_not_left_out(&self) -> Option<&'static str> {
@@ -180,7 +203,7 @@ impl Calibration {
             Some(Learned::Network(_)) => {
                 "a network would have to be trained anew for every recording that is left out"
             }
-            _ => "there are too few training samples to leave any out",
+            _ => "without a part of the training samples, fewer remain than there are coefficients",
         })
     }
 

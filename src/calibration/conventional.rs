@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use crate::calibration::{
-    LinearMap, NormalEquations, Piece, Ridge, fit, loads_from_gauges, recording_sums,
+    LinearMap, NormalEquations, Piece, Ridge, Terms, fit, loads_from_gauges, recording_sums,
 };
 use crate::features::{Design, FeatureSettings, GaugeScale};
 use crate::recording::Recording;
@@ -56,7 +56,12 @@ impl Conventional {
             for part in parts.iter().flatten() {
                 total.add(part);
             }
-            let correction = fit(&total, &design.all(), Ridge::None).coefficients;
+            let terms = Terms {
+                used: &design.all(),
+                kinds: &design.kinds(),
+                known: &[], // the first round has fitted the same columns
+            };
+            let correction = fit(&total, terms, Ridge::None).coefficients;
             map.matrix = map.corrected(&design, &correction);
         }
         Self {

@@ -7,12 +7,15 @@
 //!
 //! Guarantees: no randomness; far from every landmark the answer falls back to the mean, and the band says so.
 
+use std::borrow::Cow;
+
 use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{NormalEquations, Ridge, fit};
+use crate::calibration::{NormalEquations, Ridge, Terms, fit, fit_targets};
+use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
 /// Added to the diagonal of the landmarks' kernel matrix, whose entries are at most 1, so that it can be inverted.
@@ -104,8 +107,33 @@ impl KernelSettings {
     }
 }
 
-/// Takes a fold, its inputs and its targets.
-pub type TakeRows<'a> = &'a mut dyn FnMut(usize, &[f64], &[f64]);
+/// Samples that follow each other, all of one fold; row-major.
+#[derive(Clone, Copy, Debug)]
+pub struct RowBlock<'a> {
+    /// The part that is left out with them.
+    pub fold: usize,
+    /// What the kernel sees, `n × n_inputs`.
+    pub inputs: &'a [f64],
+    /// The columns of the [`LinearStage`], `n × n_columns`; empty where there is none.
+    pub linear: &'a [f64],
+    /// `n × n_targets`.
+    pub targets: &'a [f64],
+}
+
+/// Takes the blocks of a run.
+pub type TakeRows<'a> = &'a mut dyn FnMut(RowBlock<'_>);
+
+/// The linear fit of which a kernel learns what is left over. It is fitted anew without each part that is left out, so
+/// that no score of the two together knows what it is asked.
+#[derive(Clone, Debug)]
+pub struct LinearStage {
+    /// What its columns are.
+    pub kinds: Vec<ColumnKind>,
+    /// What the targets lack already, see [`Terms::known`].
+    pub known: Vec<f64>,
+    /// The strength of its ridge, per target.
+    pub strengths: Vec<f64>,
+}
 
 /// Rows that can be passed over again and again.
 pub trait Rows: Sync {
@@ -115,9 +143,12 @@ pub trait Rows: Sync {
     fn n_samples(&self, run: usize) -> usize;
     /// Columns of a row, and targets.
     fn widths(&self) -> (usize, usize);
-    /// Calls `take(fold, inputs, targets)` for each block of the run, in order: `n × n_columns` and `n × n_targets`,
-    /// row-major, all of one fold.
+    /// Calls `take` for each block of the run, in order.
     fn pass(&self, run: usize, take: TakeRows<'_>);
+    /// What is fitted before the kernel; `None` where the targets are the kernel's own.
+    fn linear_stage(&self) -> Option<&LinearStage> {
+        None
+    }
 }
 
 /// A fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.
@@ -190,6 +221,7 @@ impl Kernel {
         progress.add_total(2 * tries.max(1) as u64 * rows.n_runs() as u64);
         let standardised = Standardised::measure(rows, progress)?;
         let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
+        let columns = Columns::new(landmarks.len(), rows);
         let root = (rows.widths().0 as f64).sqrt();
         let mut best: Option<(f64, f64)> = None;
         if tries > 0 {
@@ -200,7 +232,8 @@ impl Kernel {
                 };
                 let parts = whitened.sums(rows, step, progress)?;
                 progress.advance(rows.n_runs() as u64);
-                let error = tuned(&parts, progress)?.map_or(f64::INFINITY, |tuned| tuned.error);
+                let error =
+                    tuned(&parts, &columns, progress)?.map_or(f64::INFINITY, |tuned| tuned.error);
                 if best.is_none_or(|(_, least)| error < least) {
                     best = Some((*scale, error));
                 }
@@ -214,10 +247,15 @@ impl Kernel {
             Whitened::new(&standardised, &landmarks, scale * root).ok_or(KernelError::Singular)?;
         let parts = whitened.sums(rows, 1, progress)?;
         let total = summed(&parts);
-        let tuned = tuned(&parts, progress)?;
+        let tuned = tuned(&parts, &columns, progress)?;
         let strength = tuned.as_ref().map_or(1e-3, |tuned| tuned.strength);
         progress.advance(tries.max(1) as u64 * rows.n_runs() as u64);
-        let kernel = whitened.finish(&total, strength, tuned.as_ref());
+        let kernel = whitened.finish(
+            &columns.left_over(&total),
+            &columns,
+            strength,
+            tuned.as_ref(),
+        );
         Ok(KernelFit {
             kernel,
             left_out_squares: tuned.map(|tuned| tuned.squares),
@@ -369,8 +407,8 @@ impl Standardised {
             .map(|run| {
                 progress.check()?;
                 let mut moments = vec![0.0; 1 + 2 * d];
-                rows.pass(run, &mut |_, inputs, _| {
-                    for row in inputs.chunks_exact(d) {
+                rows.pass(run, &mut |block| {
+                    for row in block.inputs.chunks_exact(d) {
                         moments[0] += 1.0;
                         for (column, value) in row.iter().enumerate() {
                             moments[1 + column] += value;
@@ -420,8 +458,8 @@ impl Standardised {
         for run in 0..rows.n_runs() {
             progress.check()?;
             let mut at = first;
-            rows.pass(run, &mut |_, inputs, _| {
-                for row in inputs.chunks_exact(d) {
+            rows.pass(run, &mut |block| {
+                for row in block.inputs.chunks_exact(d) {
                     if at.is_multiple_of(step) {
                         let mut own = Vec::new();
                         self.apply(row, &mut own);
@@ -483,7 +521,7 @@ impl<'a> Whitened<'a> {
         })
     }
 
-    /// Sums of `[φ | 1]` and targets for each fold, from every `step`-th sample.
+    /// Sums of [`Columns`] and targets for each fold, from every `step`-th sample.
     fn sums(
         &self,
         rows: &impl Rows,
@@ -492,33 +530,35 @@ impl<'a> Whitened<'a> {
     ) -> Result<Vec<NormalEquations>, Cancelled> {
         let (d, q) = rows.widths();
         let m = self.landmarks.len();
+        let n_linear = rows.linear_stage().map_or(0, |stage| stage.kinds.len());
+        let n_columns = m + 1 + n_linear;
         let factor = -0.5 / (self.length_scale * self.length_scale);
         let of_runs = (0..rows.n_runs())
             .into_par_iter()
             .map(|run| {
                 let mut parts: Vec<(usize, NormalEquations)> = Vec::new();
                 let (mut at, mut x) = (0, Vec::new());
-                rows.pass(run, &mut |fold, inputs, targets| {
+                rows.pass(run, &mut |block| {
                     if progress.is_cancelled() {
                         return;
                     }
                     let first = at;
-                    at += inputs.len() / d;
+                    at += block.inputs.len() / d;
                     let taken: Vec<usize> = (first..at)
                         .filter(|k| k.is_multiple_of(step))
                         .map(|k| k - first)
                         .collect();
                     let mut similarities = Mat::zeros(m, taken.len());
                     for (column, k) in taken.iter().enumerate() {
-                        self.standardised.apply(&inputs[k * d..][..d], &mut x);
+                        self.standardised.apply(&block.inputs[k * d..][..d], &mut x);
                         for (i, landmark) in self.landmarks.iter().enumerate() {
                             similarities[(i, column)] =
                                 (factor * square_distance(landmark, &x)).exp();
                         }
                     }
                     let phi = &self.whitening * similarities;
-                    if parts.last().is_none_or(|(last, _)| *last != fold) {
-                        parts.push((fold, NormalEquations::new(m + 1, q)));
+                    if parts.last().is_none_or(|(last, _)| *last != block.fold) {
+                        parts.push((block.fold, NormalEquations::new(n_columns, q)));
                     }
                     let sums = &mut parts.last_mut().expect("was just pushed").1;
                     let stride = sums.stride();
@@ -532,7 +572,9 @@ impl<'a> Whitened<'a> {
                             *value = phi[(i, column)];
                         }
                         row[m] = 1.0;
-                        row[m + 1..][..q].copy_from_slice(&targets[k * q..][..q]);
+                        let linear = &block.linear[k * n_linear..][..n_linear];
+                        row[m + 1..n_columns].copy_from_slice(linear);
+                        row[n_columns..][..q].copy_from_slice(&block.targets[k * q..][..q]);
                     }
                     sums.add_rows(&padded);
                 });
@@ -543,22 +585,23 @@ impl<'a> Whitened<'a> {
         let mut folds: Vec<NormalEquations> = Vec::new();
         for (fold, sums) in of_runs.into_iter().flatten() {
             while folds.len() <= fold {
-                folds.push(NormalEquations::new(m + 1, q));
+                folds.push(NormalEquations::new(n_columns, q));
             }
             folds[fold].add(&sums);
         }
         Ok(folds)
     }
 
-    fn finish(&self, total: &NormalEquations, strength: f64, tuned: Option<&Tuned>) -> Kernel {
+    /// The kernel from the sums of all samples, whose targets are what is left to learn.
+    fn finish(
+        &self,
+        total: &NormalEquations,
+        columns: &Columns,
+        strength: f64,
+        tuned: Option<&Tuned>,
+    ) -> Kernel {
         let (m, q) = (self.landmarks.len(), total.n_targets());
-        let columns = shrunk(m);
-        let ridge = Ridge::Absolute {
-            strength,
-            columns: &columns,
-        };
-        let used: Vec<usize> = (0..=m).collect();
-        let beta = fit(total, &used, ridge).coefficients;
+        let beta = columns.kernel(total, strength);
         let on_phi = Mat::from_fn(q, m, |axis, i| beta[i * q + axis]);
         let on_k = on_phi * &self.whitening;
         let posterior = Mat::from_fn(m, m, |i, j| {
@@ -605,9 +648,69 @@ fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Every column but the offset is shrunk.
-fn shrunk(m: usize) -> Vec<bool> {
-    (0..=m).map(|column| column < m).collect()
+/// The columns of the sums, `[φ | 1 | linear stage]`, and the two fits to them.
+struct Columns {
+    /// Of φ and the 1 beside it.
+    of_kernel: Vec<usize>,
+    of_linear: Vec<usize>,
+    kinds: Vec<ColumnKind>,
+    known: Vec<f64>,
+    /// Of the linear stage, per target.
+    strengths: Vec<f64>,
+}
+
+impl Columns {
+    fn new(m: usize, rows: &impl Rows) -> Self {
+        let mut kinds = vec![ColumnKind::Appended; m];
+        kinds.push(ColumnKind::Offset);
+        let mut known = vec![0.0; (m + 1) * rows.widths().1];
+        let mut strengths = Vec::new();
+        if let Some(stage) = rows.linear_stage() {
+            kinds.extend(&stage.kinds);
+            known.extend(&stage.known);
+            strengths.clone_from(&stage.strengths);
+        }
+        Self {
+            of_kernel: (0..=m).collect(),
+            of_linear: (m + 1..kinds.len()).collect(),
+            kinds,
+            known,
+            strengths,
+        }
+    }
+
+    /// The coefficients of the linear stage, fitted to these sums; `None` where there is none.
+    fn linear(&self, sums: &NormalEquations) -> Option<Vec<f64>> {
+        let terms = Terms {
+            used: &self.of_linear,
+            kinds: &self.kinds,
+            known: &self.known,
+        };
+        let is_there = !self.of_linear.is_empty();
+        is_there.then(|| fit_targets(sums, terms, &self.strengths).coefficients)
+    }
+
+    /// These sums with what the linear stage, fitted to them, leaves over as targets.
+    fn left_over<'a>(&self, sums: &'a NormalEquations) -> Cow<'a, NormalEquations> {
+        less(sums, self.linear(sums).as_deref())
+    }
+
+    /// The coefficients of the kernel, fitted to the targets of these sums; all of φ is shrunk.
+    fn kernel(&self, sums: &NormalEquations, strength: f64) -> Vec<f64> {
+        let terms = Terms {
+            used: &self.of_kernel,
+            kinds: &self.kinds,
+            known: &[],
+        };
+        fit(sums, terms, Ridge::Absolute(strength)).coefficients
+    }
+}
+
+fn less<'a>(sums: &'a NormalEquations, linear: Option<&[f64]>) -> Cow<'a, NormalEquations> {
+    match linear {
+        Some(linear) => Cow::Owned(sums.less(linear)),
+        None => Cow::Borrowed(sums),
+    }
 }
 
 fn summed(parts: &[NormalEquations]) -> NormalEquations {
@@ -624,39 +727,45 @@ struct Tuned {
     squares: Vec<f64>,
 }
 
-fn tuned(parts: &[NormalEquations], progress: &Progress) -> Result<Option<Tuned>, Cancelled> {
-    let parts: Vec<&NormalEquations> = parts.iter().filter(|part| part.n_samples() > 0).collect();
+fn tuned(
+    parts: &[NormalEquations],
+    columns: &Columns,
+    progress: &Progress,
+) -> Result<Option<Tuned>, Cancelled> {
+    let has_samples = |part: &&NormalEquations| part.n_samples() > 0;
+    let parts: Vec<NormalEquations> = parts.iter().filter(has_samples).cloned().collect();
     if parts.len() < 2 {
         return Ok(None);
     }
-    let (p, q) = (parts[0].n_features(), parts[0].n_targets());
-    let mut total = NormalEquations::new(p, q);
-    parts.iter().for_each(|part| total.add(part));
-    let columns = shrunk(p - 1);
-    let used: Vec<usize> = (0..p).collect();
-    let squares = parts
-        .par_iter()
-        .map(|part| {
-            let rest = total.without(part);
+    let total = summed(&parts);
+    let q = total.n_targets();
+    let left_over = columns.left_over(&total);
+    let squares = NormalEquations::each_without(
+        &parts,
+        |_| true,
+        |at, rest| {
+            let linear = columns.linear(rest);
+            let (rest, part) = (
+                less(rest, linear.as_deref()),
+                less(&parts[at], linear.as_deref()),
+            );
             STRENGTHS
                 .iter()
                 .map(|&strength| {
                     progress.check()?;
-                    let ridge = Ridge::Absolute {
-                        strength,
-                        columns: &columns,
-                    };
-                    Ok(part.squared_residuals(&fit(&rest, &used, ridge).coefficients))
+                    Ok(part.squared_residuals(&columns.kernel(&rest, strength)))
                 })
                 .collect::<Result<Vec<_>, Cancelled>>()
-        })
-        .collect::<Result<Vec<_>, Cancelled>>()?;
+        },
+    );
+    let squares =
+        (squares.into_iter().map(|(_, squares)| squares)).collect::<Result<Vec<_>, Cancelled>>()?;
     let candidates = STRENGTHS.iter().enumerate().map(|(at, &strength)| {
         let squares: Vec<f64> = (0..q)
             .map(|axis| squares.iter().map(|part| part[at][axis]).sum())
             .collect();
         let error = (0..q)
-            .map(|axis| squares[axis] / total.target_square(axis).max(f64::MIN_POSITIVE))
+            .map(|axis| squares[axis] / left_over.target_square(axis).max(f64::MIN_POSITIVE))
             .sum();
         Tuned {
             strength,
@@ -705,10 +814,15 @@ mod tests {
             (1, 1)
         }
 
-        fn pass(&self, run: usize, take: &mut dyn FnMut(usize, &[f64], &[f64])) {
+        fn pass(&self, run: usize, take: TakeRows<'_>) {
             for samples in self.runs[run].chunks(64) {
                 let (x, y): (Vec<f64>, Vec<f64>) = samples.iter().copied().unzip();
-                take(run, &x, &y);
+                take(RowBlock {
+                    fold: run,
+                    inputs: &x,
+                    linear: &[],
+                    targets: &y,
+                });
             }
         }
     }

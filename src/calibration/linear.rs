@@ -1,11 +1,12 @@
 //! Linear least squares from sums alone (Eq. 8), with the rank it really has, and ridge regression from the same sums.
 //!
-//! Guarantees: a column that is zero, or that the others already explain, gets the coefficient zero; so a past that
-//! never differs leaves the conventional answer, exactly.
+//! Guarantees: a column that is zero, or that those before it in the order of [`ColumnKind`] already explain, gets the
+//! coefficient zero; so a past that never differs leaves the conventional answer, exactly.
 
 use faer::{Mat, Side};
 
 use crate::calibration::NormalEquations;
+use crate::features::ColumnKind;
 
 /// A column counts as explained by the others when what is left of its squared length is below this share.
 ///
@@ -21,65 +22,63 @@ pub struct Fit {
     pub rank: usize,
 }
 
-/// How coefficients are shrunk: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`.
+/// The columns of a fit, and what their targets lack already.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms<'a> {
+    /// The columns that are fitted; the others get zero coefficients.
+    pub used: &'a [usize],
+    /// For every column of the sums, what it is.
+    pub kinds: &'a [ColumnKind],
+    /// The coefficients that were taken off the loads before they became targets, `p × q` row-major; empty for none.
+    ///
+    /// A fit that cannot tell a column from the others must not keep what somebody else knew of it: its coefficient on the
+    /// load is zero, so the one on these targets is what takes the known one away.
+    pub known: &'a [f64],
+}
+
+/// How the coefficients of [`ColumnKind::Appended`] are shrunk: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`.
 ///
 /// Targets are what the conventional calibration leaves over, and gauges and offset are not shrunk: the stronger the
 /// ridge, the nearer the answer to the conventional one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ridge<'a> {
+pub enum Ridge {
     /// Plain least squares.
     None,
-    /// `penaltyⱼ = strength · ‖xⱼ‖²` for the columns that are marked: 1 halves the coefficient of a lone column.
-    Relative {
-        /// From zero up.
-        strength: f64,
-        /// One mark per column.
-        columns: &'a [bool],
-    },
-    /// `penaltyⱼ = strength` for the columns that are marked: the variance of the noise over that of the coefficient.
-    Absolute {
-        /// From zero up.
-        strength: f64,
-        /// One mark per column.
-        columns: &'a [bool],
-    },
+    /// `penaltyⱼ = strength · ‖xⱼ‖²`, the strength from zero up: 1 halves the coefficient of a lone column.
+    Relative(f64),
+    /// `penaltyⱼ = strength`, from zero up: the variance of the noise over that of the coefficient.
+    Absolute(f64),
 }
 
-impl<'a> Ridge<'a> {
-    /// The same columns and scale with another strength.
-    #[must_use]
-    pub fn with_strength(self, strength: f64) -> Self {
-        match self {
-            Self::None => Self::None,
-            Self::Relative { columns, .. } => Self::Relative { strength, columns },
-            Self::Absolute { columns, .. } => Self::Absolute { strength, columns },
-        }
-    }
-
-    fn penalty(self, sums: &NormalEquations, column: usize) -> f64 {
-        match self {
-            Self::Relative { strength, columns } if columns[column] => {
+impl Ridge {
+    fn penalty(self, sums: &NormalEquations, column: usize, kind: ColumnKind) -> f64 {
+        match (self, kind) {
+            (Self::None, _) | (_, ColumnKind::Offset | ColumnKind::Gauge) => 0.0,
+            (Self::Relative(strength), ColumnKind::Appended) => {
                 strength * sums.feature_product(column, column)
             }
-            Self::Absolute { strength, columns } if columns[column] => strength,
-            _ => 0.0,
+            (Self::Absolute(strength), ColumnKind::Appended) => strength,
         }
     }
 }
 
-/// Solves `min ‖Y − XB‖²`, shrunk by `ridge`, using the columns in `used` alone; the others get zero coefficients.
+/// Solves `min ‖Y − XB‖²`, shrunk by `ridge`.
 ///
-/// Cholesky with diagonal pivoting on columns scaled to unit length. The cost does not depend on the number of
-/// samples: `O(p³ + p²q)`.
+/// Cholesky on columns scaled to unit length, pivoting diagonally within each [`ColumnKind`]. The cost does not depend on the
+/// number of samples: `O(p³ + p²q)`.
 ///
 /// **Source** Eq. 5 and 8; with a ridge the diagonal of `XᵀX` grows by the penalties.
 ///
 /// # Panics
-/// If `used` names a column that is not there, or a ridge has another number of columns.
+/// If the terms name a column that is not there, or are of another number of columns.
 #[must_use]
-pub fn fit(sums: &NormalEquations, used: &[usize], ridge: Ridge<'_>) -> Fit {
+pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge) -> Fit {
+    let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
-    let penalties: Vec<f64> = used.iter().map(|&i| ridge.penalty(sums, i)).collect();
+    let penalties: Vec<f64> = used
+        .iter()
+        .map(|&i| ridge.penalty(sums, i, kinds[i]))
+        .collect();
     let inverse_length: Vec<f64> = used
         .iter()
         .zip(&penalties)
@@ -96,43 +95,57 @@ pub fn fit(sums: &NormalEquations, used: &[usize], ridge: Ridge<'_>) -> Fit {
     }
     let mut order: Vec<usize> = (0..m).collect();
     let mut rank = 0;
-    while rank < m {
-        let (pivot, largest) = (rank..m).map(|i| (i, lower[i * m + i])).fold(
-            (rank, f64::NEG_INFINITY),
-            |best, one| {
-                if one.1 > best.1 { one } else { best }
-            },
-        );
-        if largest.is_nan() || largest <= EXPLAINED_BELOW {
-            break;
-        }
-        swap_symmetric(&mut lower, m, rank, pivot);
-        order.swap(rank, pivot);
-        let root = largest.sqrt();
-        lower[rank * m + rank] = root;
-        for i in rank + 1..m {
-            lower[i * m + rank] /= root;
-        }
-        for i in rank + 1..m {
-            let factor = lower[i * m + rank];
-            for j in rank + 1..=i {
-                lower[i * m + j] -= factor * lower[j * m + rank];
+    for kind in ColumnKind::IN_ORDER {
+        loop {
+            let of_kind = (rank..m).filter(|&i| kinds[used[order[i]]] == kind);
+            let (pivot, largest) = of_kind.map(|i| (i, lower[i * m + i])).fold(
+                (rank, f64::NEG_INFINITY),
+                |best, one| {
+                    if one.1 > best.1 { one } else { best }
+                },
+            );
+            if largest.is_nan() || largest <= EXPLAINED_BELOW {
+                break;
             }
+            swap_symmetric(&mut lower, m, rank, pivot);
+            order.swap(rank, pivot);
+            let root = largest.sqrt();
+            lower[rank * m + rank] = root;
+            for i in rank + 1..m {
+                lower[i * m + rank] /= root;
+            }
+            for i in rank + 1..m {
+                let factor = lower[i * m + rank];
+                for j in rank + 1..=i {
+                    lower[i * m + j] -= factor * lower[j * m + rank];
+                }
+            }
+            rank += 1;
         }
-        rank += 1;
     }
+    let (independent, explained) = order.split_at(rank);
+    let known = |column: usize, target: usize| known.get(column * q + target).unwrap_or(&0.0);
     let mut coefficients = vec![0.0; sums.n_features() * q];
     let mut solution = vec![0.0; rank];
     for target in 0..q {
-        for i in 0..rank {
-            let known: f64 = (0..i).map(|j| lower[i * m + j] * solution[j]).sum();
-            let right = sums.target_product(used[order[i]], target) * inverse_length[order[i]];
-            solution[i] = (right - known) / lower[i * m + i];
+        for (i, &at) in independent.iter().enumerate() {
+            let before: f64 = (0..i).map(|j| lower[i * m + j] * solution[j]).sum();
+            let given_back: f64 = explained
+                .iter()
+                .map(|&other| {
+                    sums.feature_product(used[at], used[other]) * known(used[other], target)
+                })
+                .sum();
+            let right = (sums.target_product(used[at], target) + given_back) * inverse_length[at];
+            solution[i] = (right - before) / lower[i * m + i];
         }
         for i in (0..rank).rev() {
-            let known: f64 = (i + 1..rank).map(|j| lower[j * m + i] * solution[j]).sum();
-            solution[i] = (solution[i] - known) / lower[i * m + i];
+            let later: f64 = (i + 1..rank).map(|j| lower[j * m + i] * solution[j]).sum();
+            solution[i] = (solution[i] - later) / lower[i * m + i];
             coefficients[used[order[i]] * q + target] = solution[i] * inverse_length[order[i]];
+        }
+        for &other in explained {
+            coefficients[used[other] * q + target] = 0.0 - known(used[other], target);
         }
     }
     Fit { coefficients, rank }
@@ -143,22 +156,17 @@ pub fn fit(sums: &NormalEquations, used: &[usize], ridge: Ridge<'_>) -> Fit {
 /// The rank is that of the columns themselves, without a ridge.
 ///
 /// # Panics
-/// If there is not one strength per target and one mark per column.
+/// If there is not one strength per target.
 #[must_use]
-pub fn fit_targets(
-    sums: &NormalEquations,
-    used: &[usize],
-    columns: &[bool],
-    strengths: &[f64],
-) -> Fit {
+pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, strengths: &[f64]) -> Fit {
     let q = sums.n_targets();
     assert_eq!(strengths.len(), q, "one strength per target");
-    let mut found = fit(sums, used, Ridge::None);
+    let mut found = fit(sums, terms, Ridge::None);
     for (at, &strength) in strengths.iter().enumerate() {
         if strength == 0.0 || strengths[..at].contains(&strength) {
             continue;
         }
-        let shrunk = fit(sums, used, Ridge::Relative { strength, columns }).coefficients;
+        let shrunk = fit(sums, terms, Ridge::Relative(strength)).coefficients;
         for target in (at..q).filter(|target| strengths[*target] == strength) {
             for feature in 0..sums.n_features() {
                 found.coefficients[feature * q + target] = shrunk[feature * q + target];
@@ -240,10 +248,25 @@ mod tests {
             .collect()
     }
 
+    /// Columns of gauges, all used.
+    fn gauges(p: usize) -> (Vec<usize>, Vec<ColumnKind>) {
+        ((0..p).collect(), vec![ColumnKind::Gauge; p])
+    }
+
+    fn plain(sums: &NormalEquations) -> Fit {
+        let (used, kinds) = gauges(sums.n_features());
+        let terms = Terms {
+            used: &used,
+            kinds: &kinds,
+            known: &[],
+        };
+        fit(sums, terms, Ridge::None)
+    }
+
     #[test]
     fn coefficients_equal_those_of_a_qr_solution() {
         let rows = rows(200);
-        let fit = fit(&sums(&rows, 4), &[0, 1, 2, 3], Ridge::None);
+        let fit = plain(&sums(&rows, 4));
         let x = Mat::from_fn(200, 4, |i, j| rows[i][j]);
         let y = Mat::from_fn(200, 2, |i, j| rows[i][4 + j]);
         let qr = x.col_piv_qr().solve_lstsq(&y);
@@ -264,8 +287,8 @@ mod tests {
                 row
             })
             .collect();
-        let plain = fit(&sums(&rows(80), 4), &[0, 1, 2, 3], Ridge::None);
-        let padded = fit(&sums(&with_zero, 5), &[0, 1, 2, 3, 4], Ridge::None);
+        let padded = plain(&sums(&with_zero, 5));
+        let plain = plain(&sums(&rows(80), 4));
         assert_eq!(padded.rank, 4);
         assert_eq!(padded.coefficients[..8], plain.coefficients);
         assert_eq!(padded.coefficients[8..], [0.0, 0.0]);
@@ -279,9 +302,9 @@ mod tests {
             .map(|row| [&row[..4], &row[2..3], &row[4..]].concat())
             .collect();
         let plain_sums = sums(&rows, 4);
-        let plain = fit(&plain_sums, &[0, 1, 2, 3], Ridge::None);
         let repeated_sums = sums(&repeated, 5);
-        let repeated = fit(&repeated_sums, &[0, 1, 2, 3, 4], Ridge::None);
+        let repeated = plain(&repeated_sums);
+        let plain = plain(&plain_sums);
         assert_eq!(repeated.rank, 4);
         let (a, b) = (
             plain_sums.squared_residuals(&plain.coefficients),
@@ -294,34 +317,68 @@ mod tests {
     #[test]
     fn a_ridge_solves_the_normal_equations_with_its_penalties() {
         let sums = sums(&rows(80), 4);
-        let columns = [false, true, true, false];
-        for ridge in [
-            Ridge::Relative {
-                strength: 0.3,
-                columns: &columns,
-            },
-            Ridge::Absolute {
-                strength: 7.0,
-                columns: &columns,
-            },
-        ] {
-            let b = fit(&sums, &[0, 1, 2, 3], ridge).coefficients;
+        let kinds = [
+            ColumnKind::Gauge,
+            ColumnKind::Appended,
+            ColumnKind::Appended,
+            ColumnKind::Gauge,
+        ];
+        let terms = Terms {
+            used: &[0, 1, 2, 3],
+            kinds: &kinds,
+            known: &[],
+        };
+        let of_strength = [Ridge::Relative, Ridge::Absolute];
+        for (ridge, strength) in of_strength.into_iter().zip([0.3, 7.0]) {
+            let b = fit(&sums, terms, ridge(strength)).coefficients;
             for i in 0..4 {
                 let product: f64 = (0..4).map(|j| sums.feature_product(i, j) * b[j * 2]).sum();
-                let left = product + ridge.penalty(&sums, i) * b[i * 2];
+                let left = product + ridge(strength).penalty(&sums, i, kinds[i]) * b[i * 2];
                 assert!((left - sums.target_product(i, 0)).abs() < 1e-9);
             }
-            let (weak, strong) = (ridge.with_strength(1e-14), ridge.with_strength(1e14));
-            let free = fit(&sums, &[0, 1, 2, 3], Ridge::None).coefficients;
-            let nearly = fit(&sums, &[0, 1, 2, 3], weak).coefficients;
+            let free = fit(&sums, terms, Ridge::None).coefficients;
+            let nearly = fit(&sums, terms, ridge(1e-14)).coefficients;
             assert!((free[2] - nearly[2]).abs() < 1e-9);
-            assert!(fit(&sums, &[0, 1, 2, 3], strong).coefficients[2].abs() < 1e-9);
+            assert!(fit(&sums, terms, ridge(1e14)).coefficients[2].abs() < 1e-9);
+        }
+    }
+
+    /// A gauge that stands still at 3 beside an offset: the offset says it, whichever column comes first, and what was
+    /// known of the gauge is given back.
+    #[test]
+    fn a_gauge_that_stands_still_loses_what_was_known_of_it() {
+        let rows: Vec<Vec<f64>> = (0..30)
+            .map(|k| {
+                let x = (0.4 * f64::from(k)).sin();
+                vec![3.0, x, 1.0, 2.0 * x + 5.0]
+            })
+            .collect();
+        let known = [10.0, 0.5, 1.0];
+        let left_over: Vec<Vec<f64>> = rows
+            .iter()
+            .map(|row| {
+                let known: f64 = row.iter().zip(known).map(|(x, b)| x * b).sum();
+                vec![row[0], row[1], row[2], row[3] - known]
+            })
+            .collect();
+        let terms = Terms {
+            used: &[0, 1, 2],
+            kinds: &[ColumnKind::Gauge, ColumnKind::Gauge, ColumnKind::Offset],
+            known: &known,
+        };
+        let fit = fit(&sums(&left_over, 3), terms, Ridge::None);
+        assert_eq!(fit.rank, 2);
+        for ((b, known), expected) in fit.coefficients.iter().zip(known).zip([0.0, 2.0, 5.0]) {
+            assert!(
+                (b + known - expected).abs() < 1e-12,
+                "{b} {known} {expected}"
+            );
         }
     }
 
     #[test]
     fn no_samples_give_zero_coefficients() {
-        let fit = fit(&NormalEquations::new(2, 1), &[0, 1], Ridge::None);
+        let fit = plain(&NormalEquations::new(2, 1));
         assert_eq!((fit.rank, fit.coefficients), (0, vec![0.0, 0.0]));
     }
 

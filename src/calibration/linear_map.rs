@@ -29,6 +29,22 @@ impl LinearMap {
         }
     }
 
+    /// The coefficients of this map on gauges and offset, on the standardised columns of `design`.
+    ///
+    /// **Shapes** `n_columns × n_axes`, row-major.
+    #[must_use]
+    pub(crate) fn standardised(&self, design: &Design) -> Vec<f64> {
+        let n_axes = self.matrix.len();
+        let mut coefficients = vec![0.0; design.n_columns() * n_axes];
+        for (axis, row) in self.matrix.iter().enumerate() {
+            let own = design.standardised_coefficients(row);
+            for (out, value) in coefficients.iter_mut().skip(axis).step_by(n_axes).zip(own) {
+                *out = value;
+            }
+        }
+        coefficients
+    }
+
     /// This map on gauges and offset, corrected by `coefficients` on the columns of `design`.
     ///
     /// **Shapes** `coefficients` is `n_columns × n_axes` row-major, on standardised columns; the answer is on raw ones.

@@ -22,13 +22,15 @@ mod used_recording;
 mod validate;
 
 pub use aged_sums::{AgedSums, ThresholdAges, aged_sums};
-pub use calibration::{AppliedLoads, Calibration, FORMAT, FactoryScores, Quality, Scores, VERSION};
+pub use calibration::{
+    AppliedLoads, Calibration, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
+};
 pub(crate) use calibration::{learned_inputs, past_samples};
 pub use conventional::Conventional;
 pub use estimator::{Estimator, SampleError};
 pub use kernel::{Kernel, KernelSettings};
 pub use learned::{Learned, LearnedError};
-pub use linear::{Fit, Ridge, condition_number, fit, fit_targets};
+pub use linear::{Fit, Ridge, Terms, condition_number, fit, fit_targets};
 pub use linear_map::LinearMap;
 pub(crate) use linear_map::loads_from_gauges;
 pub use network::{EpochReport, Network, NetworkSettings};

@@ -1,8 +1,9 @@
 //! A recording, as far as linear least squares can tell: the sums `XᵀX`, `XᵀY`, `YᵀY` and n.
 //!
-//! Sums add up: over blocks, recordings and machines; and subtract, which is how one recording is left out. Guarantees:
-//! one pass over the rows; products are collected over short blocks before they join the total, so that rounding
-//! errors grow with the number of blocks and not of samples.
+//! Sums add up: over blocks, recordings and machines. Where a recording is left out, those of the others are added up
+//! anew: taking its sums off the total would leave rounding errors where the others have nothing, and no later test of
+//! the rank could tell them from data. Guarantees: one pass over the rows; products are collected over short blocks
+//! before they join the total, so that rounding errors grow with the number of blocks and not of samples.
 
 use std::ops::Range;
 
@@ -92,22 +93,54 @@ impl NormalEquations {
     /// # Panics
     /// If the columns differ in number.
     pub fn add(&mut self, other: &Self) {
-        self.combine(other, 1.0);
+        assert_eq!(
+            (self.n_features, self.n_targets),
+            (other.n_features, other.n_targets),
+            "sums over the same columns"
+        );
+        for (sum, value) in self.gram.iter_mut().zip(&other.gram) {
+            *sum += value;
+        }
         self.n_samples += other.n_samples;
     }
 
-    /// These sums without those of `part`, which must be in them.
+    /// What `take` makes of the sums of all parts but one, for each part that is `wanted`, by its position.
+    ///
+    /// The sums of the others are added up, by halves of halves, and never subtracted.
     ///
     /// # Panics
-    /// If the columns differ in number, or `part` holds more samples.
+    /// If the parts differ in their columns.
+    pub fn each_without<T: Send>(
+        parts: &[Self],
+        wanted: impl Fn(usize) -> bool + Sync,
+        take: impl Fn(usize, &Self) -> T + Sync,
+    ) -> Vec<(usize, T)> {
+        let Some(first) = parts.first() else {
+            return Vec::new();
+        };
+        let nothing = Self::new(first.n_features, first.n_targets);
+        without_each_of(parts, 0, nothing, &wanted, &take)
+    }
+
+    /// The same samples with targets `Y − XB`.
+    ///
+    /// **Shapes** `coefficients` is `p × q`, row-major.
+    ///
+    /// # Panics
+    /// If `coefficients` has another shape.
     #[must_use]
-    pub fn without(&self, part: &Self) -> Self {
+    pub fn less(&self, coefficients: &[f64]) -> Self {
+        let (p, q, stride) = (self.n_features, self.n_targets, self.stride());
         let mut rest = self.clone();
-        rest.combine(part, -1.0);
-        rest.n_samples = self
-            .n_samples
-            .checked_sub(part.n_samples)
-            .expect("a part has no more samples than the whole");
+        for (target, square) in self.squared_residuals(coefficients).into_iter().enumerate() {
+            for i in 0..p {
+                let explained: f64 = (0..p)
+                    .map(|j| self.feature_product(i, j) * coefficients[j * q + target])
+                    .sum();
+                rest.gram[i * stride + p + target] -= explained;
+            }
+            rest.gram[(p + target) * stride + p + target] = square;
+        }
         rest
     }
 
@@ -131,15 +164,13 @@ impl NormalEquations {
         }
     }
 
-    fn combine(&mut self, other: &Self, sign: f64) {
-        assert_eq!(
-            (self.n_features, self.n_targets),
-            (other.n_features, other.n_targets),
-            "sums over the same columns"
-        );
-        for (sum, value) in self.gram.iter_mut().zip(&other.gram) {
-            *sum += sign * value;
-        }
+    /// Those of these columns that are not zero in every sample.
+    #[must_use]
+    pub fn present_among(&self, columns: &[usize]) -> Vec<usize> {
+        let columns = columns.iter().copied();
+        columns
+            .filter(|&column| self.feature_product(column, column) > 0.0)
+            .collect()
     }
 
     /// Entry of `XᵀX`.
@@ -189,6 +220,32 @@ impl NormalEquations {
             })
             .collect()
     }
+}
+
+/// [`NormalEquations::each_without`] for parts from position `first` on, all others being in `rest`.
+fn without_each_of<T: Send>(
+    parts: &[NormalEquations],
+    first: usize,
+    mut rest: NormalEquations,
+    wanted: &(impl Fn(usize) -> bool + Sync),
+    take: &(impl Fn(usize, &NormalEquations) -> T + Sync),
+) -> Vec<(usize, T)> {
+    if !(first..first + parts.len()).any(wanted) {
+        return Vec::new();
+    }
+    if parts.len() == 1 {
+        return vec![(first, take(first, &rest))];
+    }
+    let (left, right) = parts.split_at(parts.len() / 2);
+    let mut rest_of_left = rest.clone();
+    right.iter().for_each(|part| rest_of_left.add(part));
+    left.iter().for_each(|part| rest.add(part));
+    let (mut taken, others) = rayon::join(
+        || without_each_of(left, first, rest_of_left, wanted, take),
+        || without_each_of(right, first + left.len(), rest, wanted, take),
+    );
+    taken.extend(others);
+    taken
 }
 
 /// Compiled for each instruction set; which one is decided when the program runs.
@@ -326,21 +383,60 @@ mod tests {
         }
     }
 
+    /// The second column is there in the first part alone: without it nothing of it may remain, not even rounding.
     #[test]
-    fn a_part_taken_out_leaves_the_rest() {
-        let (first, second) = (rows(40, 3, 1), rows(60, 3, 1));
-        let sums = |rows: &[&[f64]]| {
-            let mut sums = NormalEquations::new(3, 1);
-            for rows in rows {
-                sums.add_rows(rows);
+    fn without_a_part_nothing_of_it_remains() {
+        let parts: Vec<NormalEquations> = (0..5)
+            .map(|part| {
+                let mut sums = NormalEquations::new(3, 1);
+                let stride = sums.stride();
+                let mut rows = rows(40 + part, 3, 1);
+                if part > 0 {
+                    rows.iter_mut()
+                        .skip(1)
+                        .step_by(stride)
+                        .for_each(|x| *x = 0.0);
+                }
+                sums.add_rows(&rows);
+                sums
+            })
+            .collect();
+        let rests = NormalEquations::each_without(&parts, |at| at != 3, |_, rest| rest.clone());
+        let positions: Vec<usize> = rests.iter().map(|(at, _)| *at).collect();
+        assert_eq!(positions, [0, 1, 2, 4]);
+        for (at, rest) in rests {
+            let others = parts.iter().enumerate().filter(|(other, _)| *other != at);
+            let samples: u64 = others.clone().map(|(_, part)| part.n_samples()).sum();
+            let square: f64 = others.map(|(_, part)| part.feature_product(1, 1)).sum();
+            assert_eq!(rest.n_samples(), samples);
+            assert_eq!(rest.feature_product(1, 1), square);
+        }
+    }
+
+    #[test]
+    fn sums_less_what_is_explained_are_those_of_residuals() {
+        let (p, q) = (3, 2);
+        let mut rows = rows(60, p, q);
+        let mut sums = NormalEquations::new(p, q);
+        sums.add_rows(&rows);
+        let b = [0.5, -1.0, 0.25, 2.0, 0.0, 1.5];
+        let stride = sums.stride();
+        for row in rows.chunks_exact_mut(stride) {
+            for target in 0..q {
+                row[p + target] -= (0..p).map(|i| row[i] * b[i * q + target]).sum::<f64>();
             }
-            sums
-        };
-        let rest = sums(&[&first, &second]).without(&sums(&[&first]));
-        let expected = sums(&[&second]);
-        assert_eq!(rest.n_samples(), 60);
-        for i in 0..3 {
-            assert!((rest.feature_product(i, i) - expected.feature_product(i, i)).abs() < 1e-8);
+        }
+        let mut expected = NormalEquations::new(p, q);
+        expected.add_rows(&rows);
+        let actual = sums.less(&b);
+        for target in 0..q {
+            for i in 0..p {
+                let difference =
+                    actual.target_product(i, target) - expected.target_product(i, target);
+                assert!(difference.abs() < 1e-9);
+            }
+            let difference = actual.target_square(target) - expected.target_square(target);
+            assert!(difference.abs() < 1e-9 * expected.target_square(target));
         }
     }
 }

@@ -11,6 +11,23 @@ use crate::features::play::Play;
 use crate::features::polynomial::{monomial_names, monomials, n_monomials};
 use crate::features::{FeatureSettings, GaugeScale};
 
+/// What a column is, in the order in which columns explain the load: whatever an earlier one can say is not left to a
+/// later one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ColumnKind {
+    /// Always one. A gauge that stands still says nothing beside it.
+    Offset,
+    /// A present gauge.
+    Gauge,
+    /// What a block brought; the only kind that a ridge shrinks.
+    Appended,
+}
+
+impl ColumnKind {
+    /// All kinds, the first to explain first.
+    pub const IN_ORDER: [Self; 3] = [Self::Offset, Self::Gauge, Self::Appended];
+}
+
 /// What the columns of a row are.
 ///
 /// In order: gauges; for each look-back, fixed lag, creep time constant and play radius one set of gauges (a
@@ -65,13 +82,16 @@ impl Design {
         (0..self.n_columns()).collect()
     }
 
-    /// For each column, whether the blocks brought it; such a column may be shrunk, see
-    /// [`Ridge`](crate::calibration::Ridge).
+    /// What each column is.
     #[must_use]
-    pub fn appended(&self) -> Vec<bool> {
+    pub fn kinds(&self) -> Vec<ColumnKind> {
         let end = self.n_columns() - usize::from(self.offset);
         (0..self.n_columns())
-            .map(|column| (self.n_gauges()..end).contains(&column))
+            .map(|column| match column {
+                _ if column < self.n_gauges() => ColumnKind::Gauge,
+                _ if column < end => ColumnKind::Appended,
+                _ => ColumnKind::Offset,
+            })
             .collect()
     }
 
@@ -104,6 +124,30 @@ impl Design {
         {
             *gauge = (*gauge - shift) * factor;
         }
+    }
+
+    /// The coefficients on standardised columns that stand for those of the conventional calibration on raw gauges, and on
+    /// the offset where there is one: the inverse of [`Self::raw_coefficients`]. What the blocks brought has none.
+    #[must_use]
+    pub fn standardised_coefficients(&self, raw: &[f64]) -> Vec<f64> {
+        let mut coefficients = vec![0.0; self.n_columns()];
+        let scale = &self.scale;
+        for (at, factor) in scale.inverse_scale.iter().enumerate() {
+            if *factor > 0.0 {
+                coefficients[at] = raw[at] / factor;
+            }
+        }
+        if self.offset
+            && let (Some(last), Some(offset)) = (coefficients.last_mut(), raw.last())
+        {
+            *last = offset
+                + raw
+                    .iter()
+                    .zip(&scale.shift)
+                    .map(|(b, s)| b * s)
+                    .sum::<f64>();
+        }
+        coefficients
     }
 
     /// The row of coefficients on raw columns that stands for `coefficients` on standardised ones.
@@ -292,9 +336,11 @@ mod tests {
              a_play_0.2 b_play_0.2 a^2 a*b b^2 a^3 b^3 offset"
         );
         assert_eq!(design.present(), [0, 1, 19]);
-        let appended = design.appended();
-        assert_eq!(appended.iter().filter(|is| **is).count(), 17);
-        assert!(!appended[1] && appended[2] && appended[18] && !appended[19]);
+        let kinds = design.kinds();
+        let appended = kinds.iter().filter(|kind| **kind == ColumnKind::Appended);
+        assert_eq!(appended.count(), 17);
+        assert_eq!(kinds[1..3], [ColumnKind::Gauge, ColumnKind::Appended]);
+        assert_eq!(kinds[18..], [ColumnKind::Appended, ColumnKind::Offset]);
     }
 
     /// Relaxed, nothing has happened before: every history is zero.
@@ -322,5 +368,18 @@ mod tests {
         let expected = dot(&coefficients, &standardised);
         let actual = dot(&design.raw_coefficients(&coefficients), &raw);
         assert!((actual - expected).abs() < 1e-10 * expected.abs());
+    }
+
+    #[test]
+    fn standardised_coefficients_undo_raw_ones() {
+        let design = Design {
+            features: FeatureSettings::present(),
+            ..every_block()
+        };
+        let coefficients = [0.7, -1.3, 2.0];
+        let back = design.standardised_coefficients(&design.raw_coefficients(&coefficients));
+        for (back, coefficient) in back.iter().zip(coefficients) {
+            assert!((back - coefficient).abs() < 1e-12);
+        }
     }
 }

@@ -21,7 +21,7 @@ pub mod play;
 pub mod polynomial;
 mod settings;
 
-pub use design::{Design, FeatureStream, feature_names};
+pub use design::{ColumnKind, Design, FeatureStream, feature_names};
 pub use gauge_scale::GaugeScale;
 pub use look_back::{Distance, LiveLookBack, LoadPath, Thresholds};
 pub use settings::{FeatureError, FeatureSettings, MOST_COLUMNS};

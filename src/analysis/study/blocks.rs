@@ -7,10 +7,10 @@ use serde::Serialize;
 use super::{Study, check_parts};
 use crate::analysis::AnalysisError;
 use crate::analysis::fit::Sums;
-use crate::calibration::past_samples;
+use crate::calibration::{Terms, past_samples};
 use crate::evaluation::left_out::LeftOut;
-use crate::evaluation::threshold_study::{Measure, NoSuggestion, left_out_with_ridge, paired};
-use crate::features::{Design, FeatureSettings};
+use crate::evaluation::threshold_study::{Measure, NoSuggestion, paired};
+use crate::features::{ColumnKind, Design, FeatureSettings};
 use crate::progress::Progress;
 use crate::recording::{Recording, Role};
 
@@ -56,6 +56,9 @@ pub struct BlockSuggestion {
 struct Bench {
     sums: Sums,
     design: Design,
+    kinds: Vec<ColumnKind>,
+    /// The conventional map, which the targets lack.
+    known: Vec<f64>,
     /// The columns that are not the block's.
     others: Vec<usize>,
     /// The position of the block's first history.
@@ -189,6 +192,8 @@ impl Bench {
             weights,
             ridge: study.settings.ridge,
             part_samples,
+            kinds: design.kinds(),
+            known: ground.map.standardised(&design),
             design,
         })
     }
@@ -199,15 +204,17 @@ impl Bench {
             self.design.histories(history..history + 1)
         });
         let train = &self.sums.train;
-        let mut used: Vec<usize> = self.others.iter().copied().chain(own).collect();
-        used.retain(|&column| train.feature_product(column, column) > 0.0);
+        let used: Vec<usize> = self.others.iter().copied().chain(own).collect();
         let left_out = LeftOut {
             total: train,
             parts: &self.sums.parts,
-            used: &used,
-            shrunk: &self.design.appended(),
+            terms: Terms {
+                used: &used,
+                kinds: &self.kinds,
+                known: &self.known,
+            },
         };
-        let (_, squares) = left_out_with_ridge(&left_out, self.ridge);
+        let (_, squares) = left_out.with_ridge(self.ridge);
         let squares = squares.ok_or(NoSuggestion::NothingLeftOut)?;
         let weights = self.weights.iter().cycle();
         let sum: f64 = squares

@@ -11,8 +11,9 @@ use std::sync::Arc;
 use crate::analysis::ground::{Ground, in_role};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, FitSettings};
+use crate::evaluation::left_out::fewest_samples_without_a_part;
 use crate::evaluation::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
-use crate::evaluation::threshold_study::{MeasureScale, Touch, fewest_samples_without_a_part};
+use crate::evaluation::threshold_study::{MeasureScale, Touch};
 use crate::features::{Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, RecordingSet, Role};
@@ -138,7 +139,7 @@ fn takes_part(entry: &Entry) -> bool {
 
 /// Checks that enough samples remain where a part is left out.
 fn check_parts(part_samples: &[u64], columns: usize) -> Result<(), AnalysisError> {
-    let samples = fewest_samples_without_a_part(part_samples).unwrap_or(0);
+    let samples = fewest_samples_without_a_part(part_samples.iter().copied()).unwrap_or(0);
     if samples < columns as u64 {
         return Err(AnalysisError::TooShort { samples, columns });
     }

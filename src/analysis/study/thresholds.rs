@@ -138,7 +138,7 @@ impl<'a> Rows<'a> {
             of_recordings,
             ..
         } = ground.sums(&design, &unmoved, n_axes);
-        let scorer = Scorer::new(&design, parts, test, study.settings.ridge)
+        let scorer = Scorer::new(&design, &ground.map, parts, test, study.settings.ridge)
             .with_ridge_by(ground.recordings_left_out(&of_recordings));
         check_parts(&scorer.part_samples(), design.n_columns())?;
         Ok(Self {

@@ -24,7 +24,6 @@ pub use grid::{GridError, MOST_VALUES, ThresholdGrid, even_values};
 pub use map::{ScoreSet, ThresholdMap};
 pub use measure::{Measure, MeasureScale};
 pub use paired::{Paired, paired};
-pub(crate) use scorer::left_out_with_ridge;
-pub use scorer::{PointScores, Scorer, fewest_samples_without_a_part};
+pub use scorer::{PointScores, Scorer};
 pub use suggestion::{FlatRange, NoSuggestion, Suggestion};
 pub use touch::{AgeBin, Touch};

@@ -1,10 +1,11 @@
 //! All scores of one F_th over every t_th, from sums alone.
 
-use crate::calibration::{AgedSums, NormalEquations, Ridge, RidgeChoice, Scores, fit, fit_targets};
-use crate::evaluation::cross_validation::{RIDGE_STRENGTHS, left_out_squares, strongest_good};
-use crate::evaluation::left_out::LeftOut;
+use crate::calibration::{
+    AgedSums, LinearMap, NormalEquations, Ridge, RidgeChoice, Scores, Terms, fit, fit_targets,
+};
+use crate::evaluation::left_out::{LeftOut, summed_by_target};
 use crate::evaluation::metrics;
-use crate::features::Design;
+use crate::features::{ColumnKind, Design};
 use crate::progress::{Cancelled, Progress};
 
 /// How a fit at one pair of thresholds does.
@@ -25,8 +26,10 @@ pub struct Scorer {
     /// The training recordings, where an automatic ridge leaves them out whole rather than the parts.
     recordings: Option<Vec<NormalEquations>>,
     test: NormalEquations,
-    /// For each column, whether a block brought it.
-    appended: Vec<bool>,
+    /// What each column is.
+    kinds: Vec<ColumnKind>,
+    /// The conventional map, which the targets lack.
+    known: Vec<f64>,
     ridge: RidgeChoice,
     conventional: PointScores,
     conventional_rank: usize,
@@ -34,10 +37,11 @@ pub struct Scorer {
 
 impl Scorer {
     /// Takes the sums of the parts that are left out in turn, and of the test recordings, all with a first look-back that
-    /// finds nothing.
+    /// finds nothing, and the conventional map, which leaves over what they have as targets.
     #[must_use]
     pub fn new(
         design: &Design,
+        conventional: &LinearMap,
         parts: Vec<NormalEquations>,
         test: NormalEquations,
         ridge: RidgeChoice,
@@ -45,18 +49,29 @@ impl Scorer {
         let present = design.present();
         let mut train = NormalEquations::new(test.n_features(), test.n_targets());
         parts.iter().for_each(|part| train.add(part));
-        let solve = |sums: &NormalEquations| fit(sums, &present, Ridge::None);
+        let (kinds, known) = (design.kinds(), conventional.standardised(design));
+        let terms = Terms {
+            used: &present,
+            kinds: &kinds,
+            known: &known,
+        };
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; train.n_features() * train.n_targets()];
-        let squares = left_out_squares(&train, &parts, solve).map(|squares| squares.concat());
+        let left_out = LeftOut {
+            total: &train,
+            parts: &parts,
+            terms,
+        };
+        let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
         let conventional = point_scores(&train, &test, &none, squares);
         Self {
-            conventional_rank: solve(&train).rank,
+            conventional_rank: fit(&train, terms, Ridge::None).rank,
             train,
             parts,
             recordings: None,
             test,
-            appended: design.appended(),
+            kinds,
+            known,
             ridge,
             conventional,
         }
@@ -140,17 +155,22 @@ impl Scorer {
         test: &NormalEquations,
     ) -> PointScores {
         let all: Vec<usize> = (0..train.n_features()).collect();
-        let used: Vec<usize> = (all.iter().copied())
-            .filter(|&column| train.feature_product(column, column) > 0.0)
-            .collect();
-        if !used.iter().any(|&column| self.appended[column]) {
+        let used = train.present_among(&all);
+        if !used
+            .iter()
+            .any(|&column| self.kinds[column] == ColumnKind::Appended)
+        {
             return self.conventional.clone();
         }
+        let terms = Terms {
+            used: &used,
+            kinds: &self.kinds,
+            known: &self.known,
+        };
         let left_out = LeftOut {
             total: train,
             parts,
-            used: &used,
-            shrunk: &self.appended,
+            terms,
         };
         let (strengths, squares) = match (self.ridge, recordings) {
             (RidgeChoice::Auto, Some(recordings)) => {
@@ -158,53 +178,18 @@ impl Scorer {
                     parts: recordings,
                     ..left_out
                 };
-                let (strengths, _) = left_out_with_ridge(&whole, self.ridge);
+                let (strengths, _) = whole.with_ridge(self.ridge);
                 let squares = left_out.squares_by_target(&strengths);
                 (strengths, (parts.len() > 1).then_some(squares))
             }
-            _ => left_out_with_ridge(&left_out, self.ridge),
+            _ => left_out.with_ridge(self.ridge),
         };
-        let mut found = fit_targets(train, &all, &self.appended, &strengths);
+        let mut found = fit_targets(train, terms, &strengths);
         if found.rank == self.conventional_rank {
             // The past never differs: as in every fit, the conventional answer to the last bit.
             found.coefficients.fill(0.0);
         }
         point_scores(train, test, &found.coefficients, squares)
-    }
-}
-
-/// The strength of the ridge for each target, and the squared errors of each left-out part with it, `n_parts × n_targets`
-/// row-major; none with fewer than two parts.
-///
-/// An automatic ridge is chosen anew for these very columns, as
-/// [`choose_ridge`](crate::evaluation::cross_validation::choose_ridge) does for a fit.
-pub(crate) fn left_out_with_ridge(
-    left_out: &LeftOut<'_>,
-    ridge: RidgeChoice,
-) -> (Vec<f64>, Option<Vec<f64>>) {
-    let q = left_out.total.n_targets();
-    let enough = left_out.parts.len() > 1;
-    match ridge {
-        RidgeChoice::Strength(strength) => {
-            let squares = enough.then(|| left_out.squares(strength));
-            (vec![strength; q], squares)
-        }
-        RidgeChoice::Auto if !enough => (vec![0.0; q], None),
-        RidgeChoice::Auto => {
-            let tried: Vec<Vec<f64>> = RIDGE_STRENGTHS
-                .iter()
-                .map(|strength| left_out.squares(*strength))
-                .collect();
-            let n_parts = tried[0].len() / q;
-            let chosen: Vec<usize> = (0..q)
-                .map(|axis| strongest_good(n_parts, |at, part| tried[at][part * q + axis]))
-                .collect();
-            let squares = (0..n_parts * q)
-                .map(|at| tried[chosen[at % q]][at])
-                .collect();
-            let strengths = chosen.iter().map(|at| RIDGE_STRENGTHS[*at]).collect();
-            (strengths, Some(squares))
-        }
     }
 }
 
@@ -215,12 +200,9 @@ fn point_scores(
     squares: Option<Vec<f64>>,
 ) -> PointScores {
     let q = train.n_targets();
-    let cv_rmse = squares.as_ref().and_then(|squares| {
-        let sums: Vec<f64> = (0..q)
-            .map(|target| squares.iter().skip(target).step_by(q).sum())
-            .collect();
-        metrics::root_mean(&sums, train.n_samples())
-    });
+    let cv_rmse = squares
+        .as_ref()
+        .and_then(|squares| metrics::root_mean(&summed_by_target(squares, q), train.n_samples()));
     PointScores {
         scores: Scores {
             train_rmse: metrics::rmse(train, coefficients),
@@ -229,12 +211,4 @@ fn point_scores(
         },
         left_out_squares: squares.unwrap_or_default(),
     }
-}
-
-/// The fewest samples that are left to fit when a part is left out; `None` with fewer than two parts.
-#[must_use]
-pub fn fewest_samples_without_a_part(part_samples: &[u64]) -> Option<u64> {
-    let total: u64 = part_samples.iter().sum();
-    let largest = part_samples.iter().max()?;
-    (part_samples.len() > 1).then(|| total - largest)
 }
