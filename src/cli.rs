@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
-use crate::calibration::{Calibration, CalibrationError};
+use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     CalibrationFormat, ReadCalibrationError, TraceFormat, WriteError, name_gauges,
@@ -182,6 +182,8 @@ pub enum JobError {
         "no sample lies between {from_secs} s and {to_secs} s on the clock of its recording; choose other times"
     )]
     NoTraces { from_secs: f64, to_secs: f64 },
+    #[error("{undetermined}; give --force to export it all the same")]
+    Undetermined { undetermined: Undetermined },
     #[error("{} is there already; choose another name, or give --force to write over it", .path.display())]
     Exists { path: PathBuf },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]

@@ -198,6 +198,9 @@ fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
                 .to_owned(),
         );
     }
+    if let Some(undetermined) = calibration.undetermined().filter(|_| analysis.fitted) {
+        warnings.push(format!("{undetermined}."));
+    }
     if let Some(reason) = calibration.why_not_left_out() {
         warnings.push(format!("No leave-one-out errors: {reason}."));
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::analysis::{ComparedRow, Request, TraceSet};
 use crate::app::{Mark, Session};
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, Undetermined};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::recording::RecordingSet;
@@ -52,4 +52,13 @@ pub enum Existing {
     Ask,
     /// Replace it: somebody was asked.
     Replace,
+}
+
+/// Why somebody is asked before a file is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
+    /// It is there already.
+    IsThere,
+    /// The fit that it would hold says nothing; what to do afterwards with a file that is there.
+    Undetermined(Undetermined, Existing),
 }

@@ -21,7 +21,7 @@ mod wish;
 pub use choices::Choices;
 pub use command::{Command, Effect, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
-pub use file_content::{Existing, FileContent, TracesToWrite};
+pub use file_content::{Doubt, Existing, FileContent, TracesToWrite};
 pub use importing::{ImportCommand, Importing, KnownOf};
 pub use notice::{Level, Notice};
 pub use pane::Pane;

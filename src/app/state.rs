@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
 use crate::app::{
-    Command, Comparison, Effect, Existing, FactoryCalibration, FileContent, Importing, Level, Mark,
-    Notice, Opened, OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy, TracesToWrite,
-    Training,
+    Command, Comparison, Doubt, Effect, Existing, FactoryCalibration, FileContent, Importing,
+    Level, Mark, Notice, Opened, OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy,
+    TracesToWrite, Training,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
@@ -62,7 +62,7 @@ pub struct AppState {
     /// What there is to say.
     pub notices: Vec<Notice>,
     /// A file that is there already, and what would be written into it.
-    pub replacing: Option<(FileContent, PathBuf)>,
+    pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// What waits for a path to be typed, with a suggested name.
     pub naming: Option<(FileContent, String)>,
     /// The file whose columns are being said.
@@ -194,12 +194,16 @@ impl AppState {
             Command::Export(path, existing) => self.export(path, existing),
             Command::Save(content, path, existing) => vec![Effect::Write(content, path, existing)],
             Command::AskToReplace(content, path) => {
-                self.replacing = Some((content, path));
+                self.replacing = Some((content, path, Doubt::IsThere));
                 Vec::new()
             }
             Command::Replace(yes) => match self.replacing.take() {
-                Some((content, path)) if yes => {
-                    vec![Effect::Write(content, path, Existing::Replace)]
+                Some((content, path, doubt)) if yes => {
+                    let existing = match doubt {
+                        Doubt::IsThere => Existing::Replace,
+                        Doubt::Undetermined(_, existing) => existing,
+                    };
+                    vec![Effect::Write(content, path, existing)]
                 }
                 _ => Vec::new(),
             },
@@ -512,11 +516,14 @@ impl AppState {
             ));
             return Vec::new();
         }
-        vec![Effect::Write(
-            FileContent::Calibration(calibration, self.sources()),
-            path,
-            existing,
-        )]
+        let fitted = self.applied.is_none();
+        let undetermined = calibration.undetermined().filter(|_| fitted);
+        let content = FileContent::Calibration(calibration, self.sources());
+        if let Some(undetermined) = undetermined {
+            self.replacing = Some((content, path, Doubt::Undetermined(undetermined, existing)));
+            return Vec::new();
+        }
+        vec![Effect::Write(content, path, existing)]
     }
 
     pub(super) fn analyse(&mut self) -> Vec<Effect> {
@@ -1081,6 +1088,22 @@ mod tests {
             assert_eq!(writes, yes);
             assert!(state.replacing.is_none());
         }
+    }
+
+    #[test]
+    fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
+        let mut state = with_files();
+        let mut analysis = Analysis::clone(&fitted(&mut state));
+        Arc::make_mut(&mut analysis.calibration).quality.n_train = 3;
+        state.analysis = Some(Arc::new(analysis));
+        let export = Command::Export("c.json".into(), Existing::Ask);
+        assert!(state.apply(export).is_empty());
+        let effects = state.apply(Command::Replace(true));
+        let writes = matches!(effects[..], [Effect::Write(.., Existing::Ask)]);
+        assert!(
+            writes,
+            "a file that is there is still asked about: {effects:?}"
+        );
     }
 
     #[test]

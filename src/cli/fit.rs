@@ -35,7 +35,7 @@ pub struct FitArgs {
     factory: Option<PathBuf>,
     #[command(flatten)]
     traces: TraceArgs,
-    /// Write over files that are there already.
+    /// Write over files that are there already, and export a fit to fewer samples than it has coefficients.
     #[arg(long)]
     force: bool,
     /// Print one JSON object instead of a table.
@@ -65,6 +65,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         line.say(&epoch_text(&report))
     })?;
     line.end();
+    if let Some(undetermined) = calibration.undetermined() {
+        if !args.export.is_empty() && !args.force {
+            return Err(JobError::Undetermined { undetermined });
+        }
+        tell(&format_args!("warning: {undetermined}"));
+    }
     if !args.export.is_empty() {
         let told = with_sources(&calibration, &request.recordings);
         for path in &args.export {

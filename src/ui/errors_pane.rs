@@ -34,6 +34,20 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         {
             ui.weak(format!("no LOO-CV: {reason}"));
         }
+        if let Some(analysis) = &state.analysis
+            && analysis.fitted
+            && let Some(undetermined) = analysis.calibration.undetermined()
+        {
+            let colour = ui.visuals().warn_fg_color;
+            ui.colored_label(
+                colour,
+                format!(
+                    "⚠ {} samples for {} coefficients",
+                    undetermined.samples, undetermined.coefficients
+                ),
+            )
+            .on_hover_text(undetermined.to_string());
+        }
     });
     let Some(analysis) = &state.analysis else {
         ui.weak("Nothing is fitted yet.");

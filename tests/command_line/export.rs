@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::program::{run, stderr, succeed};
 use crate::table::Table;
-use crate::workshop::{ALL_FILES, Workshop};
+use crate::workshop::{ALL_FILES, Workshop, recording};
 
 #[test]
 fn one_fit_writes_many_formats_and_writes_over_them_only_by_force() {
@@ -170,4 +170,25 @@ fn a_calibration_that_somebody_spoilt_is_not_applied() {
         );
         assert!(!workshop.file("a_loads.csv").exists());
     }
+}
+
+#[test]
+fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_by_force_alone() {
+    let workshop = Workshop::new();
+    workshop.write("few.csv", recording(0.0, 6));
+    let few = ["fit", "--train", "few.csv", "--polynomial", "2"];
+    let plain = run(workshop.path(), &few);
+    assert!(plain.status.success());
+    assert!(
+        stderr(&plain).contains("6 training samples for"),
+        "{}",
+        stderr(&plain)
+    );
+    let export = [&few[..], &["--export", "c.json"]].concat();
+    let refused = run(workshop.path(), &export);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
+    assert!(!workshop.file("c.json").exists());
+    let forced = run(workshop.path(), &[&export[..], &["--force"]].concat());
+    assert!(forced.status.success() && workshop.file("c.json").exists());
 }

@@ -1,6 +1,6 @@
 //! The window: menus above, the status line below, the panes between, and what floats over them.
 
-use crate::app::{AppState, Command, Pane, SessionCommand, Wish};
+use crate::app::{AppState, Command, Doubt, Pane, SessionCommand, Wish};
 use crate::ui::shell::{Fields, Shell};
 use crate::ui::trace_panes::trace_panes;
 use crate::ui::{
@@ -66,23 +66,36 @@ impl Shell {
     }
 }
 
-/// Asks whether to replace a file that is there already.
+/// Asks before a file is written that is there already, or that holds a fit which says nothing.
 fn replacing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
-    let Some((_, path)) = &state.replacing else {
+    let Some((_, path, doubt)) = &state.replacing else {
         return;
     };
+    let (title, reason, yes) = match doubt {
+        Doubt::IsThere => (
+            "The file is there already",
+            None,
+            ("Replace it", "What is in the file now is lost"),
+        ),
+        Doubt::Undetermined(undetermined, _) => (
+            "The samples do not determine this calibration",
+            Some(undetermined.to_string()),
+            ("Export anyway", "Nobody can tell how wrong its loads are"),
+        ),
+    };
+    let no = ("Leave it", "Nothing is written");
     let modal = egui::Modal::new(egui::Id::unique("replace")).show(context, |ui| {
         ui.set_width(420.0);
-        ui.strong("The file is there already");
+        ui.strong(title);
         ui.label(path.display().to_string());
+        if let Some(reason) = reason {
+            ui.label(reason);
+        }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            for (label, explanation, yes) in [
-                ("Replace it", "What is in the file now is lost", true),
-                ("Leave it", "Nothing is written", false),
-            ] {
+            for ((label, explanation), answer) in [(yes, true), (no, false)] {
                 if ui.button(label).on_hover_text(explanation).clicked() {
-                    out.push(Command::Replace(yes));
+                    out.push(Command::Replace(answer));
                 }
             }
         });
