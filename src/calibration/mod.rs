@@ -26,6 +26,7 @@ pub use calibration::{AppliedLoads, Calibration, FORMAT, FactoryScores, Quality,
 pub(crate) use calibration::{learned_inputs, past_samples};
 pub use conventional::Conventional;
 pub use estimator::{Estimator, SampleError};
+pub use file_form::CalibrationFile;
 pub use kernel::{Kernel, KernelSettings};
 pub use learned::{Learned, LearnedError};
 pub use linear::{Fit, Ridge, condition_number, fit, fit_targets};

@@ -381,7 +381,8 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Ma
             .iter()
             .map(|axis| Cell::Number(labelled(*axis))),
     );
-    let features = map.features.iter().enumerate().take(MOST_FEATURES);
+    let features = map.names(&calibration.gauges);
+    let features = features.iter().enumerate().take(MOST_FEATURES);
     let rows = features.map(|(column, feature)| {
         let mut row = vec![Cell::text(feature)];
         row.extend(
@@ -392,8 +393,8 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Ma
         row
     });
     page.table(&head, rows);
-    if map.features.len() > MOST_FEATURES {
-        let more = map.features.len() - MOST_FEATURES;
+    if map.columns.len() > MOST_FEATURES {
+        let more = map.columns.len() - MOST_FEATURES;
         page.element(
             "p",
             &format!("and {more} more, which the complete calibration (JSON) has."),
