@@ -152,7 +152,7 @@ impl Ground {
             found.coefficients.clone_from(&none);
         }
         calibration.compensated = Some(LinearMap {
-            features: calibration.feature_names(),
+            columns: design.columns(),
             matrix: self.map.corrected(&design, &found.coefficients),
         });
         let scores = |coefficients: &[f64], cv_rmse| Scores {

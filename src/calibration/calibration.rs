@@ -8,11 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, CalibrationFile, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
-use crate::features::{
-    Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath, feature_names,
-};
+use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
 use crate::recording::{Axis, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
@@ -80,7 +78,7 @@ pub struct Undetermined {
 
 /// A calibration that can be saved, read and applied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "super::file_form::FileForm")]
+#[serde(try_from = "CalibrationFile", into = "CalibrationFile")]
 pub struct Calibration {
     /// Always [`FORMAT`].
     pub format: String,
@@ -111,24 +109,19 @@ pub struct Calibration {
     /// The load from the present gauges.
     pub conventional: LinearMap,
     /// The linear part of the compensated load; none for a network or a kernel that stands alone.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub compensated: Option<LinearMap>,
     /// What a network or a kernel adds to it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,
     /// How good it was.
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
     /// The median of the training recordings' rates, before decimation (Hz); `None` where it is not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
     /// The files of the training and test recordings, as far as somebody has looked at them; see
     /// [`with_sources`](crate::export::with_sources).
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
     /// How their gauges were tared; gauges that it is applied to must be tared, too.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
 }
 
@@ -149,7 +142,13 @@ impl Calibration {
     /// The names of the columns of the compensated matrix, in order.
     #[must_use]
     pub fn feature_names(&self) -> Vec<String> {
-        feature_names(&self.features, &self.gauges, self.offset)
+        Column::names(&self.columns(), &self.gauges)
+    }
+
+    /// What the columns of the compensated matrix are.
+    #[must_use]
+    pub fn columns(&self) -> Vec<Column> {
+        self.features.columns(self.gauges.len(), self.offset)
     }
 
     /// The rows that the compensated load is made of.
@@ -308,7 +307,7 @@ impl Calibration {
         let n_axes = self.axes.len();
         match &self.compensated {
             Some(map) => {
-                let width = map.features.len();
+                let width = map.columns.len();
                 for (raw, load) in raw.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes)) {
                     map.apply(raw, load);
                 }

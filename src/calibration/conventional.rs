@@ -37,7 +37,7 @@ impl Conventional {
         };
         let n_columns = design.n_columns();
         let mut map = LinearMap {
-            features: design.names(first.gauge_names()),
+            columns: design.columns(),
             matrix: vec![vec![0.0; n_columns]; n_axes],
         };
         for _ in 0..2 {

@@ -1,12 +1,18 @@
 //! A calibration at work: one sample in, one load out, as a robot runs it.
 //!
 //! Guarantees: the numbers are those of [`Calibration::apply`] on the whole recording (features to the last bit; a
-//! network's sums may round differently); memory is bounded
-//! by the longest t_th and lag; a bad sample is refused and changes nothing.
+//! network's sums may round differently); memory is bounded by the longest t_th and lag; a bad sample is refused and leaves
+//! no trace in what follows; a clock that was set anew starts the history anew within [`STRAYS`] samples, so no load is
+//! ever that of an older sample. Exported code does the same.
 
 use crate::calibration::learned::LearnedScratch;
 use crate::calibration::{Calibration, CalibrationError, learned_inputs};
 use crate::features::{Design, FeatureStream, LiveLookBack};
+
+/// A time further after the last than this is off the clock (s).
+pub const LEAP_SECS: f64 = 86_400.0;
+/// So many samples in a row with times that are off the clock are those of a clock that was set anew.
+pub const STRAYS: u32 = 3;
 
 /// The blocks of a calibration, ready to run.
 #[derive(Clone, Debug)]
@@ -15,7 +21,10 @@ pub struct Estimator<'a> {
     design: &'a Design,
     stream: FeatureStream<'a>,
     look_back: LiveLookBack,
-    last_secs: f64,
+    /// The time of the last sample that was taken.
+    last_secs: Option<f64>,
+    /// So many samples in a row were off the clock.
+    strays: u32,
     raw: Vec<f64>,
     inputs: Vec<f64>,
     scratch: LearnedScratch,
@@ -31,8 +40,17 @@ pub enum SampleError {
     Gauges { expected: usize, actual: usize },
     #[error("the time or a gauge is not a finite number")]
     NotFinite,
-    #[error("time goes back from {last_secs} s to {time} s; start anew for another recording")]
-    TimeGoesBack { last_secs: f64, time: f64 },
+    #[error("the time {time} s is before the last, {last_secs} s, or a leap after it")]
+    OffTheClock { last_secs: f64, time: f64 },
+}
+
+/// What became of a sample that was not refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// The history goes on with it.
+    GoesOn,
+    /// The history starts anew with it: the clock was set anew.
+    Restarted,
 }
 
 impl<'a> Estimator<'a> {
@@ -42,24 +60,14 @@ impl<'a> Estimator<'a> {
     /// [`CalibrationError`] if the calibration is not whole.
     pub fn new(calibration: &'a Calibration, design: &'a Design) -> Result<Self, CalibrationError> {
         calibration.validate()?;
-        let longest_secs = calibration
-            .features
-            .look_backs
-            .iter()
-            .fold(0.0, |longest: f64, thresholds| {
-                longest.max(thresholds.t_th_secs)
-            });
         let n_axes = calibration.axes.len();
         Ok(Self {
             calibration,
             design,
             stream: FeatureStream::new(design),
-            look_back: LiveLookBack::new(
-                &calibration.distance_weights(),
-                longest_secs,
-                calibration.gauges.len(),
-            ),
-            last_secs: f64::NEG_INFINITY,
+            look_back: look_back(calibration),
+            last_secs: None,
+            strays: 0,
             raw: vec![0.0; design.n_columns()],
             inputs: Vec::new(),
             scratch: LearnedScratch::default(),
@@ -68,13 +76,27 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// Takes the next sample and gives its compensated load.
+    /// Takes the next sample and gives its compensated load, and whether the history starts anew with it.
+    ///
+    /// A time that is before the last, or more than [`LEAP_SECS`] after it, is off the clock. Such a sample is refused; the
+    /// [`STRAYS`]th in a row is taken as the first of a clock that was set anew. The same time again is no time gone by, as
+    /// in recordings.
     ///
     /// **Units** `time` (s); gauges as in the training recordings; loads (N) and (N·m).
     ///
     /// # Errors
     /// [`SampleError`] if the sample cannot be used; the next good one goes on where the last good one was.
-    pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<&[f64], SampleError> {
+    pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Taken, &[f64]), SampleError> {
+        let taken = self.judge(time, gauges);
+        match taken {
+            Ok(_) => self.take(time, gauges),
+            Err(_) => self.conventional.fill(f64::NAN),
+        }
+        taken.map(|taken| (taken, &*self.compensated))
+    }
+
+    /// What is to become of a sample; the history is forgotten if it restarts.
+    fn judge(&mut self, time: f64, gauges: &[f64]) -> Result<Taken, SampleError> {
         let expected = self.calibration.gauges.len();
         if gauges.len() != expected {
             return Err(SampleError::Gauges {
@@ -85,13 +107,25 @@ impl<'a> Estimator<'a> {
         if !time.is_finite() || !gauges.iter().all(|gauge| gauge.is_finite()) {
             return Err(SampleError::NotFinite);
         }
-        if time < self.last_secs {
-            return Err(SampleError::TimeGoesBack {
-                last_secs: self.last_secs,
-                time,
-            });
+        let Some(last_secs) = self.last_secs else {
+            return Ok(Taken::GoesOn);
+        };
+        if (0.0..=LEAP_SECS).contains(&(time - last_secs)) {
+            self.strays = 0;
+            return Ok(Taken::GoesOn);
         }
-        self.last_secs = time;
+        self.strays += 1;
+        if self.strays < STRAYS {
+            return Err(SampleError::OffTheClock { last_secs, time });
+        }
+        self.strays = 0;
+        self.stream = FeatureStream::new(self.design);
+        self.look_back = look_back(self.calibration);
+        Ok(Taken::Restarted)
+    }
+
+    fn take(&mut self, time: f64, gauges: &[f64]) {
+        self.last_secs = Some(time);
         let Calibration {
             conventional,
             features,
@@ -112,14 +146,24 @@ impl<'a> Estimator<'a> {
             &mut self.scratch,
             &mut self.compensated,
         );
-        Ok(&self.compensated)
     }
 
-    /// The conventional load of the newest sample.
+    /// The conventional load of the newest sample; NaN if it was refused.
     #[must_use]
     pub fn conventional(&self) -> &[f64] {
         &self.conventional
     }
+}
+
+/// A look-back before the first sample.
+fn look_back(calibration: &Calibration) -> LiveLookBack {
+    let look_backs = calibration.features.look_backs.iter();
+    let longest_secs = look_backs.map(|look_back| look_back.t_th_secs);
+    LiveLookBack::new(
+        &calibration.distance_weights(),
+        longest_secs.fold(0.0, f64::max),
+        calibration.gauges.len(),
+    )
 }
 
 #[cfg(test)]
@@ -188,9 +232,10 @@ mod tests {
         let mut estimator = Estimator::new(calibration, &design).unwrap();
         let n_axes = calibration.axes.len();
         for (k, expected) in applied.compensated.chunks_exact(n_axes).enumerate() {
-            let load = estimator
+            let (taken, load) = estimator
                 .update(recording.times()[k], recording.gauges_at(k))
                 .unwrap();
+            assert_eq!(taken, Taken::GoesOn);
             for ((actual, expected), scale) in
                 load.iter().zip(expected).zip(&calibration.full_scale)
             {
@@ -248,8 +293,59 @@ mod tests {
         assert!(estimator.update(f64::NAN, &gauges).is_err());
         assert!(estimator.update(2.0, &[f64::INFINITY; 6]).is_err());
         assert!(estimator.update(0.5, &gauges).is_err());
+        assert!(estimator.update(1e9, &gauges).is_err());
+        assert!(estimator.conventional().iter().all(|load| load.is_nan()));
         let next = vec![0.2; 6];
         let expected = undisturbed.update(3.0, &next).unwrap();
         assert_eq!(estimator.update(3.0, &next).unwrap(), expected);
+        assert_eq!(estimator.conventional(), undisturbed.conventional());
+    }
+
+    /// From the third sample of the new clock on the loads are those of an estimator that knows nothing else.
+    #[test]
+    fn a_clock_that_was_set_anew_starts_the_history_anew() {
+        let recording = Arc::clone(&some_built_in().entries()[1].recording);
+        let calibration = calibration(every_block(), Regressor::Linear);
+        let design = calibration.design();
+        for start_secs in [0.0, -5.0, 1.7e9] {
+            let mut estimator = Estimator::new(&calibration, &design).unwrap();
+            let mut fresh = estimator.clone();
+            for k in 0..100 {
+                let time = 1000.0 + recording.times()[k];
+                estimator.update(time, recording.gauges_at(k)).unwrap();
+            }
+            for k in 0..recording.n_samples() {
+                let (time, gauges) = (start_secs + recording.times()[k], recording.gauges_at(k));
+                let actual = estimator.update(time, gauges);
+                if k < 2 {
+                    assert!(matches!(actual, Err(SampleError::OffTheClock { .. })));
+                    continue;
+                }
+                let (taken, actual) = actual.unwrap();
+                assert_eq!(taken == Taken::Restarted, k == 2);
+                assert_eq!(actual, fresh.update(time, gauges).unwrap().1, "sample {k}");
+            }
+        }
+    }
+
+    /// Bursts with one stamp: what the recording's fit and `apply` make of them.
+    #[test]
+    fn the_same_time_again_is_no_time_gone_by() {
+        let recording = Arc::clone(&some_built_in().entries()[1].recording);
+        let times = recording
+            .times()
+            .chunks(4)
+            .flat_map(|few| vec![few[0]; few.len()]);
+        let stamped = Recording::new(
+            "stamped",
+            recording.source().clone(),
+            times.collect(),
+            recording.gauge_names().to_vec(),
+            recording.gauges().to_vec(),
+            recording.axes().to_vec(),
+            recording.loads().to_vec(),
+        );
+        let calibration = calibration(every_block(), Regressor::Linear);
+        assert_runs_as_applied(&calibration, &stamped.unwrap(), 0.0);
     }
 }

@@ -1,24 +1,28 @@
-//! A matrix with its columns named: what calibration engineers call the calibration.
+//! A matrix that knows what its columns are: what calibration engineers call the calibration.
 
-use serde::{Deserialize, Serialize};
-
-use crate::features::Design;
+use crate::features::{Column, Design};
 use crate::recording::Recording;
 
-/// A load as a linear function of named features: `load = matrix · features`.
+/// A load as a linear function of features: `load = matrix · features`.
 ///
-/// **Shapes** `matrix` has one row per axis and one column per feature; the feature `offset` is always 1.
+/// **Shapes** `matrix` has one row per axis and one column per feature; [`Column::Offset`] is always 1.
 ///
 /// **Units** (N) or (N·m) per unit of the gauge; per 1 for monomials, which are made of standardised gauges.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinearMap {
-    /// Column names, see [`feature_names`](crate::features::feature_names).
-    pub features: Vec<String>,
+    /// What each column is.
+    pub columns: Vec<Column>,
     /// One row per axis.
     pub matrix: Vec<Vec<f64>>,
 }
 
 impl LinearMap {
+    /// The names of the columns where the gauges have these.
+    #[must_use]
+    pub fn names(&self, gauges: &[String]) -> Vec<String> {
+        Column::names(&self.columns, gauges)
+    }
+
     /// Writes the load of one sample; of a row without its last column, that is taken for an offset of 1.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {

@@ -2,7 +2,7 @@
 
 use crate::calibration::learned::LearnedError;
 use crate::calibration::{Calibration, FORMAT, LinearMap, VERSION};
-use crate::features::{FeatureError, FeatureSettings, feature_names};
+use crate::features::{Column, FeatureError, FeatureSettings};
 
 /// Why a calibration cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -55,14 +55,7 @@ impl Calibration {
     /// # Errors
     /// [`CalibrationError`] with the first thing found.
     pub fn validate(&self) -> Result<(), CalibrationError> {
-        if self.format != FORMAT {
-            return Err(CalibrationError::Format);
-        }
-        if self.version == 0 || self.version > VERSION {
-            return Err(CalibrationError::Version {
-                version: self.version,
-            });
-        }
+        check_head(&self.format, self.version)?;
         if self.gauges.is_empty() {
             return Err(CalibrationError::Nothing { what: "gauges" });
         }
@@ -122,7 +115,7 @@ impl Calibration {
             self.validate_map("compensated", map, &self.features)?;
         }
         if let Some(learned) = &self.learned {
-            let n_inputs = self.feature_names().len() - usize::from(self.offset);
+            let n_inputs = self.columns().len() - usize::from(self.offset);
             learned.validate(n_inputs, n_axes)?;
         }
         if self.compensated.is_none() && self.learned.is_none() {
@@ -139,22 +132,11 @@ impl Calibration {
         map: &LinearMap,
         features: &FeatureSettings,
     ) -> Result<(), CalibrationError> {
-        let names = feature_names(features, &self.gauges, self.offset);
-        length(
-            &format!("{field}.features"),
-            names.len(),
-            map.features.len(),
-        )?;
-        for (position, (expected, actual)) in names.iter().zip(&map.features).enumerate() {
-            if expected != actual {
-                return Err(CalibrationError::Feature {
-                    field,
-                    position: position + 1,
-                    expected: expected.clone(),
-                    actual: actual.clone(),
-                });
-            }
-        }
+        let columns = features.columns(self.gauges.len(), self.offset);
+        let said =
+            |columns: &[Column]| columns.iter().map(|column| format!("{column:?}")).collect();
+        let (expected, actual): (Vec<_>, Vec<_>) = (said(&columns), said(&map.columns));
+        check_features(field, &expected, &actual)?;
         length(
             &format!("{field}.matrix"),
             self.axes.len(),
@@ -162,13 +144,44 @@ impl Calibration {
         )?;
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
             let field = format!("{field}.matrix, row {}", axis.symbol());
-            length(&field, names.len(), row.len())?;
+            length(&field, columns.len(), row.len())?;
             if !row.iter().all(|number| number.is_finite()) {
                 return Err(CalibrationError::Number { field });
             }
         }
         Ok(())
     }
+}
+
+/// Checks what a file says of itself.
+pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationError> {
+    if format != FORMAT {
+        return Err(CalibrationError::Format);
+    }
+    if version == 0 || version > VERSION {
+        return Err(CalibrationError::Version { version });
+    }
+    Ok(())
+}
+
+/// Checks what the columns of a map are said to be.
+pub(super) fn check_features(
+    field: &'static str,
+    expected: &[String],
+    actual: &[String],
+) -> Result<(), CalibrationError> {
+    length(&format!("{field}.features"), expected.len(), actual.len())?;
+    for (position, (expected, actual)) in expected.iter().zip(actual).enumerate() {
+        if expected != actual {
+            return Err(CalibrationError::Feature {
+                field,
+                position: position + 1,
+                expected: expected.clone(),
+                actual: actual.clone(),
+            });
+        }
+    }
+    Ok(())
 }
 
 fn length(field: &str, expected: usize, actual: usize) -> Result<(), CalibrationError> {

@@ -13,7 +13,7 @@ use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::metrology::{
-    Cell, Figure, Metrology, MetrologySettings, Quantity, Reason, Row, Run, table,
+    Cell, Figure, Metrology, MetrologySettings, Reason, Row, Run, table,
 };
 use crate::evaluation::numbers::significant;
 use crate::export::{read_calibration, write_atomically, write_metrology_csv};
@@ -244,10 +244,6 @@ fn line(text: &mut String, content: std::fmt::Arguments<'_>) {
     writeln!(text, "{content}").expect("a String takes all");
 }
 
-fn is_crosstalk(row: &Row) -> bool {
-    matches!(row.quantity, Quantity::Crosstalk(_))
-}
-
 fn axis_block(text: &mut String, table: &Metrology, at: usize) {
     let axis = table.axes[at];
     let head = format!(
@@ -264,7 +260,7 @@ fn axis_block(text: &mut String, table: &Metrology, at: usize) {
             "Conv.", "% FS", "Comp.", "% FS", "change"
         ),
     );
-    for row in table.rows.iter().filter(|row| !is_crosstalk(row)) {
+    for row in table.own_rows() {
         figure_line(text, row, &row.cells[at]);
     }
 }
@@ -320,8 +316,8 @@ fn crosstalk_block(text: &mut String, table: &Metrology) {
         .map(|axis| format!("{:>9}", axis.symbol()))
         .collect();
     line(text, format_args!("\n{:<27}{columns}", "Crosstalk [% FS]"));
-    for row in table.rows.iter().filter(|row| is_crosstalk(row)) {
-        let from = row.definition.name.trim_start_matches("Crosstalk ");
+    for (from, row) in table.crosstalk_rows() {
+        let from = format!("from {}", from.symbol());
         if let Some(reason) = shared_reason(row) {
             line(text, format_args!("  {from:<27}{reason}"));
             continue;
@@ -363,17 +359,7 @@ fn percent_cell(figure: &Figure) -> String {
 }
 
 fn definition_block(text: &mut String, table: &Metrology) {
-    let mut crosstalk_told = false;
-    for row in &table.rows {
-        if is_crosstalk(row) && std::mem::replace(&mut crosstalk_told, true) {
-            continue;
-        }
-        let about = &row.definition;
-        let name = if is_crosstalk(row) {
-            "Crosstalk"
-        } else {
-            &about.name
-        };
+    for (name, about) in table.definitions() {
         line(
             text,
             format_args!(

@@ -63,13 +63,16 @@ pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Array> {
     ] {
         arrays.extend(rmse.as_ref().map(|rmse| vector(name, rmse)));
     }
+    let map = |name: &str, map: &LinearMap| {
+        let features = map.names(&calibration.gauges).into_iter();
+        [
+            matrix(name, &map.matrix),
+            texts(&format!("{name}_features"), features),
+        ]
+    };
     arrays.extend(map("conventional", &calibration.conventional));
-    arrays.extend(
-        calibration
-            .compensated
-            .iter()
-            .flat_map(|own| map("compensated", own)),
-    );
+    let compensated = calibration.compensated.iter();
+    arrays.extend(compensated.flat_map(|own| map("compensated", own)));
     match &calibration.learned {
         Some(Learned::Network(network)) => arrays.extend(of_network(network)),
         Some(Learned::Kernel(kernel)) => arrays.extend(of_kernel(kernel)),
@@ -103,13 +106,6 @@ fn texts(name: &str, texts: impl Iterator<Item = String>) -> Array {
         name: name.to_owned(),
         content: Content::Texts(texts.collect()),
     }
-}
-
-fn map(name: &str, map: &LinearMap) -> [Array; 2] {
-    [
-        matrix(name, &map.matrix),
-        texts(&format!("{name}_features"), map.features.iter().cloned()),
-    ]
 }
 
 fn of_network(network: &Network) -> Vec<Array> {

@@ -116,13 +116,6 @@ pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
         return;
     }
     calibration.gauges = names.to_vec();
-    let offset = calibration.offset;
-    let named =
-        |features: &FeatureSettings| crate::features::feature_names(features, names, offset);
-    calibration.conventional.features = named(&FeatureSettings::present());
-    if let Some(compensated) = &mut calibration.compensated {
-        compensated.features = named(&calibration.features);
-    }
 }
 
 /// Attributes by name.
@@ -209,7 +202,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
     let n_gauges = matrix[0].len();
     let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();
     let map = LinearMap {
-        features: gauges.clone(),
+        columns: FeatureSettings::present().columns(n_gauges, false),
         matrix,
     };
     Calibration {

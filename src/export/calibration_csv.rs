@@ -5,6 +5,7 @@ use std::io;
 use super::facts::Fact;
 use super::text::printable;
 use crate::calibration::Calibration;
+use crate::features::Column;
 
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
 pub(super) fn write(
@@ -16,7 +17,8 @@ pub(super) fn write(
         writeln!(out, "# {name}: {}", printable(text))?;
     }
     let mut csv = csv::Writer::from_writer(out);
-    let features = calibration.feature_names();
+    let columns = calibration.columns();
+    let features = Column::names(&columns, &calibration.gauges);
     let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
     csv.write_record(head.iter().chain(&features))?;
     let blocks = calibration.describe();
@@ -32,9 +34,11 @@ pub(super) fn write(
         let axes = calibration.axes.iter().zip(&calibration.units);
         for ((axis, unit), row) in axes.zip(&map.matrix) {
             let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
-            let numbers = features.iter().map(|feature| {
-                let column = map.features.iter().position(|own| own == feature);
-                column.map_or(String::new(), |column| row[column].to_string())
+            // A map's columns are some of all, in the same order.
+            let mut own = map.columns.iter().zip(row).peekable();
+            let numbers = columns.iter().map(|column| {
+                let number = own.next_if(|(own, _)| *own == column);
+                number.map_or(String::new(), |(_, number)| number.to_string())
             });
             csv.write_record(head.into_iter().chain(numbers))?;
         }

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::cal::{self, CalError};
-use crate::calibration::{Calibration, CalibrationError};
+use crate::calibration::{Calibration, CalibrationError, CalibrationFile};
 use crate::export::{CalibrationFormat, WriteError, write_atomically};
 
 /// A larger file is no calibration.
@@ -61,37 +61,43 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
         return Err(ReadCalibrationError::TooLarge { path: at(), bytes });
     }
     let content = fs::read(path).map_err(io)?;
-    let calibration = match CalibrationFormat::from_path(path) {
-        Some(CalibrationFormat::Cal) => cal::read(&content)
-            .map_err(|source| ReadCalibrationError::Cal { path: at(), source })?,
-        Some(format) if !format.reads_back() => {
-            return Err(ReadCalibrationError::WriteOnly { path: at() });
+    let unusable = |source| ReadCalibrationError::Calibration { path: at(), source };
+    match CalibrationFormat::from_path(path) {
+        Some(CalibrationFormat::Cal) => {
+            let calibration = cal::read(&content)
+                .map_err(|source| ReadCalibrationError::Cal { path: at(), source })?;
+            calibration.validate().map_err(unusable)?;
+            Ok(calibration)
         }
-        _ => serde_json::from_slice::<Calibration>(&content)
-            .map_err(|source| ReadCalibrationError::Json { path: at(), source })?,
-    };
-    calibration
-        .validate()
-        .map_err(|source| ReadCalibrationError::Calibration { path: at(), source })?;
-    Ok(calibration)
+        Some(format) if !format.reads_back() => Err(ReadCalibrationError::WriteOnly { path: at() }),
+        _ => serde_json::from_slice::<CalibrationFile>(&content)
+            .map_err(|source| ReadCalibrationError::Json { path: at(), source })?
+            .try_into()
+            .map_err(unusable),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, UsedRecording, VERSION};
-    use crate::features::{FeatureSettings, GaugeScale, feature_names};
+    use crate::export::code::Program;
+    use crate::features::{FeatureSettings, GaugeScale};
     use crate::recording::{Axis, Role};
 
-    pub(crate) fn calibration() -> Calibration {
-        let gauges = vec!["S,1".to_owned(), "S\"2".to_owned()];
+    fn calibration() -> Calibration {
+        calibration_of(["S,1", "S\"2"], FeatureSettings::default(), true)
+    }
+
+    fn calibration_of(gauges: [&str; 2], features: FeatureSettings, offset: bool) -> Calibration {
+        let gauges = gauges.map(str::to_owned).to_vec();
         let map = |blocks: &FeatureSettings, factor: f64| {
-            let features = feature_names(blocks, &gauges, true);
+            let columns = blocks.columns(gauges.len(), offset);
             let row =
-                |axis: f64| (0..features.len()).map(move |at| factor * axis / (at as f64 + 3.0));
+                |axis: f64| (0..columns.len()).map(move |at| factor * axis / (at as f64 + 3.0));
             LinearMap {
                 matrix: vec![row(1.0).collect(), row(-1e-9).collect()],
-                features,
+                columns,
             }
         };
         Calibration {
@@ -102,13 +108,13 @@ mod tests {
             axes: vec![Axis::Fz, Axis::Mx],
             units: vec!["N".to_owned(), "N·m".to_owned()],
             full_scale: vec![12.0, 0.25],
-            offset: true,
+            offset,
             decimation: 1,
-            features: FeatureSettings::default(),
             gauge_scale: GaugeScale::identity(2),
             regressor: Regressor::Linear,
             conventional: map(&FeatureSettings::present(), 0.1),
-            compensated: Some(map(&FeatureSettings::default(), 1e8)),
+            compensated: Some(map(&features, 1e8)),
+            features,
             learned: None,
             quality: Quality::default(),
             trained_on: vec!["a \u{1b}[31m".to_owned()],
@@ -158,6 +164,40 @@ mod tests {
         assert_eq!(&rows[0][6], "");
         let value: f64 = rows[2][6].parse().unwrap();
         assert_eq!(value, calibration.compensated.unwrap().matrix[0][2]);
+    }
+
+    /// Columns are told apart by their kind, not by their names.
+    #[test]
+    fn gauges_may_be_called_like_other_columns() {
+        let features = FeatureSettings {
+            polynomial: 2,
+            ..FeatureSettings::default()
+        };
+        for second in ["S1_past", "S1^2", "offset", "Crosstalk Fx"] {
+            for offset in [true, false] {
+                let calibration = calibration_of(["S1", second], features.clone(), offset);
+                let (_directory, path) = written(&calibration, "c.json");
+                assert_eq!(read_calibration(&path).unwrap(), calibration);
+
+                let conventional = &calibration.conventional.matrix[0];
+                let on_rows = Program::new(&calibration).conventional;
+                assert_eq!(on_rows.matrix[0], conventional[..2]);
+                assert_eq!(on_rows.base[0], if offset { conventional[2] } else { 0.0 });
+
+                let (_directory, path) = written(&calibration, "c.csv");
+                let mut csv = csv::ReaderBuilder::new();
+                let mut csv = csv.comment(Some(b'#')).from_path(path).unwrap();
+                let row = csv.records().next().unwrap().unwrap();
+                let cells = row.iter().skip(4).enumerate();
+                let filled = cells.filter(|(_, cell)| !cell.is_empty());
+                let filled: Vec<(usize, f64)> = filled
+                    .map(|(column, cell)| (column, cell.parse().unwrap()))
+                    .collect();
+                let columns = [0, 1].into_iter().chain(offset.then_some(7));
+                let expected = columns.zip(conventional.iter().copied());
+                assert_eq!(filled, expected.collect::<Vec<_>>(), "{second}");
+            }
+        }
     }
 
     #[test]

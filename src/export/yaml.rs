@@ -77,17 +77,21 @@ pub(super) fn write(
     writeln!(out, "  shift: {}", numbers(&scale.shift))?;
     writeln!(out, "  inverse_scale: {}", numbers(&scale.inverse_scale))?;
     writeln!(out, "  deviation: {}", numbers(&scale.deviation))?;
+    let (gauges, quality) = (&calibration.gauges, &calibration.quality);
+    let conventional = &calibration.conventional;
     map(
         "conventional",
-        &calibration.conventional,
-        &calibration.quality.conventional,
+        conventional,
+        gauges,
+        &quality.conventional,
         out,
     )?;
     if let Some(compensated) = &calibration.compensated {
         map(
             "compensated",
             compensated,
-            &calibration.quality.compensated,
+            gauges,
+            &quality.compensated,
             out,
         )?;
     }
@@ -95,11 +99,17 @@ pub(super) fn write(
 }
 
 /// Matrix row-major in one list, as well as rows and columns, so that a parameter of numbers holds it.
-fn map(name: &str, map: &LinearMap, scores: &Scores, out: &mut dyn io::Write) -> io::Result<()> {
+fn map(
+    name: &str,
+    map: &LinearMap,
+    gauges: &[String],
+    scores: &Scores,
+    out: &mut dyn io::Write,
+) -> io::Result<()> {
     writeln!(out, "{name}:")?;
-    writeln!(out, "  features: {}", texts(&map.features))?;
+    writeln!(out, "  features: {}", texts(&map.names(gauges)))?;
     writeln!(out, "  rows: {}", map.matrix.len())?;
-    writeln!(out, "  columns: {}", map.features.len())?;
+    writeln!(out, "  columns: {}", map.columns.len())?;
     writeln!(out, "  matrix: {}", numbers(&map.matrix.concat()))?;
     for (name, rmse) in [
         ("test_rmse", &scores.test_rmse),

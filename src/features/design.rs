@@ -3,30 +3,11 @@
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
 //! starts anew with each [`FeatureStream`].
 
-use std::ops::Range;
-
 use crate::features::creep::Creep;
 use crate::features::fixed_lag::FixedLag;
 use crate::features::play::Play;
-use crate::features::polynomial::{monomial_names, monomials, n_monomials};
-use crate::features::{FeatureSettings, GaugeScale};
-
-/// What a column is, in the order in which columns explain the load: whatever an earlier one can say is not left to a
-/// later one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ColumnKind {
-    /// Always one. A gauge that stands still says nothing beside it.
-    Offset,
-    /// A present gauge.
-    Gauge,
-    /// What a block brought; the only kind that a ridge shrinks.
-    Appended,
-}
-
-impl ColumnKind {
-    /// All kinds, the first to explain first.
-    pub const IN_ORDER: [Self; 3] = [Self::Offset, Self::Gauge, Self::Appended];
-}
+use crate::features::polynomial::{monomials, n_monomials};
+use crate::features::{Column, ColumnKind, FeatureSettings, GaugeScale};
 
 /// What the columns of a row are.
 ///
@@ -62,18 +43,24 @@ impl Design {
         self.n_gauges() * (1 + self.features.n_histories())
     }
 
-    /// The columns of these histories, counted over look-backs, fixed lags, creep and play in this order.
+    /// What each column is.
     #[must_use]
-    pub fn histories(&self, at: Range<usize>) -> Range<usize> {
-        let g = self.n_gauges();
-        g * (1 + at.start)..g * (1 + at.end)
+    pub fn columns(&self) -> Vec<Column> {
+        self.features.columns(self.n_gauges(), self.offset)
     }
 
     /// The columns of the conventional calibration: gauges and offset.
     #[must_use]
     pub fn present(&self) -> Vec<usize> {
-        let offset = self.offset.then(|| self.n_columns() - 1);
-        (0..self.n_gauges()).chain(offset).collect()
+        self.where_column(|column| matches!(column, Column::Gauge(_) | Column::Offset))
+    }
+
+    /// The positions of the columns that are of some kind.
+    #[must_use]
+    pub fn where_column(&self, is_meant: impl Fn(Column) -> bool) -> Vec<usize> {
+        let columns = self.columns().into_iter().enumerate();
+        let meant = columns.filter(|(_, column)| is_meant(*column));
+        meant.map(|(position, _)| position).collect()
     }
 
     /// Every column.
@@ -85,20 +72,8 @@ impl Design {
     /// What each column is.
     #[must_use]
     pub fn kinds(&self) -> Vec<ColumnKind> {
-        let end = self.n_columns() - usize::from(self.offset);
-        (0..self.n_columns())
-            .map(|column| match column {
-                _ if column < self.n_gauges() => ColumnKind::Gauge,
-                _ if column < end => ColumnKind::Appended,
-                _ => ColumnKind::Offset,
-            })
-            .collect()
-    }
-
-    /// The names of the columns.
-    #[must_use]
-    pub fn names(&self, gauges: &[String]) -> Vec<String> {
-        feature_names(&self.features, gauges, self.offset)
+        let columns = self.columns().into_iter();
+        columns.map(Column::kind).collect()
     }
 
     /// Turns a raw row into the one that is fitted: every history relative to the present, everything standardised.
@@ -181,39 +156,6 @@ impl Design {
         }
         raw
     }
-}
-
-/// The names of the columns, in order.
-///
-/// `<gauge>`, `<gauge>_past` (further look-backs `<gauge>_past2` …), `<gauge>_lag_<Δ>s`, `<gauge>_creep_<τ>s`,
-/// `<gauge>_play_<r>`, monomials as `<gauge>^2` and `<gauge>*<gauge>`, `offset`.
-#[must_use]
-pub fn feature_names(features: &FeatureSettings, gauges: &[String], offset: bool) -> Vec<String> {
-    let past = (1..=features.look_backs.len()).map(|at| match at {
-        1 => "_past".to_owned(),
-        more => format!("_past{more}"),
-    });
-    let lags = features
-        .fixed_lags_secs
-        .iter()
-        .map(|lag| format!("_lag_{lag}s"));
-    let creep = features
-        .creep_secs
-        .iter()
-        .map(|tau| format!("_creep_{tau}s"));
-    let play = features
-        .play_radii
-        .iter()
-        .map(|radius| format!("_play_{radius}"));
-    let endings = past.chain(lags).chain(creep).chain(play);
-    let histories = endings.flat_map(|ending| gauges.iter().map(move |g| format!("{g}{ending}")));
-    gauges
-        .iter()
-        .cloned()
-        .chain(histories)
-        .chain(monomial_names(gauges, features.polynomial))
-        .chain(offset.then(|| "offset".to_owned()))
-        .collect()
 }
 
 /// The blocks' memory of one recording.
@@ -328,7 +270,7 @@ mod tests {
     #[test]
     fn columns_are_named_one_by_one() {
         let design = every_block();
-        let names = design.names(&["a".into(), "b".into()]);
+        let names = Column::names(&design.columns(), &["a".into(), "b".into()]);
         assert_eq!(names.len(), design.n_columns());
         assert_eq!(
             names.join(" "),

@@ -10,8 +10,9 @@
 //!
 //! Each is causal, runs in bounded memory and starts anew in each recording. Columns enter the fit *standardised*
 //! ([`GaugeScale`]), those that are gauges of the past relative to the present one (`(s_past − s) / scale`): where the
-//! past never differs they are zero, and the answer is the conventional one. [`Design`] says which column is which.
+//! past never differs they are zero, and the answer is the conventional one. [`Design::columns`] says which column is which.
 
+mod column;
 pub mod creep;
 mod design;
 pub mod fixed_lag;
@@ -21,7 +22,8 @@ pub mod play;
 pub mod polynomial;
 mod settings;
 
-pub use design::{ColumnKind, Design, FeatureStream, feature_names};
+pub use column::{Column, ColumnKind, History};
+pub use design::{Design, FeatureStream};
 pub use gauge_scale::GaugeScale;
 pub use look_back::{Distance, LiveLookBack, LoadPath, Thresholds};
 pub use settings::{FeatureError, FeatureSettings, MOST_COLUMNS};

@@ -4,6 +4,8 @@
 //! The terms are those of a balance calibration with 6 × 27 (degree 2) and 6 × 33 coefficients (degree 3): `zᵢ zⱼ` for
 //! i ≤ j, then `zᵢ³`. Gauges are standardised first, else the powers would drown each other.
 
+use crate::features::Column;
+
 /// How many monomials of these degrees `n_gauges` have.
 #[must_use]
 pub fn n_monomials(n_gauges: usize, degree: u8) -> usize {
@@ -35,24 +37,12 @@ pub fn monomials(z: &[f64], degree: u8, out: &mut [f64]) {
     }
 }
 
-/// The names of the monomials, in the order of [`monomials`].
-#[must_use]
-pub fn monomial_names(gauges: &[String], degree: u8) -> Vec<String> {
-    let mut names = Vec::new();
-    if degree > 1 {
-        for (i, left) in gauges.iter().enumerate() {
-            names.push(format!("{left}^2"));
-            names.extend(
-                gauges[i + 1..]
-                    .iter()
-                    .map(|right| format!("{left}*{right}")),
-            );
-        }
-    }
-    if degree > 2 {
-        names.extend(gauges.iter().map(|gauge| format!("{gauge}^3")));
-    }
-    names
+/// What the monomials are, in the order of [`monomials`].
+pub fn monomial_columns(n_gauges: usize, degree: u8) -> impl Iterator<Item = Column> {
+    let gauges = |from_degree| 0..if degree >= from_degree { n_gauges } else { 0 };
+    let products = gauges(2)
+        .flat_map(move |left| (left..n_gauges).map(move |right| Column::Product(left, right)));
+    products.chain(gauges(3).map(Column::Cube))
 }
 
 #[cfg(test)]
@@ -60,12 +50,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn monomials_stand_in_the_order_of_their_names() {
+    fn monomials_stand_in_the_order_of_their_columns() {
         let mut out = [0.0; 5];
         monomials(&[2.0, 5.0], 3, &mut out);
         assert_eq!(out, [4.0, 10.0, 25.0, 8.0, 125.0]);
-        let names = monomial_names(&["a".into(), "b".into()], 3);
-        assert_eq!(names, ["a^2", "a*b", "b^2", "a^3", "b^3"]);
+        let z = [2.0_f64, 5.0];
+        let values = monomial_columns(2, 3).map(|column| match column {
+            Column::Product(left, right) => z[left] * z[right],
+            Column::Cube(gauge) => z[gauge].powi(3),
+            other => panic!("{other:?} is no monomial"),
+        });
+        assert_eq!(values.collect::<Vec<_>>(), out);
         assert_eq!(n_monomials(2, 3), 5);
     }
 

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::features::{Distance, Thresholds};
+use crate::features::polynomial::monomial_columns;
+use crate::features::{Column, Distance, History, Thresholds};
 
 /// A design with more columns than this is refused: its sums alone would fill the memory.
 pub const MOST_COLUMNS: usize = 640;
@@ -104,6 +105,29 @@ impl FeatureSettings {
             + self.fixed_lags_secs.len()
             + self.creep_secs.len()
             + self.play_radii.len()
+    }
+
+    /// The histories in the order of their columns.
+    pub fn histories(&self) -> impl Iterator<Item = History> + '_ {
+        let look_backs = (0..self.look_backs.len()).map(History::LookBack);
+        let lags = self.fixed_lags_secs.iter().copied().map(History::FixedLag);
+        let creep = self.creep_secs.iter().copied().map(History::Creep);
+        let play = self.play_radii.iter().copied().map(History::Play);
+        look_backs.chain(lags).chain(creep).chain(play)
+    }
+
+    /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, offset.
+    #[must_use]
+    pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
+        let histories = self
+            .histories()
+            .flat_map(|history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge }));
+        (0..n_gauges)
+            .map(Column::Gauge)
+            .chain(histories)
+            .chain(monomial_columns(n_gauges, self.polynomial))
+            .chain(offset.then_some(Column::Offset))
+            .collect()
     }
 
     /// Checks every range of the table above.

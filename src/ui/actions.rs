@@ -58,10 +58,8 @@ pub struct CanGo {
     pub zoom_forward: bool,
 }
 
-/// The files group.
-pub fn files(state: &AppState) -> Vec<Action> {
-    let fitted = state.analysis.is_some();
-    let session = Command::Session;
+/// What opens and closes files.
+pub fn opening(state: &AppState) -> Vec<Action> {
     vec![
         action(
             "Open…",
@@ -88,6 +86,13 @@ pub fn files(state: &AppState) -> Vec<Action> {
             Command::CloseRecordings,
         )
         .only_if(!state.recordings.entries().is_empty()),
+    ]
+}
+
+/// What writes files.
+pub fn writing(state: &AppState) -> Vec<Action> {
+    let fitted = state.analysis.is_some();
+    vec![
         action(
             "Export calibration…",
             "The matrices as data, or as code that a robot runs; the ending says which",
@@ -113,21 +118,25 @@ pub fn files(state: &AppState) -> Vec<Action> {
             "Save session",
             "Which files, their roles, every setting, the notes and the panes",
             ctrl(Key::S),
-            session(SessionCommand::Save),
+            Command::Session(SessionCommand::Save),
         ),
         action(
             "Save session as…",
             "The same, in another file",
             ctrl_shift(Key::S),
-            session(SessionCommand::SaveAs),
-        ),
-        action(
-            "Quit",
-            "Asks first where something is not saved",
-            ctrl(Key::Q),
-            session(SessionCommand::Close),
+            Command::Session(SessionCommand::SaveAs),
         ),
     ]
+}
+
+/// What leaves.
+pub fn quit() -> Action {
+    action(
+        "Quit",
+        "Asks first where something is not saved",
+        ctrl(Key::Q),
+        Command::Session(SessionCommand::Close),
+    )
 }
 
 /// Going back and forward.
@@ -360,7 +369,9 @@ pub fn help() -> Vec<Action> {
 /// All of them.
 pub fn all(state: &AppState, can: CanGo) -> Vec<Action> {
     let groups = [
-        files(state),
+        opening(state),
+        writing(state),
+        vec![quit()],
         edit(can),
         time(can),
         roles(state),

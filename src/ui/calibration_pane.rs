@@ -6,6 +6,7 @@ use egui::RichText;
 
 use crate::app::{AppState, Command, Existing};
 use crate::calibration::LinearMap;
+use crate::features::Column;
 use crate::recording::Axis;
 use crate::ui::equation::laid_out;
 use crate::ui::numbers::significant;
@@ -53,7 +54,8 @@ pub fn calibration_pane(
             let maps = compensated.map(|map| (Trace::Compensated, map));
             let conventional = (Trace::Conventional, &calibration.conventional);
             for (trace, map) in maps.into_iter().chain([conventional]) {
-                let blocks = blocks(&map.features, &calibration.gauges);
+                let blocks = blocks(&map.columns);
+                let names = map.names(&calibration.gauges);
                 ui.horizontal(|ui| {
                     let color = trace.color(ui.visuals());
                     ui.colored_label(color, trace.label())
@@ -63,12 +65,12 @@ pub fn calibration_pane(
                         .on_hover_text("The matrix as tab-separated text")
                         .clicked()
                     {
-                        ui.copy_text(as_text(map, &calibration.axes));
+                        ui.copy_text(as_text(map, &names, &calibration.axes));
                     }
                     ui.label(laid_out(ui, &equation(&blocks), color))
                         .on_hover_text(trace.explanation());
                 });
-                matrix(ui, trace.label(), map, &blocks, &calibration.axes);
+                matrix(ui, trace.label(), map, &names, &blocks, &calibration.axes);
                 ui.add_space(6.0);
             }
         });
@@ -102,8 +104,8 @@ fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mu
 }
 
 /// A matrix with its features and axes as tab-separated text, every digit of it.
-fn as_text(map: &LinearMap, axes: &[Axis]) -> String {
-    let mut lines = vec![format!("\t{}", map.features.join("\t"))];
+fn as_text(map: &LinearMap, names: &[String], axes: &[Axis]) -> String {
+    let mut lines = vec![format!("\t{}", names.join("\t"))];
     for (axis, row) in axes.iter().zip(&map.matrix) {
         let values: Vec<String> = row.iter().map(f64::to_string).collect();
         lines.push(format!(
@@ -120,43 +122,42 @@ fn as_text(map: &LinearMap, axes: &[Axis]) -> String {
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     symbol: String,
+    is_offset: bool,
     columns: Range<usize>,
 }
 
 /// The groups of a matrix' columns: the gauges, what each history appends, products, the offset.
-fn blocks(features: &[String], gauges: &[String]) -> Vec<Block> {
-    let mut blocks: Vec<Block> = Vec::new();
-    let mut at = 0;
-    while at < features.len() {
-        let first = &features[at];
-        let ending = gauges
-            .first()
-            .and_then(|gauge| first.strip_prefix(&**gauge));
-        let (symbol, n) = match ending {
-            Some("") => ("S".to_owned(), gauges.len()),
-            Some(ending) if ending.starts_with('_') => {
-                let index = ending[1..].replace('_', " ");
-                (format!("S_{{{index}}}"), gauges.len())
+fn blocks(columns: &[Column]) -> Vec<Block> {
+    let is_one_block = |one: &Column, other: &Column| match (one, other) {
+        (Column::Gauge(_), Column::Gauge(_)) => true,
+        (Column::Past { history: one, .. }, Column::Past { history: other, .. }) => one == other,
+        (Column::Product(..) | Column::Cube(_), Column::Product(..) | Column::Cube(_)) => true,
+        _ => false,
+    };
+    let mut end = 0;
+    let blocks = columns.chunk_by(is_one_block).map(|columns| {
+        let start = end;
+        end += columns.len();
+        let symbol = match columns[0] {
+            Column::Gauge(_) => "S".to_owned(),
+            Column::Past { history, .. } => {
+                format!("S_{{{}}}", history.to_string().replace('_', " "))
             }
-            _ if first == "offset" => ("c".to_owned(), 1),
-            _ => {
-                let rest = features.len() - at;
-                let has_offset = features.last().is_some_and(|name| name == "offset");
-                ("products".to_owned(), rest - usize::from(has_offset))
-            }
+            Column::Product(..) | Column::Cube(_) => "products".to_owned(),
+            Column::Offset => "c".to_owned(),
         };
-        let end = (at + n.max(1)).min(features.len());
-        let columns = at..end;
-        blocks.push(Block { symbol, columns });
-        at = end;
-    }
-    blocks
+        Block {
+            symbol,
+            is_offset: columns[0] == Column::Offset,
+            columns: start..end,
+        }
+    });
+    blocks.collect()
 }
 
 /// The equation that a matrix stands for: the load is the matrix times what the blocks append, plus the offset.
 fn equation(blocks: &[Block]) -> String {
-    let of = |block: &&Block| block.symbol != "c";
-    let symbols: Vec<&str> = (blocks.iter().filter(of))
+    let symbols: Vec<&str> = (blocks.iter().filter(|block| !block.is_offset))
         .map(|block| &*block.symbol)
         .collect();
     let columns = match &symbols[..] {
@@ -172,17 +173,24 @@ fn equation(blocks: &[Block]) -> String {
 }
 
 /// Draws a matrix between brackets, its blocks apart, its numbers under each other.
-fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, blocks: &[Block], axes: &[Axis]) {
+fn matrix(
+    ui: &mut egui::Ui,
+    name: &str,
+    map: &LinearMap,
+    features: &[String],
+    blocks: &[Block],
+    axes: &[Axis],
+) {
     let starts: Vec<usize> = blocks.iter().map(|block| block.columns.start).collect();
     let cells: Vec<Vec<String>> = map
         .matrix
         .iter()
         .map(|row| row.iter().map(|value| significant(*value, 5)).collect())
         .collect();
-    let widths: Vec<usize> = (0..map.features.len())
+    let widths: Vec<usize> = (0..features.len())
         .map(|column| {
             let values = cells.iter().filter_map(|row| row.get(column));
-            let heads = std::iter::once(&map.features[column]);
+            let heads = std::iter::once(&features[column]);
             let lengths = values.chain(heads).map(|text| text.chars().count());
             lengths.max().unwrap_or(0)
         })
@@ -196,7 +204,7 @@ fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, blocks: &[Block], axes
         .show(ui, |ui| {
             let color = ui.visuals().strong_text_color();
             ui.label("");
-            for column in 0..map.features.len() {
+            for column in 0..features.len() {
                 let block = starts.iter().position(|start| *start == column);
                 match block {
                     Some(at) => ui.label(laid_out(ui, &blocks[at].symbol, color)),
@@ -205,7 +213,7 @@ fn matrix(ui: &mut egui::Ui, name: &str, map: &LinearMap, blocks: &[Block], axes
             }
             ui.end_row();
             ui.label("");
-            for (feature, width) in map.features.iter().zip(&widths) {
+            for (feature, width) in features.iter().zip(&widths) {
                 ui.label(
                     RichText::new(format!("{feature:>width$}"))
                         .monospace()
@@ -253,17 +261,16 @@ fn brackets<'a>(ui: &egui::Ui, numbers: egui::Rect, borders: impl Iterator<Item 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::{FeatureSettings, feature_names};
+    use crate::features::FeatureSettings;
 
     #[test]
     fn blocks_and_their_equation_follow_the_columns() {
-        let gauges = ["a", "b"].map(str::to_owned);
         let mut features = FeatureSettings::default();
         let said = |features: &FeatureSettings, offset| {
-            let names = feature_names(features, &gauges, offset);
-            let blocks = blocks(&names, &gauges);
+            let columns = features.columns(2, offset);
+            let blocks = blocks(&columns);
             let end = blocks.last().map(|block| block.columns.end);
-            assert_eq!(end, Some(names.len()));
+            assert_eq!(end, Some(columns.len()));
             equation(&blocks)
         };
         assert_eq!(said(&features, true), "L = C^{-1} [S, S_{past}]^T + c");

@@ -5,10 +5,9 @@ use egui::RichText;
 use crate::app::AppState;
 use crate::calibration::{Calibration, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::ui::numbers::{percent, significant};
 use crate::ui::palette::Trace;
-
-type Pick = fn(&Scores) -> &Option<Vec<f64>>;
 
 /// Draws the table.
 pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
@@ -65,7 +64,7 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
                 .spacing([10.0, 3.0])
                 .show(ui, |ui| {
                     ui.label("");
-                    for (title, explanation, _) in sets {
+                    for (_, title, explanation) in sets {
                         ui.strong(title).on_hover_text(explanation);
                         ui.label("");
                         ui.label("");
@@ -91,14 +90,10 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
                     ui.end_row();
                     for (at, axis) in calibration.axes.iter().enumerate() {
                         ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
-                        for (set, _, pick) in sets {
-                            cells(ui, quality, pick, at);
+                        for (set, ..) in sets {
+                            cells(ui, quality, set, at);
                             if let Some(factory) = &analysis.factory {
-                                let rmse = match set {
-                                    "Train" => factory.train_rmse.get(at),
-                                    "Test" => factory.test_rmse.get(at),
-                                    _ => None,
-                                };
+                                let rmse = set.factory_rmse(factory).get(at);
                                 let rmse = rmse.copied().flatten();
                                 ui.label(
                                     rmse.map_or_else(
@@ -114,16 +109,18 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         });
 }
 
-const SETS: [(&str, &str, Pick); 3] = [
-    ("Train", "On the training recordings themselves", |s| {
-        &s.train_rmse
-    }),
-    ("Test", "On the test recordings", |s| &s.test_rmse),
+const SETS: [(ScoreSet, &str, &str); 3] = [
     (
+        ScoreSet::Train,
+        "Train",
+        "On the training recordings themselves",
+    ),
+    (ScoreSet::Test, "Test", "On the test recordings"),
+    (
+        ScoreSet::LeftOut,
         "LOO-CV",
         "Leave-one-recording-out: each training recording scored by a fit to the others; with fewer than three, five contiguous \
          blocks of them take turns. The look-back's trigger stays the conventional calibration of all",
-        |s| &s.cv_rmse,
     ),
 ];
 
@@ -140,15 +137,15 @@ fn as_text(calibration: &Calibration) -> String {
         SETS.iter()
             .flat_map(|set| outputs.iter().map(move |output| (set, output)))
     };
-    let titles = columns().map(|((set, _, _), (output, _))| format!("{set} {output}"));
+    let titles = columns().map(|((_, set, _), (output, _))| format!("{set} {output}"));
     let mut lines = vec![
         std::iter::once("RMSE".to_owned())
             .chain(titles)
             .collect::<Vec<_>>(),
     ];
     for (at, axis) in calibration.axes.iter().enumerate() {
-        let values = columns().map(|((_, _, pick), (_, scores))| {
-            let rmse = pick(scores).as_ref().and_then(|rmse| rmse.get(at));
+        let values = columns().map(|((set, ..), (_, scores))| {
+            let rmse = set.rmse(scores).and_then(|rmse| rmse.get(at));
             rmse.map_or_else(String::new, |rmse| significant(*rmse, 6))
         });
         let title = format!("{} [{}]", axis.symbol(), axis.unit());
@@ -158,8 +155,8 @@ fn as_text(calibration: &Calibration) -> String {
     lines.join("\n")
 }
 
-fn cells(ui: &mut egui::Ui, quality: &Quality, pick: Pick, at: usize) {
-    let value = |scores: &Scores| pick(scores).as_ref().and_then(|rmse| rmse.get(at).copied());
+fn cells(ui: &mut egui::Ui, quality: &Quality, set: ScoreSet, at: usize) {
+    let value = |scores: &Scores| set.rmse(scores).and_then(|rmse| rmse.get(at).copied());
     let (before, after) = (value(&quality.conventional), value(&quality.compensated));
     for value in [before, after] {
         let text = value.map_or_else(|| "–".to_owned(), |value| significant(value, 4));

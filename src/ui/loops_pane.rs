@@ -47,6 +47,33 @@ impl Mode {
             "How the error drifts while the load stands still: creep and zero return",
         ),
     ];
+
+    /// What its plot is called among the others.
+    fn plot_id(self) -> &'static str {
+        match self {
+            Self::Loops => "loop",
+            Self::Cross => "cross-plot",
+            Self::Rests => "drift",
+        }
+    }
+}
+
+/// The part of its plot that each mode shows.
+#[derive(Debug, Default)]
+struct Zooms {
+    loops: Zoom,
+    cross: Zoom,
+    rests: Zoom,
+}
+
+impl Zooms {
+    fn of(&mut self, mode: Mode) -> &mut Zoom {
+        match mode {
+            Mode::Loops => &mut self.loops,
+            Mode::Cross => &mut self.cross,
+            Mode::Rests => &mut self.rests,
+        }
+    }
 }
 
 /// Which loop the figures are of.
@@ -74,8 +101,7 @@ pub struct LoopsPane {
     /// `None` takes the longest.
     rest: Option<usize>,
     hold_secs: f64,
-    /// One for each mode.
-    zooms: [Zoom; 3],
+    zooms: Zooms,
     path: String,
 }
 
@@ -94,7 +120,7 @@ impl Default for LoopsPane {
             cross_up: Channel::Gauge(0),
             rest: None,
             hold_secs: 5.0,
-            zooms: [None; 3],
+            zooms: Zooms::default(),
             path: "loops.svg".to_owned(),
         }
     }
@@ -162,7 +188,7 @@ impl LoopsPane {
         {
             self.axis = *first;
             self.dead_band = None;
-            self.zooms = [None; 3];
+            self.zooms = Zooms::default();
         }
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
             self.up = Up::default();
@@ -181,11 +207,15 @@ impl LoopsPane {
     }
 
     fn zoom(&self) -> &Zoom {
-        &self.zooms[self.mode as usize]
+        match self.mode {
+            Mode::Loops => &self.zooms.loops,
+            Mode::Cross => &self.zooms.cross,
+            Mode::Rests => &self.zooms.rests,
+        }
     }
 
     fn zoom_mut(&mut self) -> &mut Zoom {
-        &mut self.zooms[self.mode as usize]
+        self.zooms.of(self.mode)
     }
 
     fn choices(&mut self, ui: &mut egui::Ui, state: &AppState, looking: &Looking) {
@@ -237,7 +267,7 @@ impl LoopsPane {
             self.rest,
         );
         if after != before {
-            self.zooms[self.mode as usize] = None;
+            *self.zoom_mut() = None;
         }
         if after.0 != before.0 {
             self.dead_band = None; // it was in the other axis' unit
@@ -328,9 +358,8 @@ impl LoopsPane {
             let picture = ui
                 .allocate_ui_with_layout(left, egui::Layout::top_down(egui::Align::Min), |ui| {
                     ui.set_width(width);
-                    let mode = self.mode as usize;
-                    let id = ["loop", "cross-plot", "drift"][mode];
-                    plots::plot(ui, id, height, [drawing, print], &mut self.zooms[mode], out);
+                    let (id, zoom) = (self.mode.plot_id(), self.zooms.of(self.mode));
+                    plots::plot(ui, id, height, [drawing, print], zoom, out);
                 })
                 .response
                 .rect;

@@ -16,16 +16,12 @@ pub fn menu_bar(
 ) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
-            let mut files = actions::files(state);
-            // The last one leaves; those before it write.
-            let quit = files.pop();
-            let writing = files.split_off(files.len() - 5);
-            items(ui, files, out);
+            items(ui, actions::opening(state), out);
             recent(ui, state, out);
             ui.separator();
-            items(ui, writing, out);
+            items(ui, actions::writing(state), out);
             ui.separator();
-            items(ui, quit, out);
+            items(ui, [actions::quit()], out);
         });
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
         ui.menu_button("Roles", |ui| items(ui, actions::roles(state), out));

@@ -4,9 +4,7 @@ use egui::RichText;
 
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
 use crate::app::{AppState, Command, Existing, FileContent};
-use crate::evaluation::metrology::{
-    Cell, Figure, Metrology, MetrologySettings, Quantity, Reason, Row,
-};
+use crate::evaluation::metrology::{Cell, Figure, Metrology, MetrologySettings, Reason, Row};
 use crate::recording::{Axis, Role};
 use crate::ui::dead_band::dead_band;
 use crate::ui::looking::Looking;
@@ -243,10 +241,6 @@ impl MetrologyPane {
     }
 }
 
-fn is_crosstalk(row: &Row) -> bool {
-    matches!(row.quantity, Quantity::Crosstalk(_))
-}
-
 fn heading(ui: &mut egui::Ui, table: &Metrology, title: &str) {
     ui.strong(title);
     for (at, axis) in table.axes.iter().enumerate() {
@@ -278,7 +272,7 @@ fn grid(ui: &mut egui::Ui, table: &Metrology, shown: Shown) {
             Shown::Units => "N and N·m",
         };
         heading(ui, table, unit);
-        for row in table.rows.iter().filter(|row| !is_crosstalk(row)) {
+        for row in table.own_rows() {
             let mut name = row.definition.name.clone();
             if row.quantity.is_time() {
                 name.push_str(" [s]");
@@ -392,9 +386,8 @@ fn crosstalk(ui: &mut egui::Ui, table: &Metrology) {
     ui.add_space(8.0);
     table_grid("crosstalk").show(ui, |ui| {
         heading(ui, table, "Crosstalk, % of full scale");
-        for row in table.rows.iter().filter(|row| is_crosstalk(row)) {
-            let from = row.definition.name.trim_start_matches("Crosstalk ");
-            defined(ui, row, from);
+        for (from, row) in table.crosstalk_rows() {
+            defined(ui, row, &format!("from {}", from.symbol()));
             for cell in &row.cells {
                 figures(ui, cell, Shown::PercentFs);
             }

@@ -8,7 +8,9 @@ use loopscope::calibration::{Calibration, Regressor};
 use loopscope::export::{CalibrationFormat, read_calibration, write_calibration};
 use loopscope::features::{FeatureSettings, Thresholds};
 
-use crate::support::{RECORDING, calibration, every_block, export, is_there, samples, succeed};
+use crate::support::{
+    RECORDING, calibration, every_block, export, is_there, lines, samples, succeed,
+};
 
 /// Runs Python in `directory`, beside the JSON of the same calibration as `truth`.
 #[track_caller]
@@ -106,7 +108,11 @@ fn a_runtime_of_onnx_gives_the_same_loads() {
         let calibration = calibration(every_block(), regressor);
         let directory = exported(&calibration, "c.onnx");
         export(&calibration, &directory.path().join("exported.py"));
-        fs::write(directory.path().join("samples.txt"), samples(&RECORDING)).unwrap();
+        fs::write(
+            directory.path().join("samples.txt"),
+            lines(&samples(&RECORDING)),
+        )
+        .unwrap();
         python(
             directory.path(),
             "import sys, onnxruntime

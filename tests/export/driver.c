@@ -1,4 +1,4 @@
-/* Reads samples, prints the load and the conventional load of each. NAME is the prefix of the header. */
+/* Reads samples, prints load, conventional load and status of each. NAME is the prefix of the header. */
 #include HEADER
 #include <stdio.h>
 
@@ -17,18 +17,18 @@ int main(int argc, char **argv)
     OF(_init)(&state);
     fprintf(stderr, "%lu", (unsigned long)sizeof state);
     while (scanf("%lf", &time) == 1) {
-        int i;
+        int i, status;
         for (i = 0; i < GAUGES; i++) {
             if (scanf("%lf", &number) != 1)
                 return 1;
             gauges[i] = (LOOPSCOPE_REAL)number;
         }
-        OF(_update)(&CALIBRATION, &state, time, gauges, load, conventional);
+        status = (int)OF(_update)(&CALIBRATION, &state, time, gauges, load, conventional);
         for (i = 0; i < AXES; i++)
             printf("%.17g ", (double)load[i]);
         for (i = 0; i < AXES; i++)
             printf("%.17g ", (double)conventional[i]);
-        printf("\n");
+        printf("%d\n", status);
         taken += 1;
         if (argc > 1 && taken == 100)
             OF(_bias)(&state);

@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock};
 
 use loopscope::analysis::{Request, train};
 use loopscope::calibration::{
-    Calibration, FitSettings, KernelSettings, NetworkSettings, Regressor,
+    Calibration, Estimator, FitSettings, KernelSettings, NetworkSettings, Regressor, Taken,
 };
 use loopscope::export::write_calibration;
 use loopscope::features::{FeatureSettings, Thresholds};
@@ -144,12 +144,42 @@ pub fn export(calibration: &Calibration, path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_default()
 }
 
-/// What exported programs read: one line for each sample, time and gauges.
-pub fn samples(recording: &Recording) -> String {
+/// Times with their gauges.
+pub type Samples = Vec<(f64, Vec<f64>)>;
+
+pub fn samples(recording: &Recording) -> Samples {
+    let gauges = recording.gauges().chunks_exact(recording.n_gauges());
+    let times = recording.times().iter().copied();
+    times.zip(gauges.map(<[f64]>::to_vec)).collect()
+}
+
+/// [`RECORDING`] with what clocks and gauges do wrong: a stamp far ahead, a late one, one twice, gauges that are no
+/// numbers; then the clock starts again at zero, then it is set to the date.
+pub fn disturbed() -> Samples {
+    let mut samples = samples(&RECORDING);
+    samples.truncate(900);
+    samples[100].0 = 1e9;
+    samples[150].0 = samples[140].0;
+    samples[200].0 = samples[199].0;
+    samples[250].1[2] = f64::NAN;
+    samples[251].1[0] = f64::INFINITY;
+    samples[300].0 = f64::NAN;
+    let zero = samples[400].0;
+    for (time, _) in &mut samples[400..] {
+        *time -= zero;
+    }
+    for (time, _) in &mut samples[700..] {
+        *time += 1.7e9;
+    }
+    samples
+}
+
+/// What exported programs read: one line for each sample.
+pub fn lines(samples: &Samples) -> String {
     let mut text = String::new();
-    for (k, time) in recording.times().iter().enumerate() {
+    for (time, gauges) in samples {
         write!(text, "{time:?}").unwrap();
-        for gauge in recording.gauges_at(k) {
+        for gauge in gauges {
             write!(text, " {gauge:?}").unwrap();
         }
         text.push('\n');
@@ -182,7 +212,8 @@ pub fn succeed(command: &mut Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Each printed line holds load and conventional load of a sample; both are the program's own within `tolerance` of full scale.
+/// Each printed line holds load, conventional load and status of a sample; they are the program's own, loads within
+/// `tolerance` of full scale.
 #[track_caller]
 pub fn assert_loads(
     printed: &str,
@@ -199,19 +230,66 @@ pub fn assert_loads(
             .split_whitespace()
             .map(|x| x.parse().unwrap())
             .collect();
-        assert_eq!(actual.len(), 2 * n_axes, "{what}: {line}");
+        assert_eq!(actual.len(), 2 * n_axes + 1, "{what}: {line}");
         let of_sample = k * n_axes..(k + 1) * n_axes;
         let expected = [
             &applied.compensated[of_sample.clone()],
             &applied.conventional[of_sample],
+            &[0.0],
         ]
         .concat();
-        for (at, (actual, expected)) in actual.iter().zip(expected).enumerate() {
-            let off = (actual - expected).abs() / calibration.full_scale[at % n_axes].max(1e-3);
-            assert!(
-                off <= tolerance,
-                "{what}, sample {k}, number {at}: {actual} is not {expected}, off by {off:e}"
-            );
-        }
+        assert_near(
+            &actual,
+            &expected,
+            calibration,
+            tolerance,
+            &format!("{what}, sample {k}"),
+        );
+    }
+}
+
+/// Likewise for [`disturbed`] samples and the program's own live estimator; what it refuses has no load.
+#[track_caller]
+pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64, what: &str) {
+    let design = calibration.design();
+    let mut estimator = Estimator::new(calibration, &design).unwrap();
+    let samples = disturbed();
+    assert_eq!(printed.lines().count(), samples.len(), "{what}");
+    let mut n_of_status = [0; 3];
+    for (k, (line, (time, gauges))) in printed.lines().zip(samples).enumerate() {
+        let actual: Vec<f64> = line
+            .split_whitespace()
+            .map(|x| x.parse().unwrap())
+            .collect();
+        let (load, status) = match estimator.update(time, &gauges) {
+            Ok((Taken::GoesOn, load)) => (load.to_vec(), 0),
+            Ok((Taken::Restarted, load)) => (load.to_vec(), 1),
+            Err(_) => (vec![f64::NAN; calibration.axes.len()], 2),
+        };
+        n_of_status[status] += 1;
+        let expected = [&load, estimator.conventional(), &[status as f64]].concat();
+        let what = format!("{what}, disturbed sample {k}");
+        assert_near(&actual, &expected, calibration, tolerance, &what);
+    }
+    // 3 samples with bad numbers, 2 with a bad time, and 2 before each restart.
+    assert_eq!(n_of_status, [889, 2, 9]);
+}
+
+#[track_caller]
+fn assert_near(
+    actual: &[f64],
+    expected: &[f64],
+    calibration: &Calibration,
+    tolerance: f64,
+    what: &str,
+) {
+    assert_eq!(actual.len(), expected.len(), "{what}");
+    for (at, (actual, expected)) in actual.iter().zip(expected).enumerate() {
+        let full_scale = calibration.full_scale[at % calibration.axes.len()];
+        let off = (actual - expected).abs() / full_scale.max(1e-3);
+        assert!(
+            off <= tolerance || (actual.is_nan() && expected.is_nan()),
+            "{what}, number {at}: {actual} is not {expected}, off by {off:e}"
+        );
     }
 }

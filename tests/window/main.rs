@@ -21,6 +21,7 @@ use loopscope::analysis::{Analysis, View};
 use loopscope::app::{AppState, Command, ImportCommand, Level, Preferences};
 use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
+use loopscope::features::Column;
 use loopscope::recording::{self, Axis};
 use loopscope::ui::{Dialogs, Reply, SaveAs, Shell};
 
@@ -379,8 +380,8 @@ fn offset_and_full_scale_distance_are_choices_of_the_fit() {
     let without = analysis(&window);
     assert!(!without.calibration.offset);
     assert_eq!(
-        without.calibration.conventional.features,
-        ["S1", "S2", "S3"]
+        without.calibration.conventional.columns,
+        [0, 1, 2].map(Column::Gauge)
     );
 
     click(&mut window, Role::RadioButton, "all axes [% FS]");

@@ -10,7 +10,7 @@ use crate::analysis::fit::Sums;
 use crate::calibration::{Terms, past_samples};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::threshold_study::{Measure, NoSuggestion, paired};
-use crate::features::{ColumnKind, Design, FeatureSettings};
+use crate::features::{Column, ColumnKind, Design, FeatureSettings, History};
 use crate::progress::Progress;
 use crate::recording::{Recording, Role};
 
@@ -22,6 +22,19 @@ pub enum HistoryBlock {
     Play,
     /// Creep: time constants (s).
     Creep,
+}
+
+impl HistoryBlock {
+    /// Whether the block brings this column.
+    fn has(self, column: Column) -> bool {
+        let Column::Past { history, .. } = column else {
+            return false;
+        };
+        match self {
+            Self::Play => matches!(history, History::Play(_)),
+            Self::Creep => matches!(history, History::Creep(_)),
+        }
+    }
 }
 
 /// Radii that are tried: each about 1.46 times the one before, from hardly any play to a gauge's whole range.
@@ -61,8 +74,8 @@ struct Bench {
     known: Vec<f64>,
     /// The columns that are not the block's.
     others: Vec<usize>,
-    /// The position of the block's first history.
-    first: usize,
+    /// The columns of each candidate.
+    own: Vec<Vec<usize>>,
     weights: Vec<f64>,
     ridge: crate::calibration::RidgeChoice,
     part_samples: Vec<u64>,
@@ -173,22 +186,15 @@ impl Bench {
             ..blank.design()
         };
         let sums = ground.sums(&design, &past, blank.axes.len());
-        let features = &design.features;
-        let before = features.look_backs.len() + features.fixed_lags_secs.len();
-        let first = match block {
-            HistoryBlock::Creep => before,
-            HistoryBlock::Play => before + features.creep_secs.len(),
-        };
-        let own = design.histories(first..first + candidates.len());
-        let others: Vec<usize> = (0..design.n_columns())
-            .filter(|column| !own.contains(column))
-            .collect();
+        let others = design.where_column(|column| !block.has(column));
+        let own = design.where_column(|column| block.has(column));
+        let own = own.chunks(design.n_gauges()).map(<[usize]>::to_vec);
         let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
         check_parts(&part_samples, others.len())?;
         Ok(Self {
             sums,
             others,
-            first,
+            own: own.collect(),
             weights,
             ridge: study.settings.ridge,
             part_samples,
@@ -199,12 +205,9 @@ impl Bench {
     }
 
     fn try_one(&self, chosen: Vec<usize>) -> Result<Tried, NoSuggestion> {
-        let own = chosen.iter().flat_map(|at| {
-            let history = self.first + at;
-            self.design.histories(history..history + 1)
-        });
+        let own = chosen.iter().flat_map(|at| &self.own[*at]);
         let train = &self.sums.train;
-        let used: Vec<usize> = self.others.iter().copied().chain(own).collect();
+        let used: Vec<usize> = self.others.iter().chain(own).copied().collect();
         let left_out = LeftOut {
             total: train,
             parts: &self.sums.parts,

@@ -199,6 +199,29 @@ pub struct Metrology {
 }
 
 impl Metrology {
+    /// The rows but those of crosstalk, which read better as a table of their own.
+    pub fn own_rows(&self) -> impl Iterator<Item = &Row> {
+        let rows = self.rows.iter();
+        rows.filter(|row| row.quantity.crosstalk_from().is_none())
+    }
+
+    /// The rows of crosstalk, with the axis that is loaded.
+    pub fn crosstalk_rows(&self) -> impl Iterator<Item = (Axis, &Row)> {
+        let rows = self.rows.iter();
+        rows.filter_map(|row| Some((row.quantity.crosstalk_from()?, row)))
+    }
+
+    /// The definitions of all rows, that of crosstalk once for all axes, with what they define.
+    pub fn definitions(&self) -> impl Iterator<Item = (&str, &Definition)> {
+        let first = self.crosstalk_rows().next().map(|(axis, _)| axis);
+        let rows = self.rows.iter();
+        rows.filter_map(move |row| match row.quantity.crosstalk_from() {
+            None => Some((&*row.definition.name, &row.definition)),
+            from if from == first => Some(("Crosstalk", &row.definition)),
+            Some(_) => None,
+        })
+    }
+
     /// The figures of one row and axis.
     #[must_use]
     pub fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {

@@ -79,6 +79,15 @@ impl Quantity {
             .collect()
     }
 
+    /// The axis that is loaded while the others are read, for crosstalk.
+    #[must_use]
+    pub fn crosstalk_from(self) -> Option<Axis> {
+        match self {
+            Self::Crosstalk(axis) => Some(axis),
+            _ => None,
+        }
+    }
+
     /// Whether the figures are times in seconds rather than loads.
     #[must_use]
     pub fn is_time(self) -> bool {

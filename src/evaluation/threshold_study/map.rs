@@ -2,7 +2,7 @@
 //!
 //! Guarantees: rows may come in any order; what has not come yet is `None`, and everything else works meanwhile.
 
-use crate::calibration::Scores;
+use crate::calibration::{FactoryScores, Scores};
 use crate::evaluation::threshold_study::{
     Measure, MeasureScale, NoSuggestion, PointScores, Suggestion, ThresholdGrid,
 };
@@ -40,6 +40,16 @@ impl ScoreSet {
             Self::Train => scores.train_rmse.as_deref(),
             Self::Test => scores.test_rmse.as_deref(),
             Self::LeftOut => scores.cv_rmse.as_deref(),
+        }
+    }
+
+    /// The errors of the calibration that the sensor came with; it was fitted to none of the samples, so none was left out.
+    #[must_use]
+    pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
+        match self {
+            Self::Train => &scores.train_rmse,
+            Self::Test => &scores.test_rmse,
+            Self::LeftOut => &[],
         }
     }
 }

@@ -12,7 +12,7 @@ use self::program::Affine;
 pub(super) use self::program::{LearnedProgram, Program};
 use self::template::{Scope, Value, render};
 use crate::calibration::network::Layer;
-use crate::calibration::{Calibration, Kernel, Learned, Network};
+use crate::calibration::{Calibration, Kernel, LEAP_SECS, Learned, Network, STRAYS};
 use crate::export::facts::Fact;
 use crate::export::text::{for_block_comment, identifier, printable};
 
@@ -20,8 +20,8 @@ use crate::export::text::{for_block_comment, identifier, printable};
 const DEFAULT_RATE_HZ: u64 = 1000;
 /// … and what it keeps room for at most: no sensor is read faster.
 const HIGHEST_RATE_HZ: f64 = 1e6;
-/// A longer past fills the memory of what runs such files.
-pub(super) const LONGEST_WINDOW_SECS: f64 = 86_400.0;
+/// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
+pub(super) const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
 /// What source code is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +61,32 @@ impl Language {
             Self::Rust => format!("{weight:?}"),
             Self::Python => format!("{:?}", f64::from(weight)),
         }
+    }
+
+    fn flag(self, is_set: bool) -> Value {
+        text(match self {
+            Self::C => {
+                if is_set {
+                    "1"
+                } else {
+                    "0"
+                }
+            }
+            Self::Rust => {
+                if is_set {
+                    "true"
+                } else {
+                    "false"
+                }
+            }
+            Self::Python => {
+                if is_set {
+                    "True"
+                } else {
+                    "False"
+                }
+            }
+        })
     }
 
     /// A list of literals, cut into lines.
@@ -168,6 +194,8 @@ fn sizes(program: &Program, rate_hz: u64, language: Language) -> Scope {
         ("window_secs", text(format!("{:?}", program.window_secs()))),
         ("window_ms", text(window_ms(program))),
         ("rate_hz", text(rate_hz)),
+        ("leap_secs", text(format!("{LEAP_SECS:?}"))),
+        ("strays", text(STRAYS)),
         ("products", text(program.n_products())),
         ("search_cost", Value::Text(language.comment(&search_cost))),
         ("at_rate", Value::Text(at_rate)),
@@ -297,7 +325,7 @@ fn of_network(network: &Network, language: Language) -> Scope {
             ("n_weights", text(n_inputs(layer) * layer.biases.len())),
             ("weights", language.weights(input_by_input(layer))),
             ("biases", language.weights(layer.biases.iter().copied())),
-            ("rectified", text(u8::from(!is_last))),
+            ("rectified", language.flag(!is_last)),
             ("from", text(at % 2)),
             ("to", text((at + 1) % 2)),
         ])

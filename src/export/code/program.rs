@@ -4,7 +4,7 @@
 //! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
-use crate::features::Design;
+use crate::features::{Column, Design};
 
 /// The steps of one update, with their numbers.
 ///
@@ -51,7 +51,7 @@ impl Program {
         let design = calibration.design();
         let features = &calibration.features;
         let scale = &calibration.gauge_scale;
-        let n_columns = design.n_columns() - usize::from(design.offset);
+        let n_columns = design.where_column(|column| column != Column::Offset).len();
         // Rounded, so that a build in single precision subtracts the same number.
         let centre: Vec<f64> = scale.shift.iter().map(|s| f64::from(*s as f32)).collect();
         let standardise = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
@@ -67,7 +67,7 @@ impl Program {
             measured.push((0, 0.0)); // nothing ever differs, and no array is empty
         }
         let mut program = Self {
-            conventional: on_rows(&calibration.conventional, &centre, centre.len()),
+            conventional: on_rows(&calibration.conventional, &centre),
             look_backs: features
                 .look_backs
                 .iter()
@@ -82,8 +82,7 @@ impl Program {
             degree: features.polynomial.max(1),
             standardise,
             n_columns,
-            linear: (calibration.compensated.as_ref())
-                .map(|map| on_rows(map, &centre, centre.len() * (1 + features.n_histories()))),
+            linear: (calibration.compensated.as_ref()).map(|map| on_rows(map, &centre)),
             learned: None,
             centre,
         };
@@ -133,14 +132,12 @@ impl Program {
                 ..
             }) => (input_shift, input_scale),
         };
-        let g = self.centre.len();
-        let histories_end = g * (1 + design.features.n_histories());
-        (shift.iter().zip(factor).enumerate())
-            .map(|(column, (shift, factor))| {
+        (shift.iter().zip(factor).zip(design.columns()))
+            .map(|((shift, factor), column)| {
                 let (first, constant) = match column {
-                    gauge if gauge < g => self.standardise[gauge],
-                    history if history < histories_end => (self.standardise[history % g].0, 0.0),
-                    _ => (1.0, 0.0),
+                    Column::Gauge(gauge) => self.standardise[gauge],
+                    Column::Past { gauge, .. } => (self.standardise[gauge].0, 0.0),
+                    Column::Product(..) | Column::Cube(_) | Column::Offset => (1.0, 0.0),
                 };
                 (first * factor, (constant - shift) * factor)
             })
@@ -148,22 +145,28 @@ impl Program {
     }
 }
 
-/// A map on raw columns as one on rows; `histories_end` is where the monomials begin.
-fn on_rows(map: &LinearMap, centre: &[f64], histories_end: usize) -> Affine {
-    let g = centre.len();
-    let has_offset = map.features.last().is_some_and(|name| name == "offset");
+/// A map on raw columns as one on rows.
+fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
     let mut affine = Affine {
         matrix: Vec::new(),
         base: Vec::new(),
     };
     for raw in &map.matrix {
-        let mut row = raw.clone();
-        let offset = if has_offset { row.pop() } else { None };
-        for column in g..histories_end {
-            row[column % g] += row[column];
+        let mut row = Vec::with_capacity(raw.len());
+        let mut offset = 0.0;
+        for (column, slope) in map.columns.iter().zip(raw) {
+            match column {
+                Column::Offset => offset = *slope,
+                // A history counts from the present gauge, which takes up what is counted twice.
+                Column::Past { gauge, .. } => {
+                    row[*gauge] += slope;
+                    row.push(*slope);
+                }
+                Column::Gauge(_) | Column::Product(..) | Column::Cube(_) => row.push(*slope),
+            }
         }
         let at_centre: f64 = row.iter().zip(centre).map(|(slope, at)| slope * at).sum();
-        affine.base.push(offset.unwrap_or(0.0) + at_centre);
+        affine.base.push(offset + at_centre);
         affine.matrix.push(row);
     }
     affine

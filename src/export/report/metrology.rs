@@ -3,7 +3,7 @@
 use super::ReportData;
 use super::markup::{Cell, Markup};
 use super::tables::change;
-use crate::evaluation::metrology::{Figure, Metrology, Quantity, Reason, Row};
+use crate::evaluation::metrology::{Figure, Metrology, Reason, Row};
 use crate::evaluation::numbers::significant;
 
 pub(super) fn section(report: &ReportData, page: &mut Markup) {
@@ -32,10 +32,6 @@ pub(super) fn section(report: &ReportData, page: &mut Markup) {
     });
 }
 
-fn is_crosstalk(row: &Row) -> bool {
-    matches!(row.quantity, Quantity::Crosstalk(_))
-}
-
 fn axis(table: &Metrology, at: usize, page: &mut Markup) {
     let axis = table.axes[at];
     let title = format!(
@@ -48,8 +44,7 @@ fn axis(table: &Metrology, at: usize, page: &mut Markup) {
     page.element("h3", &title);
     let mut head = vec![Cell::text("Figure")];
     head.extend(["Conv.", "% FS", "Comp.", "% FS", "change"].map(|name| Cell::Number(name.into())));
-    let rows = table.rows.iter().filter(|row| !is_crosstalk(row));
-    page.table(&head, rows.map(|row| figure_row(row, at)));
+    page.table(&head, table.own_rows().map(|row| figure_row(row, at)));
 }
 
 fn figure_row(row: &Row, at: usize) -> Vec<Cell> {
@@ -104,8 +99,8 @@ fn crosstalk(table: &Metrology, page: &mut Markup) {
             .map(|axis| Cell::Number(axis.symbol().to_owned())),
     );
     let mut rows = Vec::new();
-    for row in table.rows.iter().filter(|row| is_crosstalk(row)) {
-        let from = row.definition.name.trim_start_matches("Crosstalk from ");
+    for (from, row) in table.crosstalk_rows() {
+        let from = from.symbol();
         let figures = row
             .cells
             .iter()
@@ -139,18 +134,8 @@ fn crosstalk(table: &Metrology, page: &mut Markup) {
 
 fn definitions(table: &Metrology, page: &mut Markup) {
     page.element("h3", "Definitions");
-    let mut crosstalk_told = false;
     page.within("dl", "class=\"definitions\"", |page| {
-        for row in &table.rows {
-            if is_crosstalk(row) && std::mem::replace(&mut crosstalk_told, true) {
-                continue;
-            }
-            let about = &row.definition;
-            let name = if is_crosstalk(row) {
-                "Crosstalk"
-            } else {
-                &about.name
-            };
+        for (name, about) in table.definitions() {
             page.element("dt", name);
             page.element(
                 "dd",

@@ -2,9 +2,10 @@
 
 use super::markup::{Cell, Markup};
 use super::{ReportData, ReportRecording, date};
-use crate::calibration::{Calibration, Learned, LinearMap, Scores};
+use crate::calibration::{Calibration, Learned, LinearMap};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::Distance;
 use crate::recording::{Axis, Role};
 
@@ -66,13 +67,11 @@ pub(super) fn warnings(report: &ReportData, page: &mut Markup) {
     });
 }
 
-/// A set of errors with its name.
-type Set = (&'static str, fn(&Scores) -> Option<&Vec<f64>>);
-
-const SETS: [Set; 3] = [
-    ("Test", |scores| scores.test_rmse.as_ref()),
-    ("Leave-one-out", |scores| scores.cv_rmse.as_ref()),
-    ("Train", |scores| scores.train_rmse.as_ref()),
+/// Sets of errors with their names, the most telling first.
+const SETS: [(ScoreSet, &str); 3] = [
+    (ScoreSet::Test, "Test"),
+    (ScoreSet::LeftOut, "Leave-one-out"),
+    (ScoreSet::Train, "Train"),
 ];
 
 pub(super) fn scores(report: &ReportData, page: &mut Markup) {
@@ -94,12 +93,12 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
         }
         let n_numbers = head.len() - 1;
         let mut rows = Vec::new();
-        for (name, pick) in SETS {
-            let (Some(before), Some(after)) = (pick(&quality.conventional), pick(&quality.compensated))
+        for (set, name) in SETS {
+            let (Some(before), Some(after)) = (set.rmse(&quality.conventional), set.rmse(&quality.compensated))
             else {
                 rows.push(vec![
                     Cell::text(name),
-                    Cell::Reason(missing(name, calibration), n_numbers),
+                    Cell::Reason(missing(set, calibration), n_numbers),
                 ]);
                 continue;
             };
@@ -108,9 +107,9 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
                 let percent = |rmse: f64| {
                     (full_scale > 0.0).then(|| significant(100.0 * rmse / full_scale, 3))
                 };
-                let set = if at == 0 { name } else { "" };
+                let name = if at == 0 { name } else { "" };
                 let mut row = vec![
-                    Cell::text(set),
+                    Cell::text(name),
                     Cell::text(labelled(*axis)),
                     Cell::Number(significant(before[at], 4)),
                     Cell::Number(significant(after[at], 4)),
@@ -119,11 +118,7 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
                     Cell::number(percent(after[at])),
                 ];
                 row.extend(report.factory.as_ref().map(|factory| {
-                    let rmse = match name {
-                        "Test" => factory.test_rmse.get(at).copied().flatten(),
-                        "Train" => factory.train_rmse.get(at).copied().flatten(),
-                        _ => None, // it was fitted to none of them
-                    };
+                    let rmse = set.factory_rmse(factory).get(at).copied().flatten();
                     Cell::number(rmse.map(|rmse| significant(rmse, 4)))
                 }));
                 rows.push(row);
@@ -146,14 +141,14 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
     });
 }
 
-fn missing(set: &str, calibration: &Calibration) -> String {
+fn missing(set: ScoreSet, calibration: &Calibration) -> String {
     match set {
-        "Leave-one-out" => calibration
+        ScoreSet::LeftOut => calibration
             .why_not_left_out()
             .unwrap_or("nothing was left out")
             .to_owned(),
-        "Test" => "no recording is in the test role".to_owned(),
-        _ => "no recording is in the train role".to_owned(),
+        ScoreSet::Test => "no recording is in the test role".to_owned(),
+        ScoreSet::Train => "no recording is in the train role".to_owned(),
     }
 }
 
@@ -381,7 +376,8 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Ma
             .iter()
             .map(|axis| Cell::Number(labelled(*axis))),
     );
-    let features = map.features.iter().enumerate().take(MOST_FEATURES);
+    let features = map.names(&calibration.gauges);
+    let features = features.iter().enumerate().take(MOST_FEATURES);
     let rows = features.map(|(column, feature)| {
         let mut row = vec![Cell::text(feature)];
         row.extend(
@@ -392,8 +388,8 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Ma
         row
     });
     page.table(&head, rows);
-    if map.features.len() > MOST_FEATURES {
-        let more = map.features.len() - MOST_FEATURES;
+    if map.columns.len() > MOST_FEATURES {
+        let more = map.columns.len() - MOST_FEATURES;
         page.element(
             "p",
             &format!("and {more} more, which the complete calibration (JSON) has."),

@@ -13,8 +13,15 @@
  *         @{prefix}_update(&@{PREFIX}_CALIBRATION, &state, time, gauges, load, NULL);
  *
  * Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in
- * the order and units above. The first sample after init starts relaxed: nothing has happened before it. A sample that is not
- * a finite number, or whose time is before the last, is ignored: the last load is given again.
+ * the order and units above. The first sample after init starts relaxed: nothing has happened before it.
+ *
+ * Update says what became of the sample:
+ *     @{PREFIX}_OK         the load is that of this sample.
+ *     @{PREFIX}_RESTARTED  so it is, but the history starts anew with it, as after init; the zero of bias is kept.
+ *     @{PREFIX}_REJECTED   there is no load but NaN, and nothing is remembered of the sample: a number in it is not
+ *                          finite, or its time is before the last or more than @{leap_secs} s after it. After
+ *                          @{strays} such times in a row the clock counts as set anew: the last of them restarts. The
+ *                          same time again is no time gone by.
  *
  * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so.
 @if ring
@@ -111,9 +118,17 @@ typedef struct {
 @end
 } @{prefix}_calibration;
 
+/* What became of a sample. */
+typedef enum {
+    @{PREFIX}_OK,
+    @{PREFIX}_RESTARTED,
+    @{PREFIX}_REJECTED
+} @{prefix}_status;
+
 /* What is remembered between samples. */
 typedef struct {
     int started;
+    int strays;                                    /* so many samples in a row were off the clock */
     double time;                                   /* of the last good sample, and its loads */
     @{prefix}_real load[@{n_axes}];
     @{prefix}_real conventional[@{n_axes}];
@@ -188,10 +203,9 @@ static const @{prefix}_calibration @{PREFIX}_CALIBRATION = {
 @end
 };
 
-/* Starts anew: no past, no zero. */
-static inline void @{prefix}_init(@{prefix}_state *s)
+/* Forgets the past. */
+static inline void @{prefix}_forget(@{prefix}_state *s)
 {
-    int axis;
 @if lag
     int lag;
     for (lag = 0; lag < @{n_lags}; lag++)
@@ -202,7 +216,15 @@ static inline void @{prefix}_init(@{prefix}_state *s)
     s->kept = 0;
 @end
     s->started = 0;
+    s->strays = 0;
     s->time = 0.0;
+}
+
+/* Starts anew: no past, no zero. */
+static inline void @{prefix}_init(@{prefix}_state *s)
+{
+    int axis;
+    @{prefix}_forget(s);
     for (axis = 0; axis < @{n_axes}; axis++) {
         s->load[axis] = 0;
         s->conventional[axis] = 0;
@@ -211,7 +233,7 @@ static inline void @{prefix}_init(@{prefix}_state *s)
     }
 }
 
-/* Tares: from now on the load of the last sample counts as zero. The past is kept. */
+/* Tares: from now on the load of the last sample that was not rejected counts as zero. The past is kept. */
 static inline void @{prefix}_bias(@{prefix}_state *s)
 {
     int axis;
@@ -230,15 +252,24 @@ static inline @{prefix}_real @{prefix}_dot(const @{prefix}_real *a, const @{pref
     return sum;
 }
 
-static inline int @{prefix}_is_good(const @{prefix}_state *s, double time, const @{prefix}_real *gauges)
+/* What is to become of a sample; the past is forgotten if it restarts. */
+static inline @{prefix}_status @{prefix}_judge(@{prefix}_state *s, double time, const @{prefix}_real *gauges)
 {
     int g;
-    if (!isfinite(time) || (s->started && time < s->time))
-        return 0;
+    if (!isfinite(time))
+        return @{PREFIX}_REJECTED;
     for (g = 0; g < @{n_gauges}; g++)
         if (!isfinite(gauges[g]))
-            return 0;
-    return 1;
+            return @{PREFIX}_REJECTED;
+    if (!s->started || (time >= s->time && time - s->time <= @{leap_secs})) {
+        s->strays = 0;
+        return @{PREFIX}_OK;
+    }
+    s->strays += 1;
+    if (s->strays < @{strays})
+        return @{PREFIX}_REJECTED;
+    @{prefix}_forget(s);
+    return @{PREFIX}_RESTARTED;
 }
 @if ring
 
@@ -375,14 +406,16 @@ static inline void @{prefix}_layer(const float *weights, const float *biases, in
 @end
 
 /*
- * Takes the next sample and writes its load, and its conventional load (of the present gauges alone) unless that is NULL.
+ * Takes the next sample and writes its load, and its conventional load (of the present gauges alone) unless that is NULL; NaN
+ * where the sample is rejected.
  */
-static inline void @{prefix}_update(const @{prefix}_calibration *c, @{prefix}_state *s, double time,
-                                 const @{prefix}_real gauges[@{n_gauges}], @{prefix}_real load[@{n_axes}],
-                                 @{prefix}_real conventional[@{n_axes}])
+static inline @{prefix}_status @{prefix}_update(const @{prefix}_calibration *c, @{prefix}_state *s, double time,
+                                             const @{prefix}_real gauges[@{n_gauges}], @{prefix}_real load[@{n_axes}],
+                                             @{prefix}_real conventional[@{n_axes}])
 {
     int axis;
-    if (@{prefix}_is_good(s, time, gauges)) {
+    @{prefix}_status status = @{prefix}_judge(s, time, gauges);
+    if (status != @{PREFIX}_REJECTED) {
         /* Gauges less centre, then for each history gauges less the present ones, then monomials. */
         @{prefix}_real row[@{n_columns}];
         int g;
@@ -510,10 +543,12 @@ static inline void @{prefix}_update(const @{prefix}_calibration *c, @{prefix}_st
         s->started = 1;
     }
     for (axis = 0; axis < @{n_axes}; axis++) {
-        load[axis] = s->load[axis] - s->load_zero[axis];
+        int is_good = status != @{PREFIX}_REJECTED;
+        load[axis] = is_good ? s->load[axis] - s->load_zero[axis] : (@{prefix}_real)NAN;
         if (conventional != NULL)
-            conventional[axis] = s->conventional[axis] - s->conventional_zero[axis];
+            conventional[axis] = is_good ? s->conventional[axis] - s->conventional_zero[axis] : (@{prefix}_real)NAN;
     }
+    return status;
 }
 
 #ifdef __cplusplus

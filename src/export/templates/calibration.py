@@ -11,8 +11,14 @@
 #     load, conventional = apply(times, gauges)          # a whole recording
 #
 # Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
-# order and units above. The first sample starts relaxed: nothing has happened before it. A sample that is not a finite number,
-# or whose time is before the last, is ignored: the last load is given again.
+# order and units above. The first sample starts relaxed: nothing has happened before it.
+#
+# After an update `state.status` says what became of the sample:
+#     OK         the load is that of this sample.
+#     RESTARTED  so it is, but the history starts anew with it, as in a new state; the zero of `bias` is kept.
+#     REJECTED   there is no load but NaN, and nothing is remembered of the sample: a number in it is not finite, or
+#                its time is before the last or more than @{leap_secs} s after it. After @{strays} such times in a row
+#                the clock counts as set anew: the last of them restarts. The same time again is no time gone by.
 #
 # Cost of an update: @{products} multiplications@{search_cost}.
 
@@ -20,6 +26,9 @@ import numpy as np
 
 GAUGES = @{n_gauges}
 AXES = @{n_axes}
+OK, RESTARTED, REJECTED = range(3)
+LEAP_SECS = @{leap_secs}  # a time further after the last than this is off the clock ...
+STRAYS = @{strays}  # ... and so many such times in a row are a clock that was set anew
 
 CENTRE = np.array(@{centre})
 CONVENTIONAL = np.array(@{conventional})
@@ -74,7 +83,9 @@ class State:
     """What is remembered between samples."""
 
     def __init__(self):
-        self.time = -np.inf
+        self.time = 0.0
+        self.status = OK
+        self.strays = 0
         self.load = np.zeros(AXES)
         self.conventional = np.zeros(AXES)
         self.load_zero = np.zeros(AXES)
@@ -91,20 +102,39 @@ class State:
 @end
 
     def bias(self):
-        """Tares: from now on the load of the last sample counts as zero. The past is kept."""
+        """Tares: from now on the load of the last sample that was not rejected counts as zero. The past is kept."""
         self.load_zero = self.load
         self.conventional_zero = self.conventional
 
     def update(self, time, gauges):
-        """Takes the next sample; returns its load and its conventional load (of the present gauges alone)."""
+        """Takes the next sample; returns its load and its conventional load (of the present gauges alone), NaN if rejected."""
         gauges = np.asarray(gauges, dtype=float)
         if gauges.shape != (GAUGES,):
             raise ValueError(f"{gauges.shape} gauges are given where {GAUGES} are needed")
-        if np.isfinite(time) and time >= self.time and np.all(np.isfinite(gauges)):
-            self._take(float(time), gauges - CENTRE)
-            self.time = float(time)
-            self.started = True
+        self.status = self._judge(time, gauges)
+        if self.status == REJECTED:
+            return np.full(AXES, np.nan), np.full(AXES, np.nan)
+        self._take(float(time), gauges - CENTRE)
+        self.time = float(time)
+        self.started = True
         return self.load - self.load_zero, self.conventional - self.conventional_zero
+
+    def _judge(self, time, gauges):
+        """What is to become of a sample; the past is forgotten if it restarts."""
+        if not (np.isfinite(time) and np.all(np.isfinite(gauges))):
+            return REJECTED
+        if not self.started or 0 <= time - self.time <= LEAP_SECS:
+            self.strays = 0
+            return OK
+        self.strays += 1
+        if self.strays < STRAYS:
+            return REJECTED
+        self.strays = 0
+        self.started = False
+@if ring
+        self.kept = 0
+@end
+        return RESTARTED
 
     def _take(self, time, present):
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present

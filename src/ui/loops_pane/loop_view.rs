@@ -110,13 +110,14 @@ impl<'a> View<'a> {
         let loops = self.shown.iter().flat_map(|curve| {
             let figures = self.of(curve).into_iter();
             figures.flat_map(|figures| {
-                let ways = figures.branches.iter().zip(["rising", "falling"]);
-                ways.map(|(branch, way)| DrawnLine {
+                let ways = [("rising", false), ("falling", true)];
+                let ways = figures.branches.iter().zip(ways);
+                ways.map(|(branch, (way, dashed))| DrawnLine {
                     name: format!("{} {way}", name(curve.output)),
                     color: color(curve.output, visuals),
                     opacity: 1.0,
                     width: 2.4,
-                    dashed: way == "falling",
+                    dashed,
                     pieces: vec![branch[..].into()],
                 })
             })

@@ -1,0 +1,104 @@
+//! What a column of the design matrix is.
+//!
+//! Guarantees: columns are told apart by their kind, never by their name: a gauge may be called `offset` or `S1_past`.
+//! Names are printed from them, for people, and two columns may have the same.
+
+use std::fmt;
+
+/// Which past of the gauges a set of columns holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum History {
+    /// What the look-back at this place of the settings' list finds.
+    LookBack(usize),
+    /// The gauges this long ago (s).
+    FixedLag(f64),
+    /// Low-passes with this time constant (s).
+    Creep(f64),
+    /// Play operators of this radius (standard deviations of the gauge).
+    Play(f64),
+}
+
+impl fmt::Display for History {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LookBack(0) => write!(f, "past"),
+            Self::LookBack(at) => write!(f, "past{}", at + 1),
+            Self::FixedLag(secs) => write!(f, "lag_{secs}s"),
+            Self::Creep(secs) => write!(f, "creep_{secs}s"),
+            Self::Play(radius) => write!(f, "play_{radius}"),
+        }
+    }
+}
+
+/// One column; gauges by their position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Column {
+    /// A present gauge.
+    Gauge(usize),
+    /// A gauge of the past.
+    Past {
+        /// Which past.
+        history: History,
+        /// Which gauge.
+        gauge: usize,
+    },
+    /// The product of two standardised gauges, or the square of one.
+    Product(usize, usize),
+    /// The cube of a standardised gauge.
+    Cube(usize),
+    /// 1.
+    Offset,
+}
+
+/// What a column does in a fit, in the order in which columns explain the load: whatever an earlier one can say is not left to a
+/// later one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ColumnKind {
+    /// Always one. A gauge that stands still says nothing beside it.
+    Offset,
+    /// A present gauge.
+    Gauge,
+    /// What a block brought; the only kind that a ridge shrinks.
+    Appended,
+}
+
+impl ColumnKind {
+    /// All kinds, the first to explain first.
+    pub const IN_ORDER: [Self; 3] = [Self::Offset, Self::Gauge, Self::Appended];
+}
+
+impl Column {
+    /// What it does in a fit.
+    #[must_use]
+    pub fn kind(self) -> ColumnKind {
+        match self {
+            Self::Offset => ColumnKind::Offset,
+            Self::Gauge(_) => ColumnKind::Gauge,
+            Self::Past { .. } | Self::Product(..) | Self::Cube(_) => ColumnKind::Appended,
+        }
+    }
+
+    /// What it is called where the gauges have these names: `<gauge>`, `<gauge>_past` (further look-backs
+    /// `<gauge>_past2` …), `<gauge>_lag_<Δ>s`, `<gauge>_creep_<τ>s`, `<gauge>_play_<r>`, `<gauge>^2`, `<gauge>*<gauge>`,
+    /// `<gauge>^3`, `offset`.
+    ///
+    /// # Panics
+    /// If a gauge has no name.
+    #[must_use]
+    pub fn name(self, gauges: &[String]) -> String {
+        match self {
+            Self::Gauge(gauge) => gauges[gauge].clone(),
+            Self::Past { history, gauge } => format!("{}_{history}", gauges[gauge]),
+            Self::Product(left, right) if left == right => format!("{}^2", gauges[left]),
+            Self::Product(left, right) => format!("{}*{}", gauges[left], gauges[right]),
+            Self::Cube(gauge) => format!("{}^3", gauges[gauge]),
+            Self::Offset => "offset".to_owned(),
+        }
+    }
+
+    /// The names of columns, in their order.
+    #[must_use]
+    pub fn names(columns: &[Self], gauges: &[String]) -> Vec<String> {
+        columns.iter().map(|column| column.name(gauges)).collect()
+    }
+}
