@@ -11,7 +11,8 @@ use loopscope::evaluation::metrology::{MetrologySettings, Run, table};
 use loopscope::progress::Progress;
 use loopscope::recording::{RecordingSet, simulated};
 
-/// So many points one picture has.
+/// Width and height of a picture, and so many points it may have anyway.
+const PIXELS: [f64; 2] = [1000.0, 700.0];
 const POINTS: usize = 20_000;
 
 fn metrology(c: &mut Criterion) {
@@ -62,10 +63,14 @@ fn loop_pane(c: &mut Criterion, recordings: &RecordingSet, applied: &[AppliedLoa
     };
     c.bench_function("outline of one axis and output, 243,000 samples", |b| {
         b.iter(|| {
-            for (column, branches) in columns.iter().zip(loops.branches()) {
-                let most = POINTS / columns.len();
-                black_box(outline(branches, &column[0], &column[1], whole, most));
-            }
+            let branches = (columns.iter().zip(loops.branches())).flat_map(|(column, own)| {
+                own.iter().map(|branch| {
+                    let samples = branch.samples.clone();
+                    let points = column[0][samples.clone()].iter().zip(&column[1][samples]);
+                    points.map(|(load, output)| [*load, *output])
+                })
+            });
+            black_box(outline(branches, whole, PIXELS, POINTS))
         });
     });
 }

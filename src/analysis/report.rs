@@ -18,8 +18,8 @@ use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
 use crate::export::svg::CurvePlot;
 use crate::export::{
-    Drawing, DrawnLine, ReportCurves, ReportData, ReportErrors, ReportRecording, Scale,
-    curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
+    Drawing, DrawnLine, PICTURE_SIZE, ReportCurves, ReportData, ReportErrors, ReportRecording,
+    Scale, curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
@@ -367,6 +367,7 @@ impl<'a> Looker<'a> {
             span: Span::All,
             dead_band: None,
             frame: None,
+            pixels: PICTURE_SIZE.into(),
         });
         let look = self.look(question)?;
         Ok(look.and_then(|look| match look {

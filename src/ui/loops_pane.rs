@@ -11,7 +11,7 @@ use crate::analysis::loops::{
     Channel, CrossQuestion, LoadKind, LoopQuestion, Output, Question, RestQuestion, Span, Up,
 };
 use crate::app::{AppState, Command};
-use crate::export::Drawing;
+use crate::export::{Drawing, PICTURE_SIZE};
 use crate::recording::Axis;
 use crate::ui::context_menu::item;
 use crate::ui::dead_band::dead_band;
@@ -102,6 +102,8 @@ pub struct LoopsPane {
     rest: Option<usize>,
     hold_secs: f64,
     zooms: Zooms,
+    /// Of the plot, or of its picture in a file where that has more.
+    pixels: [f64; 2],
     path: String,
 }
 
@@ -121,6 +123,7 @@ impl Default for LoopsPane {
             rest: None,
             hold_secs: 5.0,
             zooms: Zooms::default(),
+            pixels: PICTURE_SIZE.into(),
             path: "loops.svg".to_owned(),
         }
     }
@@ -138,12 +141,14 @@ impl LoopsPane {
                 span: self.span,
                 dead_band: self.dead_band,
                 frame,
+                pixels: self.pixels,
             }),
             Mode::Cross => Question::Cross(CrossQuestion {
                 across: self.across,
                 up: self.cross_up,
                 span: self.span,
                 frame,
+                pixels: self.pixels,
             }),
             Mode::Rests => Question::Rests(RestQuestion {
                 axis: self.axis,
@@ -172,6 +177,11 @@ impl LoopsPane {
             ui.colored_label(ui.visuals().warn_fg_color, problem);
         }
         let seen = &looking.seen;
+        let on_screen = ui.pixels_per_point() * plot_size(ui);
+        self.pixels = [
+            PICTURE_SIZE.0.max(on_screen.x.into()),
+            PICTURE_SIZE.1.max(on_screen.y.into()),
+        ];
         match self.mode {
             Mode::Loops => loop_view::show(ui, self, state, seen.loops.as_ref(), out),
             Mode::Cross => cross_view::show(ui, self, state, seen.cross.as_ref(), out),
@@ -351,12 +361,13 @@ impl LoopsPane {
         out: &mut Vec<Command>,
         figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
     ) {
-        let height = (ui.available_height() - 2.0).max(160.0);
-        let width = (ui.available_width() - FIGURES_WIDTH - 12.0).max(200.0);
+        let size @ egui::Vec2 {
+            x: width,
+            y: height,
+        } = plot_size(ui);
         ui.horizontal_top(|ui| {
-            let left = egui::vec2(width, height);
             let picture = ui
-                .allocate_ui_with_layout(left, egui::Layout::top_down(egui::Align::Min), |ui| {
+                .allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
                     ui.set_width(width);
                     let (id, zoom) = (self.mode.plot_id(), self.zooms.of(self.mode));
                     plots::plot(ui, id, height, [drawing, print], zoom, out);
@@ -377,6 +388,12 @@ impl LoopsPane {
             });
         });
     }
+}
+
+/// Of the plot with its labels, beside the figures.
+fn plot_size(ui: &egui::Ui) -> egui::Vec2 {
+    let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
+    room.max(egui::vec2(200.0, 160.0))
 }
 
 fn nothing_yet(ui: &mut egui::Ui, state: &AppState) {

@@ -38,6 +38,8 @@ pub struct CrossQuestion {
     pub span: Span,
     /// What is looked at; `None` shows all.
     pub frame: Option<Frame>,
+    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    pub pixels: [f64; 2],
 }
 
 /// A cross-plot, ready to be drawn.
@@ -51,8 +53,6 @@ pub struct CrossPicture {
     pub whole: Frame,
     /// One or more for each recording.
     pub strokes: Vec<Stroke>,
-    /// How many pieces stand for one in [`Self::strokes`]: 1, unless there are very many.
-    pub drawn_every: usize,
 }
 
 pub(super) fn picture(
@@ -64,12 +64,11 @@ pub(super) fn picture(
     let up = columns(source, parts, question.up)?;
     let whole = frame_around(range_of(&across), range_of(&up));
     let none = vec![Vec::new(); parts.len()];
-    let (strokes, drawn_every) = strokes(&across, &up, &none, question.frame.unwrap_or(whole));
+    let frame = question.frame.unwrap_or(whole);
     Ok(CrossPicture {
         question: question.clone(),
         n_samples: across.iter().map(Vec::len).sum(),
-        strokes,
-        drawn_every,
+        strokes: strokes(&across, &up, &none, frame, question.pixels),
         whole,
     })
 }

@@ -3,7 +3,7 @@
 //! A [`Viewer`] answers one [`Question`] at a time. Between questions it remembers only the loads that the calibration
 //! gives, so that another axis, a zoom or another dead band costs a pass over what is drawn and nothing more.
 //!
-//! Guarantees: every number in an answer is finite; the number of points depends on the picture, not on the number of
+//! Guarantees: every number in an answer is finite; loops and cross-plots are drawn to the pixel, whatever the number of
 //! samples; what the data cannot give is a sentence.
 
 mod cross;
@@ -28,10 +28,8 @@ pub use cross::{Channel, CrossPicture, CrossQuestion, LoadKind};
 pub use picture::{LoopCurve, LoopFigures, LoopPicture, LoopQuestion, Up};
 pub use rest::{RestCurve, RestOutput, RestPicture, RestQuestion};
 
-/// At most about so many points are drawn of one curve.
-const MOST_POINTS: usize = 5000;
-/// Of more pieces of branches than this only some are drawn: noise has as many turns as samples.
-const MOST_STROKES: usize = 6000;
+/// More points than this of rising or of falling branches are drawn only where nothing was drawn before.
+const MOST_POINTS: usize = 8000;
 /// What a picture leaves free around its points, as a share of its width and height.
 const MARGIN: f64 = 0.04;
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::source::{Part, Source};
-use super::{LookError, MOST_POINTS, MOST_STROKES, Output, Span, column_of, frame_around};
+use super::{LookError, MOST_POINTS, Output, Span, column_of, frame_around};
 use crate::evaluation::loops::{
     Branch, Cycle, Frame, Loop, Loops, Stroke, default_dead_band, outline, range,
 };
@@ -35,6 +35,8 @@ pub struct LoopQuestion {
     pub dead_band: Option<f64>,
     /// What is looked at; `None` shows all.
     pub frame: Option<Frame>,
+    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    pub pixels: [f64; 2],
 }
 
 /// Loops, ready to be drawn.
@@ -71,8 +73,6 @@ pub struct LoopCurve {
     pub output: Option<Output>,
     /// The branches.
     pub strokes: Vec<Stroke>,
-    /// How many pieces of branches stand for one in [`Self::strokes`]: 1, unless there are very many.
-    pub drawn_every: usize,
     /// The mean loop of the full cycles, or why there is none.
     pub mean: Result<LoopFigures, Reason>,
     /// The loop of the largest cycle, or why there is none.
@@ -155,23 +155,19 @@ pub(super) fn picture(
         .ok_or_else(|| Reason::no_cycle(axis, &loops, load_range, dead_band));
     let frame = question.frame.unwrap_or(whole);
     let drawn = (curves.par_iter())
-        .map(|(output, outputs)| {
-            let (strokes, drawn_every) = strokes(&loads, outputs, loops.branches(), frame);
-            LoopCurve {
-                output: *output,
-                strokes,
-                drawn_every,
-                mean: largest.clone().and_then(|_| {
-                    let shapes: Vec<Loop> =
-                        full.iter().map(|one| shape(one, &loads, outputs)).collect();
-                    let mean = Loop::mean(&shapes).and_then(LoopFigures::of);
-                    mean.ok_or(Reason::Overflow { axis })
-                }),
-                largest: largest.as_ref().map_err(Clone::clone).and_then(|cycle| {
-                    let figures = LoopFigures::of(shape(cycle, &loads, outputs));
-                    figures.ok_or(Reason::Overflow { axis })
-                }),
-            }
+        .map(|(output, outputs)| LoopCurve {
+            output: *output,
+            strokes: strokes(&loads, outputs, loops.branches(), frame, question.pixels),
+            mean: largest.clone().and_then(|_| {
+                let shapes: Vec<Loop> =
+                    full.iter().map(|one| shape(one, &loads, outputs)).collect();
+                let mean = Loop::mean(&shapes).and_then(LoopFigures::of);
+                mean.ok_or(Reason::Overflow { axis })
+            }),
+            largest: largest.as_ref().map_err(Clone::clone).and_then(|cycle| {
+                let figures = LoopFigures::of(shape(cycle, &loads, outputs));
+                figures.ok_or(Reason::Overflow { axis })
+            }),
         })
         .collect();
     Ok(LoopPicture {
@@ -245,42 +241,29 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
     Loop::of(cycle, &loads[cycle.recording], &outputs[cycle.recording])
 }
 
-/// What is drawn of all recordings, each with its share of the points; of very many pieces every so many-th.
+/// What is drawn of all recordings: rising and falling branches each by themselves; what never turns counts as rising.
 pub(super) fn strokes(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],
     branches: &[Vec<Branch>],
     frame: Frame,
-) -> (Vec<Stroke>, usize) {
-    let all: usize = loads.iter().map(Vec::len).sum();
-    let drawn: Vec<Vec<Stroke>> = (loads.par_iter().zip(outputs).zip(branches))
-        .map(|((loads, outputs), branches)| {
-            let most = (MOST_POINTS * loads.len()).div_ceil(all.max(1));
-            if branches.is_empty() {
-                outline(&[one_branch(loads)], loads, outputs, frame, most)
-            } else {
-                outline(branches, loads, outputs, frame, most)
-            }
-        })
-        .collect();
-    let n = drawn.iter().map(Vec::len).sum::<usize>();
-    let every = n.div_ceil(MOST_STROKES).max(1);
-    // Rising and falling take turns: an even step would leave one of them out.
-    let every = if every.is_multiple_of(2) {
-        every + 1
-    } else {
-        every
-    };
-    (drawn.into_iter().flatten().step_by(every).collect(), every)
-}
-
-/// All of a recording, so that what never turns is drawn as well.
-fn one_branch(loads: &[f64]) -> Branch {
-    let (low, high) = range(loads);
-    Branch {
-        samples: 0..loads.len(),
-        rising: true,
-        low,
-        high,
-    }
+    pixels: [f64; 2],
+) -> Vec<Stroke> {
+    let ways = [true, false].into_par_iter().map(|rising| {
+        let paths =
+            (loads.iter().zip(outputs).zip(branches)).flat_map(|((loads, outputs), own)| {
+                let all = (own.is_empty() && rising).then_some(0..loads.len());
+                let own = own.iter().filter(move |branch| branch.rising == rising);
+                let parts = own.map(|branch| branch.samples.clone()).chain(all);
+                parts.map(|part| {
+                    let points = loads[part.clone()].iter().zip(&outputs[part]);
+                    points.map(|(load, output)| [*load, *output])
+                })
+            });
+        let lines = outline(paths, frame, pixels, MOST_POINTS).into_iter();
+        lines
+            .map(|points| Stroke { rising, points })
+            .collect::<Vec<_>>()
+    });
+    ways.collect::<Vec<_>>().concat()
 }

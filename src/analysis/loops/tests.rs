@@ -66,6 +66,7 @@ fn loops(up: Up, span: Span) -> LoopQuestion {
         span,
         dead_band: None,
         frame: None,
+        pixels: [400.0, 300.0],
     }
 }
 
@@ -109,9 +110,10 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     assert!(points(&curve.strokes) <= 2000 + 2 * curve.strokes.len());
 }
 
-/// Noise turns at every sample; rising and falling pieces both stay.
+/// Noise turns at every sample. On a picture of 400 × 300 pixels all of it is drawn in fewer points than there are branches,
+/// rising and falling ones alike, and so is what is zoomed in on.
 #[test]
-fn of_very_many_branches_some_are_drawn() {
+fn very_many_branches_are_all_drawn_in_few_points() {
     let n = 60_000;
     let noise = |k: usize| ((k * 7919) % 104_729) as f64 / 104_729.0;
     let recording = Recording::new(
@@ -121,29 +123,35 @@ fn of_very_many_branches_some_are_drawn() {
         vec!["S1".to_owned()],
         (0..n).map(noise).collect(),
         vec![Axis::Fz],
-        (0..n).map(|k| 10.0 * noise(k)).collect(),
+        (0..n).map(|k| 10.0 * noise(k * k)).collect(),
     );
     let recordings = set(vec![recording.unwrap()]);
     let mut question = loops(Up::Gauge(0), Span::All);
     question.dead_band = Some(0.0);
-    let picture = picture(&request(&recordings, Question::Loops(question)));
-    let [curve] = &picture.curves[..] else {
-        panic!("one gauge is one curve")
-    };
-    assert!(
-        picture.n_cycles > super::MOST_STROKES,
-        "{}",
-        picture.n_cycles
-    );
-    assert!(curve.strokes.len() <= super::MOST_STROKES);
-    assert!(curve.drawn_every > 1 && curve.drawn_every % 2 == 1);
-    for rising in [true, false] {
-        let n = curve
-            .strokes
-            .iter()
-            .filter(|one| one.rising == rising)
-            .count();
-        assert!(n > curve.strokes.len() / 3, "{n}");
+    for zoomed in [false, true] {
+        let frame = Frame {
+            loads: (4.0, 4.1),
+            outputs: (0.5, 0.6),
+        };
+        question.frame = zoomed.then_some(frame);
+        let picture = picture(&request(&recordings, Question::Loops(question.clone())));
+        let [curve] = &picture.curves[..] else {
+            panic!("one gauge is one curve")
+        };
+        assert!(picture.n_cycles > 20_000, "{}", picture.n_cycles);
+        for rising in [true, false] {
+            let strokes = curve.strokes.iter().filter(|one| one.rising == rising);
+            let points: Vec<_> = strokes.flat_map(|one| &one.points).collect();
+            assert!((100..20_000).contains(&points.len()), "{}", points.len());
+            let shown = question.frame.unwrap_or(picture.whole);
+            for column in 0..20 {
+                let share = (f64::from(column) + 0.5) / 20.0;
+                let load = shown.loads.0 + share * (shown.loads.1 - shown.loads.0);
+                let reach = 0.1 * (shown.loads.1 - shown.loads.0);
+                let near = |point: &&[f64; 2]| (point[0] - load).abs() < reach;
+                assert!(points.iter().any(|point| near(point)), "nothing at {load}");
+            }
+        }
     }
 }
 
@@ -212,6 +220,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
         up,
         span: Span::One(1),
         frame: None,
+        pixels: [400.0, 300.0],
     };
     request.question = Question::Cross(cross(Channel::Load(LoadKind::Calculated, axis)));
     assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);

@@ -1,12 +1,14 @@
-//! A branch as few enough points to draw.
+//! Paths as few enough points to draw.
 //!
-//! Guarantees: what is left out lies within the tolerance of what is drawn; ends of branches are kept; the number of points
-//! depends on the picture, not on the number of samples.
+//! Guarantees: nothing drawn is further than a pixel from what was measured, and nothing measured is further than a pixel
+//! from what is drawn; the number of points depends on the picture, not on the number of samples.
 
-use super::turns::Branch;
-
-/// The first tolerance: about half a pixel.
-const FINEST: f64 = 5e-4;
+/// Cells across and up a pixel: from corner to corner of one, and of what is passed over beside it, is less than a pixel.
+const CELLS_PER_PIXEL: f64 = 2.0;
+/// A sample this near to the last one that was kept, across and up, is passed over (cells).
+const REACH: f64 = 0.4;
+/// No screen has more cells across or up; a question may ask for any number.
+const MOST_CELLS: f64 = 32_768.0;
 
 /// A part of the plane that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,201 +19,595 @@ pub struct Frame {
     pub outputs: (f64, f64),
 }
 
-impl Frame {
-    fn contains(self, [load, output]: [f64; 2]) -> bool {
-        (self.loads.0..=self.loads.1).contains(&load)
-            && (self.outputs.0..=self.outputs.1).contains(&output)
-    }
-
-    /// A share of its width and height.
-    fn reach(self, share: f64) -> [f64; 2] {
-        [self.loads, self.outputs].map(|(low, high)| share * (high - low))
-    }
-}
-
 /// A piece of a branch as points `[load, output]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     /// Whether the load rises in it.
     pub rising: bool,
-    /// In the order of time.
+    /// In the order of time, unless there were too many of them.
     pub points: Vec<[f64; 2]>,
 }
 
-impl Stroke {
-    /// How far it goes, each step by its larger share of the frame's width or height.
-    fn length(&self, frame: Frame) -> f64 {
-        let [width, height] = frame.reach(1.0);
-        let steps = self.points.windows(2);
-        steps
-            .map(|step| {
-                let along = (step[1][0] - step[0][0]).abs() / width;
-                along.max((step[1][1] - step[0][1]).abs() / height)
-            })
-            .filter(|step| step.is_finite())
-            .sum()
-    }
-}
-
-/// Draws the branches of one recording in at most `most` points besides the ends of strokes.
+/// What is drawn of paths on a picture of `frame` that is so many pixels wide and high.
 ///
-/// More samples than that are thinned: one is left out while it lies within a tolerance of the last one that was kept. The
-/// tolerance is the length of the way over `most`, so that steps no shorter than it are few enough, and at least 1/2000
-/// of the frame's width and height. Where a branch leaves the frame its stroke ends, one sample beyond it; between two
-/// samples that are both outside nothing is drawn.
-///
-/// # Panics
-/// If a branch is not one of these loads, or there are not as many outputs as loads.
-#[must_use]
-pub fn outline(
-    branches: &[Branch],
-    loads: &[f64],
-    outputs: &[f64],
+/// A path goes straight from sample to sample; it ends at what is not finite and is cut off at the frame. Samples are
+/// passed over while they lie within a fifth of a pixel of the last one that was kept. Where that leaves more than `most`
+/// points, a step of a path is drawn only if it touches a cell of half a pixel that no step before it has touched; and
+/// where lines along the touched cells, all across or all up, are fewer points still, these are drawn instead.
+pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
+    paths: impl IntoIterator<Item = P>,
     frame: Frame,
+    pixels: [f64; 2],
     most: usize,
-) -> Vec<Stroke> {
-    assert_eq!(loads.len(), outputs.len(), "one output for each load");
-    let is_long = loads.len() > most;
-    let finest = if is_long { FINEST } else { 0.0 };
-    let mut strokes = Vec::new();
-    for branch in branches {
-        let samples = branch.samples.clone();
-        let path = loads[samples.clone()].iter().zip(&outputs[samples]);
-        let path = path.map(|(load, output)| [*load, *output]);
-        add_strokes(&mut strokes, path, branch.rising, frame, finest);
+) -> Vec<Vec<[f64; 2]>> {
+    let grid = Grid::of(frame, pixels);
+    let mut drawn = Drawn {
+        raster: Raster::new(grid.cells.map(|cells| cells as usize)),
+        all: Lines::default(),
+        needed: Lines::default(),
+        grid,
+        most,
+    };
+    for path in paths {
+        drawn.add(path);
     }
-    if is_long {
-        let length: f64 = strokes.iter().map(|stroke| stroke.length(frame)).sum();
-        let reach = frame.reach((length / most.max(1) as f64).max(finest));
-        for stroke in &mut strokes {
-            thin(&mut stroke.points, reach);
-        }
-    }
-    strokes
+    drawn.lines()
 }
 
-/// Adds the pieces of a path that lie in the frame, thinned, each with its neighbours just outside.
-fn add_strokes(
-    strokes: &mut Vec<Stroke>,
-    path: impl Iterator<Item = [f64; 2]>,
-    rising: bool,
-    frame: Frame,
-    tolerance: f64,
-) {
-    let reach = frame.reach(tolerance);
-    // Those of the stroke that is being drawn; none while the path is outside.
-    let mut points: Vec<[f64; 2]> = Vec::new();
-    let (mut before, mut kept) = (None, [0.0; 2]);
-    for point in path {
-        if frame.contains(point) {
-            if points.is_empty() {
-                points.extend(before);
+/// Where a point lies on the picture, in cells.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    low: [f64; 2],
+    /// The size of a cell.
+    size: [f64; 2],
+    /// How many there are, whole numbers.
+    cells: [f64; 2],
+}
+
+impl Grid {
+    fn of(frame: Frame, pixels: [f64; 2]) -> Self {
+        let cells = pixels.map(|pixels| (CELLS_PER_PIXEL * pixels).ceil().clamp(1.0, MOST_CELLS));
+        let ranges = [frame.loads, frame.outputs];
+        Self {
+            low: ranges.map(|(low, _)| low),
+            size: [0, 1].map(|i| (ranges[i].1 - ranges[i].0) / cells[i]),
+            cells,
+        }
+    }
+
+    fn cell_of(&self, point: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| (point[i] - self.low[i]) / self.size[i])
+    }
+
+    fn point_at(&self, cell: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
+    }
+
+    /// The part of a step that lies on the picture, from one share of it to another.
+    fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
+        let (mut start, mut end) = (0.0_f64, 1.0_f64);
+        for i in [0, 1] {
+            let way = to[i] - from[i];
+            if way == 0.0 {
+                if !(0.0..=self.cells[i]).contains(&from[i]) {
+                    return None;
+                }
+                continue;
             }
-            if points.len() < 2 || is_beyond(kept, point, reach) {
-                points.push(point);
-                kept = point;
+            let shares = [-from[i] / way, (self.cells[i] - from[i]) / way];
+            start = start.max(shares[0].min(shares[1]));
+            end = end.min(shares[0].max(shares[1]));
+        }
+        (start <= end).then_some((start, end))
+    }
+}
+
+/// A sample: itself, and where it lies on the picture.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    point: [f64; 2],
+    cell: [f64; 2],
+}
+
+impl Place {
+    fn is_near(&self, other: &Self) -> bool {
+        (0..2).all(|i| (other.cell[i] - self.cell[i]).abs() <= REACH)
+    }
+
+    /// What lies at this share of the way to the other; both ends exactly.
+    fn towards(&self, other: &Self, share: f64) -> Self {
+        let between = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] + share * (b[i] - a[i]));
+        match share {
+            0.0 => *self,
+            1.0 => *other,
+            _ => Self {
+                point: between(self.point, other.point),
+                cell: between(self.cell, other.cell),
+            },
+        }
+    }
+}
+
+/// Lines that grow step by step.
+#[derive(Debug, Default)]
+struct Lines {
+    lines: Vec<Vec<[f64; 2]>>,
+    n_points: usize,
+    /// Whether the next step may go on where the last one ended.
+    open: bool,
+}
+
+impl Lines {
+    fn step(&mut self, from: [f64; 2], to: [f64; 2]) {
+        match self.lines.last_mut() {
+            Some(line) if self.open && line.last() == Some(&from) => {
+                line.push(to);
+                self.n_points += 1;
             }
-        } else if !points.is_empty() {
-            points.push(point);
-            let points = std::mem::take(&mut points);
-            strokes.push(Stroke { rising, points });
+            _ => {
+                self.lines.push(vec![from, to]);
+                self.n_points += 2;
+            }
         }
-        before = Some(point);
-    }
-    if !points.is_empty() {
-        points.extend(before.filter(|end| *end != kept));
-        strokes.push(Stroke { rising, points });
+        self.open = true;
     }
 }
 
-fn is_beyond(a: [f64; 2], b: [f64; 2], reach: [f64; 2]) -> bool {
-    (b[0] - a[0]).abs() > reach[0] || (b[1] - a[1]).abs() > reach[1]
+/// What has come so far.
+#[derive(Debug)]
+struct Drawn {
+    grid: Grid,
+    raster: Raster,
+    /// Every step, while they are few.
+    all: Lines,
+    /// The steps that touch a new cell.
+    needed: Lines,
+    most: usize,
 }
 
-/// Leaves out what lies within reach of the last kept point; keeps both ends.
-fn thin(points: &mut Vec<[f64; 2]>, reach: [f64; 2]) {
-    let Some(&end) = points.last() else { return };
-    let mut last: Option<[f64; 2]> = None;
-    points.retain(|point| {
-        let keep = last.is_none_or(|last| is_beyond(last, *point, reach));
-        if keep {
-            last = Some(*point);
+impl Drawn {
+    fn add(&mut self, path: impl IntoIterator<Item = [f64; 2]>) {
+        self.all.open = false;
+        self.needed.open = false;
+        // The last sample that was kept, whether a step led to it, and the last one that was passed over since.
+        let mut kept: Option<(Place, bool)> = None;
+        let mut passed: Option<Place> = None;
+        for point in path {
+            let cell = self.grid.cell_of(point);
+            if !cell.iter().all(|value| value.is_finite()) {
+                self.end(kept.take(), passed.take());
+                continue;
+            }
+            let place = Place { point, cell };
+            match kept {
+                Some((last, _)) if last.is_near(&place) => passed = Some(place),
+                Some((last, _)) => {
+                    self.step(&last, &place);
+                    (kept, passed) = (Some((place, true)), None);
+                }
+                None => kept = Some((place, false)),
+            }
         }
-        keep
-    });
-    if last != Some(end) {
-        points.push(end);
+        self.end(kept, passed);
+    }
+
+    /// The end of a path is kept; one that never moves is a dash of a pixel.
+    fn end(&mut self, kept: Option<(Place, bool)>, passed: Option<Place>) {
+        match (kept, passed) {
+            (Some((last, true)), Some(end)) => self.step(&last, &end),
+            (Some((still, false)), _) => {
+                let half = 0.5 * CELLS_PER_PIXEL;
+                let [across, up] = still.cell;
+                let [from, to] = [across - half, across + half].map(|across| Place {
+                    point: self.grid.point_at([across, up]),
+                    cell: [across, up],
+                });
+                self.step(&from, &to);
+            }
+            _ => {}
+        }
+        self.all.open = false;
+        self.needed.open = false;
+    }
+
+    fn step(&mut self, from: &Place, to: &Place) {
+        let Some((start, end)) = self.grid.on_picture(from.cell, to.cell) else {
+            self.all.open = false;
+            self.needed.open = false;
+            return;
+        };
+        let [from, to] = [start, end].map(|share| from.towards(to, share));
+        if self.all.n_points <= self.most {
+            self.all.step(from.point, to.point);
+        }
+        if self.raster.touch(from.cell, to.cell) {
+            self.needed.step(from.point, to.point);
+        } else {
+            self.needed.open = false;
+        }
+    }
+
+    fn lines(self) -> Vec<Vec<[f64; 2]>> {
+        if self.all.n_points <= self.most {
+            return self.all.lines;
+        }
+        let along = [true, false].map(|across| self.raster.runs(across));
+        let shorter = along.into_iter().min_by_key(Vec::len);
+        match shorter {
+            Some(runs) if 2 * runs.len() < self.needed.n_points => {
+                let ends = |run: [[f64; 2]; 2]| run.map(|end| self.grid.point_at(end)).to_vec();
+                runs.into_iter().map(ends).collect()
+            }
+            _ => self.needed.lines,
+        }
+    }
+}
+
+/// Cells across and up a block, and blocks across and up a block of blocks: as many bits as a word has.
+const SIDE: usize = 8;
+const LEVELS: usize = 4;
+
+/// Which cells of a picture were touched; blocks in which all were are passed in one step.
+#[derive(Debug)]
+struct Raster {
+    /// Cells, blocks, blocks of blocks, and so on.
+    levels: [Level; LEVELS],
+}
+
+/// One bit for each cell or block, a word for each block of them.
+#[derive(Debug)]
+struct Level {
+    /// How many there are across and up.
+    n: [usize; 2],
+    words: Vec<u64>,
+}
+
+impl Level {
+    fn new(n: [usize; 2]) -> Self {
+        let [across, up] = n.map(|n| n.div_ceil(SIDE));
+        let mut level = Self {
+            n,
+            words: vec![0; across * up],
+        };
+        // What lies beyond the picture does not keep a block from being full.
+        for y in 0..up * SIDE {
+            for x in 0..across * SIDE {
+                if x >= n[0] || y >= n[1] {
+                    level.set([x, y]);
+                }
+            }
+        }
+        level
+    }
+
+    fn place(&self, [x, y]: [usize; 2]) -> (usize, u64) {
+        let word = y / SIDE * self.n[0].div_ceil(SIDE) + x / SIDE;
+        (word, 1 << (y % SIDE * SIDE + x % SIDE))
+    }
+
+    fn has(&self, at: [usize; 2]) -> bool {
+        let (word, bit) = self.place(at);
+        self.words[word] & bit != 0
+    }
+
+    /// Sets a bit; whether its block is full now.
+    fn set(&mut self, at: [usize; 2]) -> bool {
+        let (word, bit) = self.place(at);
+        self.words[word] |= bit;
+        self.words[word] == u64::MAX
+    }
+}
+
+/// A step from cell to cell.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    from: [f64; 2],
+    way: [f64; 2],
+}
+
+impl Raster {
+    fn new(n: [usize; 2]) -> Self {
+        let of = |level: usize| Level::new(n.map(|n| n.div_ceil(SIDE.pow(level as u32))));
+        Self {
+            levels: std::array::from_fn(of),
+        }
+    }
+
+    /// Touches every cell between two places on the picture; whether one of them was new.
+    fn touch(&mut self, from: [f64; 2], to: [f64; 2]) -> bool {
+        let way = [0, 1].map(|i| to[i] - from[i]);
+        let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
+        self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0))
+    }
+
+    /// Goes through the blocks of a level within these limits, from one share of the step to another.
+    fn walk(
+        &mut self,
+        level: usize,
+        limits: [(usize, usize); 2],
+        step: Step,
+        (mut share, end): (f64, f64),
+    ) -> bool {
+        let size = SIDE.pow(level as u32) as f64;
+        let mut at = [0, 1].map(|i| {
+            let block = ((step.from[i] + share * step.way[i]) / size).max(0.0) as usize;
+            block.clamp(limits[i].0, limits[i].1)
+        });
+        let mut any = false;
+        loop {
+            let leaves = [0, 1].map(|i| {
+                let edge = size * (at[i] + usize::from(step.way[i] > 0.0)) as f64;
+                match step.way[i] {
+                    0.0 => f64::INFINITY,
+                    way => (edge - step.from[i]) / way,
+                }
+            });
+            let first = usize::from(leaves[1] < leaves[0]);
+            let next = leaves[first].clamp(share, end);
+            any |= self.touch_block(level, at, step, (share, next));
+            if leaves[first] >= end {
+                return any;
+            }
+            let (low, high) = limits[first];
+            let forward = step.way[first] > 0.0;
+            match at[first] {
+                last if last == if forward { high } else { low } => return any,
+                _ if forward => at[first] += 1,
+                _ => at[first] -= 1,
+            }
+            share = next;
+        }
+    }
+
+    fn touch_block(
+        &mut self,
+        level: usize,
+        at: [usize; 2],
+        step: Step,
+        shares: (f64, f64),
+    ) -> bool {
+        if self.levels[level].has(at) {
+            return false;
+        }
+        if level > 0 {
+            let below = self.levels[level - 1].n;
+            let limits = [0, 1].map(|i| (SIDE * at[i], (SIDE * at[i] + SIDE).min(below[i]) - 1));
+            return self.walk(level - 1, limits, step, shares);
+        }
+        let mut filled = at;
+        for level in &mut self.levels {
+            if !level.set(filled) {
+                break;
+            }
+            filled = filled.map(|at| at / SIDE);
+        }
+        true
+    }
+
+    /// The touched cells as lines through their middles, across or up, from end to end (cells).
+    fn runs(&self, across: bool) -> Vec<[[f64; 2]; 2]> {
+        let cells = &self.levels[0];
+        fn turned<T>(across: bool, along: T, aside: T) -> [T; 2] {
+            if across {
+                [along, aside]
+            } else {
+                [aside, along]
+            }
+        }
+        let [length, width] = turned(across, cells.n[0], cells.n[1]);
+        let mut runs = Vec::new();
+        for aside in 0..width {
+            let mut start = None;
+            for along in 0..=length {
+                let touched = along < length && cells.has(turned(across, along, aside));
+                match start {
+                    None if touched => start = Some(along),
+                    Some(from) if !touched => {
+                        let middle = aside as f64 + 0.5;
+                        runs.push([from, along].map(|end| turned(across, end as f64, middle)));
+                        start = None;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        runs
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::turns::branches;
     use super::*;
 
     const FRAME: Frame = Frame {
         loads: (-1.0, 1.0),
         outputs: (-2.0, 2.0),
     };
+    const PIXELS: [f64; 2] = [60.0, 40.0];
 
-    fn circle() -> (Vec<f64>, Vec<f64>) {
-        let angles = (0..50_000).map(|k| f64::from(k) * std::f64::consts::TAU / 10_000.0);
-        angles.map(|angle| (angle.sin(), angle.cos())).unzip()
+    /// Numbers in ±1 that look random and are the same every time.
+    fn uniform(k: usize) -> f64 {
+        let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    #[test]
-    fn many_samples_become_few_points_that_keep_the_shape() {
-        let (loads, outputs) = circle();
-        let found = branches(&loads, 0.1);
-        let strokes = outline(&found, &loads, &outputs, FRAME, 2000);
-        let points: Vec<_> = strokes.iter().flat_map(|stroke| &stroke.points).collect();
-        let most = 2000 + 2 * strokes.len();
-        assert!((1000..=most).contains(&points.len()), "{}", points.len());
-        for [load, output] in points {
-            assert!((load.hypot(*output) - 1.0).abs() < 1e-12);
-        }
-        for (stroke, branch) in strokes.iter().zip(&found) {
-            let ends =
-                [branch.samples.start, branch.samples.end - 1].map(|k| [loads[k], outputs[k]]);
-            assert_eq!(
-                [stroke.points[0], stroke.points[stroke.points.len() - 1]],
-                ends
-            );
-            assert_eq!(stroke.rising, branch.rising);
-        }
+    fn path(n: usize, point: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
+        (0..n).map(point).collect()
     }
 
-    #[test]
-    fn few_samples_are_all_drawn() {
-        let (loads, outputs) = (vec![0.0, 0.5, 1.0, 0.0], vec![0.0, 1.0, 1.5, 0.0]);
-        let strokes = outline(&branches(&loads, 0.1), &loads, &outputs, FRAME, 100);
-        let lengths: Vec<_> = strokes.iter().map(|stroke| stroke.points.len()).collect();
-        assert_eq!(lengths, [3, 2]);
-    }
-
-    #[test]
-    fn what_is_outside_is_not_drawn_but_for_its_edge() {
-        let (loads, outputs) = circle();
-        let right = Frame {
-            loads: (0.9, 1.0),
-            ..FRAME
+    /// Recordings of every kind, each as its paths.
+    fn kinds() -> Vec<(&'static str, Vec<Vec<[f64; 2]>>)> {
+        let wave = |k: usize| (k as f64 * 0.01).sin();
+        let walk = |seed: usize| {
+            let steps = (0..3000).scan([0.0_f64; 2], move |at, k| {
+                *at = [0, 1].map(|i| (at[i] + 0.06 * uniform(seed + 2 * k + i)).clamp(-1.0, 1.0));
+                Some(*at)
+            });
+            steps.collect::<Vec<_>>()
         };
-        let strokes = outline(&branches(&loads, 0.1), &loads, &outputs, right, usize::MAX);
-        let points = strokes.iter().flat_map(|stroke| &stroke.points);
-        assert!(points.clone().all(|point| point[0] > 0.899));
-        assert!(points.clone().any(|point| point[0] < 0.9));
-        assert!(
-            outline(
-                &branches(&loads, 0.1),
-                &loads,
-                &outputs,
-                Frame {
-                    loads: (2.0, 3.0),
-                    ..FRAME
-                },
-                9
-            )
-            .is_empty()
-        );
+        let gaps = path(2000, |k| match k % 97 {
+            0 => [f64::NAN, 0.0],
+            1 => [0.0, f64::INFINITY],
+            _ => [wave(k), 1.5 * uniform(k)],
+        });
+        vec![
+            ("nothing", vec![vec![], vec![[f64::NAN; 2]]]),
+            ("one sample", vec![vec![[0.3, 0.7]]]),
+            ("two samples", vec![vec![[-0.9, -1.0], [0.8, 1.3]]]),
+            ("constant", vec![vec![[0.5, -0.5]; 3000]]),
+            (
+                "noise",
+                vec![path(3000, |k| [uniform(2 * k), 2.0 * uniform(2 * k + 1)])],
+            ),
+            (
+                "noise over a wave",
+                vec![path(3000, |k| [wave(k), 0.6 * uniform(k)])],
+            ),
+            (
+                "noise that pulls",
+                vec![path(3000, |k| [wave(k).max(0.0), uniform(k).abs()])],
+            ),
+            (
+                "steps",
+                vec![path(3000, |k| {
+                    [(k / 500) as f64 * 0.2 - 0.5, (k / 300) as f64 * 0.3 - 1.4]
+                })],
+            ),
+            ("random walks", vec![walk(0), walk(10_000)]),
+            ("gaps", vec![gaps]),
+            (
+                "circles",
+                (0..4)
+                    .map(|at| {
+                        path(800, move |k| {
+                            let angle = k as f64 * std::f64::consts::TAU / 799.0;
+                            [
+                                0.9 * angle.sin(),
+                                (1.9 - 0.01 * f64::from(at)) * angle.cos(),
+                            ]
+                        })
+                    })
+                    .collect(),
+            ),
+            (
+                "twice the frame",
+                vec![path(2000, |k| {
+                    [2.0 * uniform(2 * k), 4.0 * uniform(2 * k + 1)]
+                })],
+            ),
+            (
+                "far outside",
+                vec![vec![
+                    [-1e9, -2e9],
+                    [1e9, 2e9],
+                    [3.0, 3.0],
+                    [f64::MAX, f64::MIN],
+                ]],
+            ),
+        ]
+    }
+
+    /// The steps of paths, cut at what is not finite, on a picture in pixels; one sample alone is a step of no length.
+    fn steps(paths: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
+        let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
+        let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
+        let runs = paths
+            .iter()
+            .flat_map(|path| path.split(|point| !finite(point)));
+        let runs = runs.filter(|run| !run.is_empty());
+        let steps = runs.flat_map(|run| match run {
+            [one] => vec![[*one; 2]],
+            many => many.windows(2).map(|pair| [pair[0], pair[1]]).collect(),
+        });
+        steps.map(|step| step.map(place)).collect()
+    }
+
+    /// Places along steps that lie on the picture, a fifth of a pixel apart.
+    fn places(steps: &[[[f64; 2]; 2]]) -> Vec<[f64; 2]> {
+        let mut places = Vec::new();
+        for [from, to] in steps {
+            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+            // Of a step from far outside only the part that may lie on the picture.
+            let n = (length / 0.2).ceil().clamp(1.0, 2e5);
+            let all = (0..=n as usize).map(|k| k as f64 / n);
+            let all = all.map(|share| [0, 1].map(|i| from[i] + share * (to[i] - from[i])));
+            places.extend(all.filter(|at| (0..2).all(|i| (0.0..=PIXELS[i]).contains(&at[i]))));
+        }
+        places
+    }
+
+    /// How far the place is from the nearest step.
+    fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
+        let from = |[a, b]: &[[f64; 2]; 2]| {
+            let way = [b[0] - a[0], b[1] - a[1]];
+            let off = [place[0] - a[0], place[1] - a[1]];
+            let square = way[0] * way[0] + way[1] * way[1];
+            let share = (off[0] * way[0] + off[1] * way[1]) / square.max(f64::MIN_POSITIVE);
+            let share = share.clamp(0.0, 1.0);
+            (off[0] - share * way[0]).hypot(off[1] - share * way[1])
+        };
+        steps.iter().map(from).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn nothing_drawn_or_measured_is_further_than_a_pixel_from_the_other() {
+        for (name, paths) in kinds() {
+            let measured = steps(&paths);
+            for most in [0, 100, usize::MAX] {
+                let all = paths.iter().map(|path| path.iter().copied());
+                let drawn = steps(&outline(all, FRAME, PIXELS, most));
+                let worst = |of: &[[[f64; 2]; 2]], to: &[[[f64; 2]; 2]]| {
+                    let places = places(of);
+                    let every = places.len().div_ceil(3000).max(1);
+                    let far = places.into_iter().step_by(every).map(|at| distance(at, to));
+                    far.fold(0.0, f64::max)
+                };
+                let (beside, missed) = (worst(&drawn, &measured), worst(&measured, &drawn));
+                assert!(
+                    beside <= 1.0,
+                    "{name}, {most}: drawn {beside} pixels beside"
+                );
+                assert!(missed <= 1.0, "{name}, {most}: {missed} pixels not drawn");
+            }
+        }
+    }
+
+    /// Whatever the number of samples: at most a line along every row or column of cells for noise that fills the picture.
+    #[test]
+    fn the_number_of_points_depends_on_the_picture() {
+        for (name, paths) in kinds() {
+            let n = |repeats: usize, most| -> usize {
+                let again = paths.iter().flat_map(|path| vec![path; repeats]);
+                let lines = outline(again.map(|path| path.iter().copied()), FRAME, PIXELS, most);
+                lines.iter().map(Vec::len).sum()
+            };
+            assert!(n(1, 0) <= n(1, usize::MAX).max(2), "{name}");
+            assert_eq!(n(5, 0), n(1, 0), "{name}");
+        }
+        let noise = path(200_000, |k| [uniform(2 * k), 2.0 * uniform(2 * k + 1)]);
+        assert!(outline([noise], FRAME, PIXELS, 500).len() < 100);
+    }
+
+    #[test]
+    fn few_points_are_samples_and_keep_their_ends() {
+        let circle = path(10_000, |k| {
+            let angle = k as f64 * std::f64::consts::TAU / 10_000.0;
+            [angle.sin(), angle.cos()]
+        });
+        let lines = outline([circle.clone()], FRAME, PIXELS, 5000);
+        let [line] = &lines[..] else {
+            panic!("one path is one line")
+        };
+        assert!((100..1000).contains(&line.len()), "{}", line.len());
+        assert_eq!([line[0], line[line.len() - 1]], [circle[0], circle[9999]]);
+        assert!(line.iter().all(|point| circle.contains(point)));
+    }
+
+    #[test]
+    fn what_is_outside_is_cut_off_and_what_crosses_is_not() {
+        let across = vec![[-9.0, 0.0], [9.0, 0.0], [9.0, 5.0], [9.0, 9.0]];
+        let lines = outline([across], FRAME, PIXELS, 100);
+        assert_eq!(lines, [[[-1.0, 0.0], [1.0, 0.0]]]);
     }
 }

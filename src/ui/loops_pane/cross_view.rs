@@ -28,12 +28,6 @@ pub(super) fn show(
             drawing.up.label, drawing.across.label
         ));
         ui.weak(format!("{} samples", picture.n_samples));
-        if picture.drawn_every > 1 {
-            ui.weak(format!(
-                "Of very many pieces one in {} is drawn",
-                picture.drawn_every
-            ));
-        }
         if [picture.question.across, picture.question.up].contains(&Channel::Time) {
             ui.weak(
                 "Time is that on each recording's own clock, so recordings lie over each other.",

@@ -186,12 +186,6 @@ impl<'a> View<'a> {
             picture.n_recordings,
             if picture.n_recordings == 1 { "" } else { "s" },
         );
-        let every = self.shown.iter().map(|curve| curve.drawn_every).max();
-        if let Some(every) = every.filter(|every| *every > 1) {
-            ui.weak(format!(
-                "Of very many branches one in {every} is drawn; a wider dead band has fewer"
-            ));
-        }
         ui.weak(words).on_hover_text(format!(
             "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, the falling ones paler. \
              Thick lines: the loop that the figures are of, its falling branch dashed",
