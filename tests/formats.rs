@@ -4,6 +4,7 @@
 //! Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -427,4 +428,54 @@ fn mutated_files_never_panic() {
         }
     }
     assert!(n_read > 50, "{n_read} files were read");
+}
+
+/// An archive of arrays.
+fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
+    let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, values) in arrays {
+        archive.start_file(format!("{name}.npy"), options).unwrap();
+        let header = format!(
+            "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}\n",
+            values.len()
+        );
+        let data: Vec<u8> = values
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect();
+        archive.write_all(&npy(&header, &data)).unwrap();
+    }
+    archive.finish().unwrap();
+}
+
+/// What a pause does is the same for arrays as for text.
+#[test]
+fn presses_in_arrays_are_recordings_and_bursts_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.npz");
+    for (pause, n_recordings) in [(0.3, 1), (10.0, 60)] {
+        let time = |k: u32| f64::from(k / 10) * pause + f64::from(k % 10) / 1000.0;
+        let times: Vec<f64> = (0..600).map(time).collect();
+        let gauge = (0..600).map(|k| f64::from(k % 7)).collect();
+        npz(&path, &[("t", times), ("S1", gauge)]);
+        let loaded = loaded(&path);
+        assert_eq!(loaded.recordings.len(), n_recordings);
+        let told = loaded.warnings[0].to_string();
+        assert_eq!(
+            told.contains("rows come in bursts"),
+            n_recordings == 1,
+            "{told}"
+        );
+        let map = inspect(&path, Known::Nothing, &Progress::default())
+            .unwrap()
+            .map;
+        let map = ColumnMap {
+            gap_secs: Some(0.1),
+            ..map
+        };
+        let cut = read_mapped(&path, &map, &Progress::default()).unwrap();
+        assert_eq!(cut.recordings.len(), 60);
+    }
 }

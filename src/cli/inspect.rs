@@ -50,6 +50,8 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
     let known = map.as_ref().map_or(Known::Nothing, Known::Map);
     let mut inspection = inspect(&args.file, known, &Progress::default())?;
     inspection.map.tare = args.read.tare.or(inspection.map.tare);
+    // What was assumed stands in the map that is written, to be changed.
+    inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
     if let Some(path) = &args.write_map {
         write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
     }
