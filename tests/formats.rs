@@ -479,3 +479,23 @@ fn presses_in_arrays_are_recordings_and_bursts_are_told() {
         assert_eq!(cut.recordings.len(), 60);
     }
 }
+
+/// More arrays than a table may have columns: nothing takes longer than in proportion.
+#[test]
+fn thousands_of_arrays_are_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.npz");
+    let arrays: Vec<(String, Vec<f64>)> = (1..=12_000)
+        .map(|k| (format!("S{k}"), vec![0.0, 1.0, 2.0]))
+        .collect();
+    let mut named: Vec<(&str, Vec<f64>)> = vec![("t", vec![0.0, 0.1, 0.2])];
+    named.extend(
+        arrays
+            .iter()
+            .map(|(name, values)| (name.as_str(), values.clone())),
+    );
+    npz(&path, &named);
+    assert!(error(&path).contains("4095 gauge columns where at most 64 are supported: t, S1"));
+    let found = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
+    assert_eq!(found.table.columns.len(), 4096);
+}

@@ -281,3 +281,22 @@ fn presses_ten_seconds_apart_are_a_recording_each() {
     assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 40);
     assert!(!workshop.read("map.json").contains("gap_secs"));
 }
+
+#[test]
+fn a_name_without_end_and_columns_without_number_are_shown_in_part() {
+    let workshop = Workshop::new();
+    let names = (0..300).map(|k| format!(",x{k}")).collect::<String>();
+    let cells = ",5".repeat(301);
+    let text = format!(
+        "t_s,S1,{}{names}\n0,1{cells}\n1,2{cells}\n",
+        "n".repeat(70_000)
+    );
+    workshop.write("wide.csv", text);
+    let output = succeed(workshop.path(), &["inspect", "wide.csv"]);
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        told.contains("  and 103 more columns; --json lists them all"),
+        "{told}"
+    );
+    assert!(told.lines().all(|line| line.chars().count() < 400));
+}

@@ -25,8 +25,9 @@ pub enum ArraysError {
     )]
     NotNumbers { what: String, kind: String },
     #[error(
-        "{} has the shape {shape}; a table has one row per sample and one column per channel",
-        shown(what)
+        "{} has the shape {}; a table has one row per sample and one column per channel",
+        shown(what),
+        shown(shape)
     )]
     NotATable { what: String, shape: String },
     #[error(

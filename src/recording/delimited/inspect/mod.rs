@@ -164,10 +164,10 @@ fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
         return (ColumnMap::of_table(table), Vec::new());
     };
     let rows = opened.first_rows(&detected.text, &start);
-    let mut table = names::by_names(&detected, &start, &rows).table;
-    let reports = columns::reports(&table, &start, &rows);
-    let hints = by_values::fill_in(&mut table, &start, &rows, &reports);
-    (ColumnMap::of_table(table), hints)
+    let mut named = names::by_names(&detected, &start, &rows);
+    let reports = columns::reports(&named.table, &start, &rows);
+    let hints = by_values::fill_in(&mut named, &start, &rows, &reports);
+    (ColumnMap::of_table(named.table), hints)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
