@@ -334,6 +334,11 @@ fn declared_sizes_are_not_believed() {
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 0), }\n";
     fs::write(&path, npy(header, &[])).unwrap();
     assert!(error(&path).contains("no numbers in rows"));
+    for order in ["False", "True"] {
+        let header = format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (0, 3), }}\n");
+        fs::write(&path, npy(&header, &[])).unwrap();
+        assert!(error(&path).contains("no numbers in rows"));
+    }
     let header = "{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }\n";
     fs::write(&path, npy(header, &[0; 32])).unwrap();
     assert!(error(&path).contains("holds complex numbers"));
@@ -363,6 +368,19 @@ fn fixtures() -> Vec<PathBuf> {
     paths
 }
 
+/// Only crates that read a format may panic inside, never the readers of this project.
+#[track_caller]
+fn check_no_defect(fixture: &Path, error: &ReadError) {
+    let is_parquet = fixture
+        .extension()
+        .is_some_and(|ending| ending == "parquet");
+    let told = error.to_string();
+    assert!(
+        is_parquet || !told.contains("its reader failed"),
+        "{fixture:?}: {told}"
+    );
+}
+
 #[test]
 fn a_file_that_is_cut_short_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -381,7 +399,7 @@ fn a_file_that_is_cut_short_says_so() {
                     assert!(is_told || is_mat, "{fixture:?} {part}: {told:?}");
                 }
                 Err(ReadError::Io { source, .. }) => panic!("{fixture:?}: {source}"),
-                Err(error) => assert!(!error.to_string().is_empty()),
+                Err(error) => check_no_defect(&fixture, &error),
             }
         }
     }
@@ -423,7 +441,7 @@ fn mutated_files_never_panic() {
             fs::write(&path, &content).unwrap();
             match read(&path, &Progress::default()) {
                 Ok(loaded) => n_read += usize::from(!loaded.recordings.is_empty()),
-                Err(error) => assert!(!error.to_string().is_empty()),
+                Err(error) => check_no_defect(&fixture, &error),
             }
         }
     }
@@ -478,6 +496,31 @@ fn presses_in_arrays_are_recordings_and_bursts_are_told() {
         let cut = read_mapped(&path, &map, &Progress::default()).unwrap();
         assert_eq!(cut.recordings.len(), 60);
     }
+}
+
+/// The crate that reads Parquet panics on some damaged files; that is told of the file, and of nothing else.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_reader_that_fails_inside_is_an_error_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.parquet");
+    let mut content = fs::read(fixture("gzip.parquet")).unwrap();
+    content[806] = 207;
+    fs::write(&path, content).unwrap();
+    let told = error(&path);
+    assert!(told.contains("run.parquet: the file is damaged"), "{told}");
+    let binary = env!("CARGO_BIN_EXE_loopscope");
+    let output = Command::new(binary)
+        .arg("inspect")
+        .arg(&path)
+        .output()
+        .unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        (output.status.code(), told.lines().count()),
+        (Some(1), 1),
+        "{told}"
+    );
 }
 
 /// More arrays than a table may have columns: nothing takes longer than in proportion.

@@ -127,7 +127,7 @@ impl Array {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
         } else {
-            let values = self.values[column..].iter().step_by(n_columns);
+            let values = self.values.iter().skip(column).step_by(n_columns);
             values.copied().take(n_rows).collect()
         }
     }
@@ -257,6 +257,17 @@ mod tests {
             Vec::new(),
         );
         assert_eq!(upright.columns[1].values, [0.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn an_empty_array_has_empty_columns() {
+        for is_by_column in [false, true] {
+            let empty = Array {
+                is_by_column,
+                ..array("S", &[0, 3])
+            };
+            assert!((0..3).all(|column| empty.column(0, 3, column).is_empty()));
+        }
     }
 
     #[test]
