@@ -1,7 +1,14 @@
-//! A panic is a defect of ours; whoever waits for the work hears of it as of any other error.
+//! A panic is a defect; whoever waits for the work hears of it as of any other error.
 
 use std::any::Any;
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Once;
+
+thread_local! {
+    /// Whether a panic of this thread is told by its error alone.
+    static IS_QUIET: Cell<bool> = const { Cell::new(false) };
+}
 
 /// The work panicked; the message is the panic's.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -19,6 +26,26 @@ pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| Panicked {
         message: panic_message(&*payload),
     })
+}
+
+/// As [`caught`], for crates that panic on damaged files: what the error says is not written to standard error, too.
+///
+/// # Errors
+/// [`Panicked`] with what the panic said.
+pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let tell = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if !IS_QUIET.get() {
+                tell(info);
+            }
+        }));
+    });
+    let was_quiet = IS_QUIET.replace(true);
+    let done = caught(work);
+    IS_QUIET.set(was_quiet);
+    done
 }
 
 /// What a panic said.
@@ -40,5 +67,7 @@ mod tests {
         assert_eq!(caught(|| 7), Ok(7));
         let error = caught(|| -> u32 { panic!("no {}", 8) }).unwrap_err();
         assert_eq!(error.message, "no 8");
+        let error = caught_quietly(|| -> u32 { panic!("no {}", 9) }).unwrap_err();
+        assert_eq!((error.message.as_str(), IS_QUIET.get()), ("no 9", false));
     }
 }

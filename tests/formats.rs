@@ -4,6 +4,7 @@
 //! Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -333,6 +334,11 @@ fn declared_sizes_are_not_believed() {
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 0), }\n";
     fs::write(&path, npy(header, &[])).unwrap();
     assert!(error(&path).contains("no numbers in rows"));
+    for order in ["False", "True"] {
+        let header = format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (0, 3), }}\n");
+        fs::write(&path, npy(&header, &[])).unwrap();
+        assert!(error(&path).contains("no numbers in rows"));
+    }
     let header = "{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }\n";
     fs::write(&path, npy(header, &[0; 32])).unwrap();
     assert!(error(&path).contains("holds complex numbers"));
@@ -362,6 +368,19 @@ fn fixtures() -> Vec<PathBuf> {
     paths
 }
 
+/// Only crates that read a format may panic inside, never the readers of this project.
+#[track_caller]
+fn check_no_defect(fixture: &Path, error: &ReadError) {
+    let is_parquet = fixture
+        .extension()
+        .is_some_and(|ending| ending == "parquet");
+    let told = error.to_string();
+    assert!(
+        is_parquet || !told.contains("its reader failed"),
+        "{fixture:?}: {told}"
+    );
+}
+
 #[test]
 fn a_file_that_is_cut_short_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -380,7 +399,7 @@ fn a_file_that_is_cut_short_says_so() {
                     assert!(is_told || is_mat, "{fixture:?} {part}: {told:?}");
                 }
                 Err(ReadError::Io { source, .. }) => panic!("{fixture:?}: {source}"),
-                Err(error) => assert!(!error.to_string().is_empty()),
+                Err(error) => check_no_defect(&fixture, &error),
             }
         }
     }
@@ -422,9 +441,104 @@ fn mutated_files_never_panic() {
             fs::write(&path, &content).unwrap();
             match read(&path, &Progress::default()) {
                 Ok(loaded) => n_read += usize::from(!loaded.recordings.is_empty()),
-                Err(error) => assert!(!error.to_string().is_empty()),
+                Err(error) => check_no_defect(&fixture, &error),
             }
         }
     }
     assert!(n_read > 50, "{n_read} files were read");
+}
+
+/// An archive of arrays.
+fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
+    let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, values) in arrays {
+        archive.start_file(format!("{name}.npy"), options).unwrap();
+        let header = format!(
+            "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}\n",
+            values.len()
+        );
+        let data: Vec<u8> = values
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect();
+        archive.write_all(&npy(&header, &data)).unwrap();
+    }
+    archive.finish().unwrap();
+}
+
+/// What a pause does is the same for arrays as for text.
+#[test]
+fn presses_in_arrays_are_recordings_and_bursts_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.npz");
+    for (pause, n_recordings) in [(0.3, 1), (10.0, 60)] {
+        let time = |k: u32| f64::from(k / 10) * pause + f64::from(k % 10) / 1000.0;
+        let times: Vec<f64> = (0..600).map(time).collect();
+        let gauge = (0..600).map(|k| f64::from(k % 7)).collect();
+        npz(&path, &[("t", times), ("S1", gauge)]);
+        let loaded = loaded(&path);
+        assert_eq!(loaded.recordings.len(), n_recordings);
+        let told = loaded.warnings[0].to_string();
+        assert_eq!(
+            told.contains("rows come in bursts"),
+            n_recordings == 1,
+            "{told}"
+        );
+        let map = inspect(&path, Known::Nothing, &Progress::default())
+            .unwrap()
+            .map;
+        let map = ColumnMap {
+            gap_secs: Some(0.1),
+            ..map
+        };
+        let cut = read_mapped(&path, &map, &Progress::default()).unwrap();
+        assert_eq!(cut.recordings.len(), 60);
+    }
+}
+
+/// The crate that reads Parquet panics on some damaged files; that is told of the file, and of nothing else.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_reader_that_fails_inside_is_an_error_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.parquet");
+    let mut content = fs::read(fixture("gzip.parquet")).unwrap();
+    content[806] = 207;
+    fs::write(&path, content).unwrap();
+    let told = error(&path);
+    assert!(told.contains("run.parquet: the file is damaged"), "{told}");
+    let binary = env!("CARGO_BIN_EXE_loopscope");
+    let output = Command::new(binary)
+        .arg("inspect")
+        .arg(&path)
+        .output()
+        .unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        (output.status.code(), told.lines().count()),
+        (Some(1), 1),
+        "{told}"
+    );
+}
+
+/// More arrays than a table may have columns: nothing takes longer than in proportion.
+#[test]
+fn thousands_of_arrays_are_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.npz");
+    let arrays: Vec<(String, Vec<f64>)> = (1..=12_000)
+        .map(|k| (format!("S{k}"), vec![0.0, 1.0, 2.0]))
+        .collect();
+    let mut named: Vec<(&str, Vec<f64>)> = vec![("t", vec![0.0, 0.1, 0.2])];
+    named.extend(
+        arrays
+            .iter()
+            .map(|(name, values)| (name.as_str(), values.clone())),
+    );
+    npz(&path, &named);
+    assert!(error(&path).contains("4095 gauge columns where at most 64 are supported: t, S1"));
+    let found = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
+    assert_eq!(found.table.columns.len(), 4096);
 }

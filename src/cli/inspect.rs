@@ -50,6 +50,8 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
     let known = map.as_ref().map_or(Known::Nothing, Known::Map);
     let mut inspection = inspect(&args.file, known, &Progress::default())?;
     inspection.map.tare = args.read.tare.or(inspection.map.tare);
+    // What was assumed stands in the map that is written, to be changed.
+    inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
     if let Some(path) = &args.write_map {
         write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
     }
@@ -173,21 +175,33 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
             range,
         ]
     };
+    // More are no table that anybody looks through here.
+    const LISTED: usize = 200;
     let titles = ["column", "name", "is", "unit", "first values", "range"].map(str::to_owned);
     let rows: Vec<[String; 6]> = [titles]
         .into_iter()
-        .chain(table.columns.iter().map(row))
+        .chain(table.columns.iter().take(LISTED).map(row))
         .collect();
-    print_aligned(&rows, out)
+    print_aligned(&rows, out)?;
+    match table.columns.len().saturating_sub(LISTED) {
+        0 => Ok(()),
+        more => writeln!(out, "  and {more} more columns; --json lists them all"),
+    }
 }
 
-/// Cells in columns as wide as their widest cell; what terminals would act upon is escaped.
+/// Cells in columns as wide as their widest cell; what terminals would act upon is escaped, and of a cell without end
+/// only the start is shown.
 fn print_aligned(rows: &[[String; 6]], out: &mut impl Write) -> io::Result<()> {
+    const SHOWN_CHARS: usize = 120;
     let is_plain = |c: char| !c.is_control();
     let shown = |cell: &String| -> String {
-        cell.chars()
-            .map(|c| if is_plain(c) { c } else { '\u{fffd}' })
-            .collect()
+        let mut chars = cell.chars();
+        let plain = |c| if is_plain(c) { c } else { '\u{fffd}' };
+        let mut start: String = chars.by_ref().take(SHOWN_CHARS).map(plain).collect();
+        if chars.next().is_some() {
+            start.push('…');
+        }
+        start
     };
     let rows: Vec<Vec<String>> = rows
         .iter()

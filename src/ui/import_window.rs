@@ -208,6 +208,16 @@ fn clock(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
             0.001,
             &mut map.average_bursts_secs,
         );
+        optional(
+            ui,
+            [
+                "new recording after a pause of",
+                " s",
+                "A longer step in time starts a new recording; without a number that is told by the steps themselves",
+            ],
+            2.0,
+            &mut map.gap_secs,
+        );
         tare(ui, &mut map.tare);
     });
     weight(ui, map, out);

@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::program::{fit, numbers, run, stderr, succeed};
-use crate::workshop::{Workshop, recording};
+use crate::workshop::{HEADER, Workshop, recording, rows};
 
 /// A recording without its header, with semicolons and decimal commas.
 fn headerless(workshop: &Workshop, name: &str, seed: f64) {
@@ -235,4 +235,68 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
         "{text}"
     );
     assert!(text.contains("centre of mass: not found"), "{text}");
+}
+
+/// A logger that writes rows in bursts of ten, three times a second.
+fn in_bursts() -> String {
+    let time = |k: u32| f64::from(k / 10) / 3.0 + f64::from(k % 10) / 1000.0;
+    let row = |k: u32| format!("{},{},{},{k}\n", time(k), k % 7, k % 5);
+    format!("{HEADER}{}", (0..600).map(row).collect::<String>())
+}
+
+#[test]
+fn an_assumed_rhythm_of_bursts_is_told_and_stands_in_the_map() {
+    let workshop = Workshop::new();
+    workshop.write("bursts.csv", in_bursts());
+    let arguments = ["bursts.csv", "--write-map", "map.json"];
+    let found = inspected(&workshop, &arguments);
+    assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 1);
+    assert_eq!(found["check"]["assumed_gap_secs"], 2.0);
+    let told = found["check"]["warnings"][0].as_str().unwrap();
+    let expected = "bursts.csv:12: rows come in bursts, as some loggers write them, with pauses of about 0.32 s that end no recording";
+    assert!(told.starts_with(expected), "{told}");
+    assert!(told.ends_with("(59 times, last on line 592)"), "{told}");
+    let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);
+    assert!(stderr(&fitted).contains("rows come in bursts"));
+
+    // The pauses are made recordings by the number that the map shows.
+    let map = workshop.read("map.json");
+    assert!(map.contains("\"gap_secs\": 2.0"), "{map}");
+    workshop.write(
+        "map.json",
+        map.replace("\"gap_secs\": 2.0", "\"gap_secs\": 0.3"),
+    );
+    let cut = inspected(&workshop, &["bursts.csv", "--columns", "map.json"]);
+    assert_eq!(cut["check"]["recordings"].as_array().unwrap().len(), 60);
+    assert_eq!(cut["map"]["gap_secs"], 0.3);
+}
+
+#[test]
+fn presses_ten_seconds_apart_are_a_recording_each() {
+    let workshop = Workshop::new();
+    let presses = (0..40).map(|press| rows(f64::from(press), 50, 15.0 * f64::from(press)));
+    let text = format!("{HEADER}{}", presses.collect::<String>());
+    workshop.write("presses.csv", &text);
+    let found = inspected(&workshop, &["presses.csv", "--write-map", "map.json"]);
+    assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 40);
+    assert!(!workshop.read("map.json").contains("gap_secs"));
+}
+
+#[test]
+fn a_name_without_end_and_columns_without_number_are_shown_in_part() {
+    let workshop = Workshop::new();
+    let names = (0..300).map(|k| format!(",x{k}")).collect::<String>();
+    let cells = ",5".repeat(301);
+    let text = format!(
+        "t_s,S1,{}{names}\n0,1{cells}\n1,2{cells}\n",
+        "n".repeat(70_000)
+    );
+    workshop.write("wide.csv", text);
+    let output = succeed(workshop.path(), &["inspect", "wide.csv"]);
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        told.contains("  and 103 more columns; --json lists them all"),
+        "{told}"
+    );
+    assert!(told.lines().all(|line| line.chars().count() < 400));
 }

@@ -3,6 +3,7 @@
 use std::io;
 
 use super::super::delimited::{listed, shown};
+use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 
 /// Why a file of arrays gives no table.
@@ -25,8 +26,9 @@ pub enum ArraysError {
     )]
     NotNumbers { what: String, kind: String },
     #[error(
-        "{} has the shape {shape}; a table has one row per sample and one column per channel",
-        shown(what)
+        "{} has the shape {}; a table has one row per sample and one column per channel",
+        shown(what),
+        shown(shape)
     )]
     NotATable { what: String, shape: String },
     #[error(
@@ -58,6 +60,8 @@ pub enum ArraysError {
         what: &'static str,
         feature: &'static str,
     },
+    #[error("the file is damaged, so that its reader failed: {}; save it again", shown(&.0.message))]
+    ReaderFailed(Panicked),
     #[error("cancelled")]
     Cancelled,
 }

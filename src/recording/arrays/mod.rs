@@ -2,7 +2,7 @@
 //!
 //! Guarantees: a file's first bytes say what it is, never its name; what comes out is one [`Table`] of named columns,
 //! which the same rules and maps understand as a table of text; memory grows with what a file really holds, not with
-//! what it declares.
+//! what it declares; where a crate that reads a format panics on a damaged file, that is an error of this file.
 //!
 //! | room | what |
 //! |---|---|
@@ -30,6 +30,7 @@ use std::path::Path;
 
 pub use error::ArraysError;
 
+use crate::panicked;
 use crate::progress::Progress;
 
 /// Enough for a signature, and the name of an archive's first member.
@@ -141,50 +142,53 @@ pub(super) fn read(path: &Path, progress: &Progress) -> Result<Option<Table>, Ar
     let Some(kind) = Kind::of(&head[..n_read]) else {
         return Ok(None);
     };
-    let file_bytes = metadata.len();
     drop(file);
-    let open = || File::open(path);
-    let table = match kind {
-        Kind::Npy => npy::table(open()?, file_bytes, progress)?,
-        Kind::Zip => {
-            let starts_with_array = memchr::memmem::find(&head, b".npy").is_some();
-            match npz::table(open()?, starts_with_array, progress)? {
-                Some(table) => table,
-                None => return Ok(None),
-            }
-        }
-        Kind::EmptyZip => {
-            return Err(ArraysError::NoArrays {
-                left_out: Vec::new(),
-            });
-        }
-        Kind::Mat => mat::table(&std::fs::read(path)?, progress)?,
-        Kind::Mat73 => return Err(ArraysError::Mat73),
-        #[cfg(feature = "parquet")]
-        Kind::Parquet => parquet::table(open()?, progress)?,
-        #[cfg(not(feature = "parquet"))]
-        Kind::Parquet => {
-            return Err(ArraysError::NotBuilt {
-                what: "a Parquet file",
-                feature: "parquet",
-            });
-        }
-        #[cfg(feature = "mcap")]
-        Kind::Mcap => mcap::table(open()?, file_bytes, progress)?,
-        #[cfg(not(feature = "mcap"))]
-        Kind::Mcap => {
-            return Err(ArraysError::NotBuilt {
-                what: "an MCAP recording",
-                feature: "mcap",
-            });
-        }
-    };
-    if table.n_rows() == 0 {
-        return Err(ArraysError::NoArrays {
+    // Not all crates that read these formats hold what this one does.
+    let decoded = panicked::caught_quietly(|| decoded(kind, path, &head, progress));
+    match decoded.map_err(ArraysError::ReaderFailed)?? {
+        Some(table) if table.n_rows() == 0 => Err(ArraysError::NoArrays {
             left_out: table.left_out,
-        });
+        }),
+        table => Ok(table),
     }
-    Ok(Some(table))
+}
+
+/// What a file of this kind holds; `None` if it is an archive of something else.
+fn decoded(
+    kind: Kind,
+    path: &Path,
+    head: &[u8],
+    progress: &Progress,
+) -> Result<Option<Table>, ArraysError> {
+    let file = File::open(path)?;
+    let file_bytes = file.metadata()?.len();
+    let table = match kind {
+        Kind::Npy => npy::table(file, file_bytes, progress),
+        Kind::Zip => {
+            let starts_with_array = memchr::memmem::find(head, b".npy").is_some();
+            return npz::table(file, starts_with_array, progress);
+        }
+        Kind::EmptyZip => Err(ArraysError::NoArrays {
+            left_out: Vec::new(),
+        }),
+        Kind::Mat => mat::table(&std::fs::read(path)?, progress),
+        Kind::Mat73 => Err(ArraysError::Mat73),
+        #[cfg(feature = "parquet")]
+        Kind::Parquet => parquet::table(file, progress),
+        #[cfg(not(feature = "parquet"))]
+        Kind::Parquet => Err(ArraysError::NotBuilt {
+            what: "a Parquet file",
+            feature: "parquet",
+        }),
+        #[cfg(feature = "mcap")]
+        Kind::Mcap => mcap::table(file, file_bytes, progress),
+        #[cfg(not(feature = "mcap"))]
+        Kind::Mcap => Err(ArraysError::NotBuilt {
+            what: "an MCAP recording",
+            feature: "mcap",
+        }),
+    };
+    table.map(Some)
 }
 
 /// How many bytes may come out of so many packed ones.

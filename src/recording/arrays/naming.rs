@@ -11,6 +11,8 @@
 //!
 //! n is the length of the time, or without one what most numbers stand in. An array that lies on its side is turned.
 
+use std::collections::HashMap;
+
 use super::super::delimited::{is_gauge_name, is_time_name};
 use super::{Array, COLUMN_LIMIT, Column, Table};
 use crate::recording::Axis;
@@ -125,7 +127,7 @@ impl Array {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
         } else {
-            let values = self.values[column..].iter().step_by(n_columns);
+            let values = self.values.iter().skip(column).step_by(n_columns);
             values.copied().take(n_rows).collect()
         }
     }
@@ -143,14 +145,14 @@ fn n_rows(arrays: &[Array]) -> usize {
         [first, _] => Some(first),
         _ => None,
     };
-    let numbers_in = |rows: usize| -> usize {
-        let of_length = arrays.iter().filter(|array| length(array) == Some(rows));
-        of_length.map(|array| array.values.len()).sum()
-    };
-    let lengths = arrays.iter().filter_map(length);
-    lengths
-        .max_by_key(|&rows| (numbers_in(rows), rows))
-        .unwrap_or(0)
+    let mut numbers_in: HashMap<usize, usize> = HashMap::new();
+    for array in arrays {
+        if let Some(rows) = length(array) {
+            *numbers_in.entry(rows).or_default() += array.values.len();
+        }
+    }
+    let most = numbers_in.into_iter().max_by_key(|&(rows, n)| (n, rows));
+    most.map_or(0, |(rows, _)| rows)
 }
 
 /// The reference's own clock, if it has one.
@@ -255,6 +257,17 @@ mod tests {
             Vec::new(),
         );
         assert_eq!(upright.columns[1].values, [0.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn an_empty_array_has_empty_columns() {
+        for is_by_column in [false, true] {
+            let empty = Array {
+                is_by_column,
+                ..array("S", &[0, 3])
+            };
+            assert!((0..3).all(|column| empty.column(0, 3, column).is_empty()));
+        }
     }
 
     #[test]

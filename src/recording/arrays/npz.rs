@@ -54,6 +54,9 @@ pub(super) fn table(
             Err(other) => return Err(other),
         }
     }
+    if archive.len() > MEMBER_LIMIT {
+        left_out.push(format!("{} more members", archive.len() - MEMBER_LIMIT));
+    }
     Ok(Some(naming::table("NumPy archive", arrays, left_out)))
 }
 

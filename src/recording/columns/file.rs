@@ -46,6 +46,8 @@ pub(super) struct MapFile {
     tare: Option<Tare>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     average_bursts_secs: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gap_secs: Option<f64>,
 }
 
 impl From<ColumnMap> for MapFile {
@@ -59,6 +61,7 @@ impl From<ColumnMap> for MapFile {
             weight: map.weight,
             tare: map.tare,
             average_bursts_secs: map.average_bursts_secs,
+            gap_secs: map.gap_secs,
         }
     }
 }
@@ -74,6 +77,7 @@ impl TryFrom<MapFile> for ColumnMap {
             weight: file.weight,
             tare: file.tare,
             average_bursts_secs: file.average_bursts_secs,
+            gap_secs: file.gap_secs,
         };
         map.check()?;
         Ok(map)
@@ -173,10 +177,15 @@ impl ColumnMap {
                 is_after,
             )?;
         }
-        match self.average_bursts_secs {
-            Some(within) => must("average_bursts_secs", within, "0 or more", |x| x >= 0.0),
-            None => Ok(()),
+        if let Some(within) = self.average_bursts_secs {
+            must("average_bursts_secs", within, "0 or more", |x| x >= 0.0)?;
         }
+        if let Some(gap) = self.gap_secs {
+            must("gap_secs", gap, "greater than 0", |x| {
+                x > 0.0 && x.is_finite()
+            })?;
+        }
+        Ok(())
     }
 }
 
@@ -287,6 +296,7 @@ mod tests {
             weight: None,
             tare: Some(Tare::Stretch(0.0, 1.5)),
             average_bursts_secs: Some(0.001),
+            gap_secs: Some(2.25),
         }
     }
 
@@ -325,6 +335,7 @@ mod tests {
             ("12.5", "-12.5", "sample_rate_hz is -12.5"),
             ("0.1", "-0.1", "join.limit_secs is -0.1"),
             ("0.001", "-1", "average_bursts_secs is -1"),
+            ("2.25", "0", "gap_secs is 0"),
             ("states.csv", "", "the reference's file is \"\""),
             ("states.csv", "..", "the reference's file is \"..\""),
             (

@@ -29,6 +29,7 @@ pub use weight::{Angles, Attitude, Mount, WeightMap};
 /// | `weight` | the load is computed from the pose of a sensor that carries a known weight |
 /// | `tare` | the gauges' mean over a stretch is taken off: `"auto"`, or `{ "stretch": [from, to] }` in seconds |
 /// | `average_bursts_secs` | successive gauge samples no further apart than this become one, their mean; `None` leaves them |
+/// | `gap_secs` | a pause longer than this ends a recording; `None` goes by the median step |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "file::MapFile", try_from = "file::MapFile")]
 pub struct ColumnMap {
@@ -44,6 +45,9 @@ pub struct ColumnMap {
     pub tare: Option<Tare>,
     /// Successive gauge samples no further apart than this (s) become one.
     pub average_bursts_secs: Option<f64>,
+    /// A longer step in time (s) ends a recording; by default one of 20 median steps, and no less than 0.2 s. Where rows
+    /// come in bursts, it is 2 s, and that is told.
+    pub gap_secs: Option<f64>,
 }
 
 /// One file as a table.

@@ -125,15 +125,15 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Notes what is odd, and cuts the rows into recordings.
-pub(super) fn recordings(table: Table) -> Result<Loaded, ReadError> {
+/// Notes what is odd, and cuts the rows into recordings, where nothing else is said at steps longer than `gap_secs`.
+pub(super) fn recordings(table: Table, gap_secs: Option<f64>) -> Result<Loaded, ReadError> {
     let Table {
         path,
         plan,
         mut rows,
     } = table;
     note_constant_gauges(&plan, &mut rows);
-    let cuts = timeline::cuts(&rows.times);
+    let cuts = timeline::cuts(&rows.times, gap_secs);
     if cuts.starts.len() >= RECORDING_LIMIT {
         let column = plan.time_column.unwrap_or_default();
         return Err(ReadError::TooManyRecordings {

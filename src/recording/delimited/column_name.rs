@@ -42,6 +42,8 @@ const GAUGE_UNITS: [&str; 16] = [
     "mv/v", "uv/v", "v/v", "v", "mv", "uv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms",
     "strain", "ustrain", "pf",
 ];
+/// No name that is understood is longer (bytes).
+const LONGEST: usize = 64;
 /// What may stand before an axis of the reference.
 const REFERENCES: [&str; 3] = ["ati", "reference", "ref"];
 
@@ -67,7 +69,9 @@ pub(super) struct ColumnName {
 impl ColumnName {
     pub(super) fn parse(cell: &str) -> Self {
         let (name, bracketed) = split_brackets(cell.trim());
-        let with_suffix = name.match_indices(['_', ' ', '/']).find_map(|(at, _)| {
+        let separators = name.match_indices(['_', ' ', '/']);
+        let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
+        let with_suffix = separators.find_map(|(at, _)| {
             let (start, suffix) = (name[..at].trim_end(), &name[at + 1..]);
             let kind = kind_of(start)?;
             is_unit_of(kind, suffix).then_some((kind, Some(suffix)))
@@ -174,6 +178,14 @@ fn is_unit_of(kind: Kind, suffix: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_without_end_is_none_that_is_known() {
+        let name = "a_".repeat(500_000);
+        assert_eq!(ColumnName::parse(&name).kind, None);
+        let name = format!("S{}", " ".repeat(1_000_000) + "V");
+        assert_eq!(ColumnName::parse(&name).unit, None);
+    }
 
     #[track_caller]
     fn assert_all(cells: &[&str], kind: Option<Kind>) {

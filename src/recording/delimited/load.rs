@@ -167,7 +167,7 @@ impl Sides {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
             warnings = reference.rows.findings.into_warnings(&reference.path);
         }
-        let mut loaded = assemble::recordings(gauges)?;
+        let mut loaded = assemble::recordings(gauges, map.gap_secs)?;
         if let Some(tare) = map.tare {
             let recordings = loaded.recordings.into_iter();
             let tared = recordings.map(|recording| Ok(recording.tared(tare)?.0));

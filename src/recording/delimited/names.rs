@@ -1,11 +1,15 @@
 //! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
 
+use std::collections::HashMap;
+
 use super::ReadError;
 use super::column_name::{ColumnName, Kind};
 use super::layout::{Detected, Start, unbracketed};
 use super::times::TimeForm;
 use super::warning::Finding;
-use crate::recording::columns::{ColumnKey, ColumnRole, ColumnRule, Preamble, Shape, TableMap};
+use crate::recording::columns::{
+    ColumnKey, ColumnRole, ColumnRule, Preamble, Shape, TableMap, TextLayout,
+};
 
 /// What a column of days is called.
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
@@ -14,7 +18,38 @@ const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 #[derive(Clone, Debug)]
 pub(super) struct Named {
     pub(super) table: TableMap,
+    /// The column that each rule of the table speaks of, from 0 on.
+    pub(super) indices: Vec<usize>,
     pub(super) notes: Vec<Finding>,
+}
+
+/// How rules name the columns of a table.
+pub(super) struct Keys<'a> {
+    names: &'a [String],
+    /// How many columns are called so.
+    n_called: HashMap<&'a str, usize>,
+}
+
+impl<'a> Keys<'a> {
+    pub(super) fn of(start: &'a Start) -> Self {
+        let mut n_called = HashMap::new();
+        for name in &start.names {
+            *n_called.entry(name.as_str()).or_default() += 1;
+        }
+        Self {
+            names: &start.names,
+            n_called,
+        }
+    }
+
+    /// How a rule names column `index`: as the header does, if that name is the only one.
+    pub(super) fn key(&self, index: usize) -> ColumnKey {
+        let name = self.names.get(index).filter(|name| !name.is_empty());
+        match name.filter(|name| self.n_called[name.as_str()] == 1) {
+            Some(name) => ColumnKey::Name(name.clone()),
+            None => ColumnKey::Number(index + 1),
+        }
+    }
 }
 
 /// Makes a map from the names of a table whose first rows are `rows`.
@@ -29,7 +64,8 @@ pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) 
         .filter(|&index| columns[index].kind == Some(Kind::Time))
         .filter(|&index| start.reference_time != Some(index))
         .collect();
-    let mut rules = Vec::new();
+    let keys = Keys::of(start);
+    let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let is = match column.kind {
             _ if start.reference_time == Some(index) => ColumnRole::TimeReference,
@@ -42,66 +78,62 @@ pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) 
             .units
             .get(index)
             .map(|cell| unbracketed(cell).to_owned());
-        rules.push(ColumnRule {
+        let rule = ColumnRule {
             unit: column
                 .unit
                 .clone()
                 .or(in_units_row.filter(|unit| !unit.is_empty())),
             name: (!detected.text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
-            ..ColumnRule::new(key(start, index), is)
-        });
+            ..ColumnRule::new(keys.key(index), is)
+        };
+        rules.push((index, rule));
     }
-    let mut table = TableMap {
-        shape: Shape {
-            columns: start.n_columns,
-            names: start.names.clone(),
-        },
-        text: detected.text.clone(),
-        sample_rate_hz: None,
-        columns: rules,
-    };
     let mut ignored_times = times.get(1..).unwrap_or_default().to_vec();
     if detected.text.preamble == Some(Preamble::AtiNetFt) {
-        name_ati_columns(&mut table, start);
+        name_ati_columns(&mut rules, start, &keys);
         ignored_times.clear();
     } else if let Some(&time) = times.first() {
-        settle_time_form(&mut table, start, names, time, rows);
+        settle_time_form(&mut rules, &keys, names, time, rows);
     }
-    let mut notes = notes(&table, start, names, &times, &ignored_times);
-    notes.extend(date_order(&table, start, names, rows));
-    Named { table, notes }
-}
-
-/// How a rule names column `index`: as the header does, if that name is the only one.
-pub(super) fn key(start: &Start, index: usize) -> ColumnKey {
-    let name = start.names.get(index).filter(|name| !name.is_empty());
-    let is_single = |name: &&String| start.names.iter().filter(|other| other == name).count() == 1;
-    match name.filter(is_single) {
-        Some(name) => ColumnKey::Name(name.clone()),
-        None => ColumnKey::Number(index + 1),
+    let mut notes = notes(&detected.text, &rules, names, &times, &ignored_times);
+    notes.extend(date_order(&rules, names, rows));
+    let (indices, columns) = rules.into_iter().unzip();
+    Named {
+        table: TableMap {
+            shape: Shape {
+                columns: start.n_columns,
+                names: start.names.clone(),
+            },
+            text: detected.text.clone(),
+            sample_rate_hz: None,
+            columns,
+        },
+        indices,
+        notes,
     }
 }
 
 /// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
-fn name_ati_columns(table: &mut TableMap, start: &Start) {
-    table.columns.retain(|rule| rule.is != ColumnRole::Time);
+fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, start: &Start, keys: &Keys) {
+    rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
     let column = |name: &str| start.names.iter().position(|other| other.starts_with(name));
     if let Some(index) = column("RDT Sequence") {
-        table.columns.push(ColumnRule {
+        let sequence = ColumnRule {
             unit: Some("samples".to_owned()),
-            ..ColumnRule::new(key(start, index), ColumnRole::Time)
-        });
+            ..ColumnRule::new(keys.key(index), ColumnRole::Time)
+        };
+        rules.push((index, sequence));
     }
     if let Some(index) = column("Status") {
-        let status = ColumnRule::new(key(start, index), ColumnRole::Status);
-        table.columns.push(status);
+        let status = ColumnRule::new(keys.key(index), ColumnRole::Status);
+        rules.push((index, status));
     }
 }
 
 /// Where the time is no number, its form by its cells, and the day from its own column.
 fn settle_time_form(
-    table: &mut TableMap,
-    start: &Start,
+    rules: &mut Vec<(usize, ColumnRule)>,
+    keys: &Keys,
     names: &[String],
     time: usize,
     rows: &[Vec<&[u8]>],
@@ -110,10 +142,9 @@ fn settle_time_form(
     let Some(time_form) = form(time) else {
         return;
     };
-    if let Some(rule) = table
-        .columns
+    if let Some((_, rule)) = rules
         .iter_mut()
-        .find(|rule| rule.is == ColumnRole::Time)
+        .find(|(_, rule)| rule.is == ColumnRole::Time)
         && rule.unit.is_none()
     {
         rule.unit = Some(time_form.name().to_owned());
@@ -123,23 +154,23 @@ fn settle_time_form(
         && let Some(date) = names.iter().position(is_date)
         && let Some(date_form) = form(date)
     {
-        table.columns.push(ColumnRule {
+        let rule = ColumnRule {
             unit: Some(date_form.name().to_owned()),
-            ..ColumnRule::new(key(start, date), ColumnRole::Date)
-        });
+            ..ColumnRule::new(keys.key(date), ColumnRole::Date)
+        };
+        rules.push((date, rule));
     }
 }
 
 /// Says where day and month could be the other way round.
 fn date_order(
-    table: &TableMap,
-    start: &Start,
+    rules: &[(usize, ColumnRule)],
     names: &[String],
     rows: &[Vec<&[u8]>],
 ) -> Option<Finding> {
-    let is_day = |rule: &&ColumnRule| [ColumnRole::Time, ColumnRole::Date].contains(&rule.is);
-    let mut days = (table.columns.iter().filter(is_day)).filter_map(|rule| {
-        let index = (0..start.n_columns).find(|index| key(start, *index) == rule.column)?;
+    let is_day = |rule: &ColumnRule| [ColumnRole::Time, ColumnRole::Date].contains(&rule.is);
+    let days = rules.iter().filter(|(_, rule)| is_day(rule));
+    let mut days = days.filter_map(|&(index, _)| {
         let form = form_of_column(rows, index)?;
         let cells = rows.iter().filter_map(|row| row.get(index).copied());
         let other = form.other_order(cells.filter(|cell| !cell.is_empty()))?;
@@ -161,16 +192,16 @@ pub(super) fn form_of_column(rows: &[Vec<&[u8]>], index: usize) -> Option<TimeFo
 
 /// What the names leave out.
 fn notes(
-    table: &TableMap,
-    start: &Start,
+    text: &TextLayout,
+    rules: &[(usize, ColumnRule)],
     names: &[String],
     times: &[usize],
     ignored_times: &[usize],
 ) -> Vec<Finding> {
     let mut notes = Vec::new();
-    if table.text.preamble.is_none() && table.text.skip_rows > 0 {
+    if text.preamble.is_none() && text.skip_rows > 0 {
         notes.push(Finding::SkippedPreamble {
-            n_lines: table.text.skip_rows,
+            n_lines: text.skip_rows,
         });
     }
     if let (Some(&used), false) = (times.first(), ignored_times.is_empty()) {
@@ -182,15 +213,12 @@ fn notes(
                 .collect(),
         });
     }
-    let is_used = |index: usize| {
-        table
-            .columns
-            .iter()
-            .any(|rule| rule.column == key(start, index))
-            || ignored_times.contains(&index)
-    };
+    let mut is_told = vec![false; names.len()];
+    for index in rules.iter().map(|(index, _)| index).chain(ignored_times) {
+        is_told[*index] = true;
+    }
     let ignored: Vec<String> = (0..names.len())
-        .filter(|&index| !is_used(index) && !names[index].is_empty())
+        .filter(|&index| !is_told[index] && !names[index].is_empty())
         .map(|index| names[index].clone())
         .collect();
     if !ignored.is_empty() {
@@ -235,13 +263,34 @@ mod tests {
         assert_eq!(notes, [several, ignored]);
     }
 
+    /// So many that whatever grows faster than their number would not end.
+    #[test]
+    fn many_columns_are_understood_at_once() {
+        let header = |name: &str| {
+            let names = (0..20_000).map(|k| format!(",{name}{k}"));
+            format!("t{}", names.collect::<String>())
+        };
+        let (plan, notes) = plan_and_notes(&format!("{},S1", header("x"))).unwrap();
+        assert_eq!(plan.gauge_names, ["S1"]);
+        let Finding::IgnoredColumns { names } = &notes[0] else {
+            panic!("{notes:?}")
+        };
+        assert_eq!(names.len(), 20_000);
+        let error = plan_and_notes(&header("ch")).unwrap_err();
+        assert!(matches!(
+            error,
+            ReadError::TooManyGauges { count: 20_000, .. }
+        ));
+    }
+
     #[test]
     fn a_repeated_name_is_listed_by_its_number() {
         let start = Start {
             names: ["t", "x", "x", ""].map(str::to_owned).to_vec(),
             ..Start::default()
         };
-        let keys: Vec<_> = (0..4).map(|index| key(&start, index)).collect();
+        let keys = Keys::of(&start);
+        let keys: Vec<_> = (0..4).map(|index| keys.key(index)).collect();
         let number = ColumnKey::Number;
         assert_eq!(
             keys,

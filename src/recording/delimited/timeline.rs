@@ -7,11 +7,18 @@ use crate::recording::units::TimeUnit;
 
 /// A step this many times the median is a pause between recordings, not a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
+/// No pause between recordings is shorter (s): nobody takes a load off and puts it back so fast, but computers stamp a
+/// sample late.
+const SHORTEST_GAP_SECS: f64 = 0.2;
 /// This many pauses, if they are also more than one step in [`STEPS_PER_BURST`], are the rhythm of a logger that
 /// writes rows in bursts.
 const FEWEST_BURSTS: usize = 20;
 /// See [`FEWEST_BURSTS`].
 const STEPS_PER_BURST: usize = 50;
+/// Such a logger writes once a second or more often; what comes more seldom is what somebody did, press after press.
+const LONGEST_BURST_PAUSE_SECS: f64 = 1.0;
+/// Where rows come in bursts, a longer step is a pause (s).
+const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
 /// No calibration is logged more slowly than one sample a minute (s): slower, and the unit is another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
@@ -22,15 +29,34 @@ pub(super) struct Cuts {
     pub(super) starts: Vec<usize>,
     /// The first and the last row with the time of the row before, and how many there are.
     pub(super) repeats: Option<(usize, usize, u64)>,
+    /// The pauses that are taken for the rhythm of a logger.
+    bursts: Option<Bursts>,
 }
 
-/// Cuts at every pause and wherever time goes back, given times in seconds.
-pub(super) fn cuts(times: &[f64]) -> Cuts {
-    let pause = shortest_pause(times);
+/// The pauses of a logger that writes rows in bursts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bursts {
+    /// The rows after the first and the last pause.
+    rows: (usize, usize),
+    n_pauses: u64,
+    /// The median.
+    pause_secs: f64,
+}
+
+/// Cuts wherever time goes back and at every step longer than `gap_secs`, given times in seconds; where nobody says how
+/// long that is, by the steps themselves.
+pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let mut cuts = Cuts::default();
+    let gap = gap_secs.unwrap_or_else(|| {
+        cuts.bursts = bursts(times);
+        match cuts.bursts {
+            Some(_) => GAP_BETWEEN_BURSTS_SECS,
+            None => steps_of_a_pause(times).max(SHORTEST_GAP_SECS),
+        }
+    });
     for (before, pair) in times.windows(2).enumerate() {
         let (step, row) = (pair[1] - pair[0], before + 1);
-        if step < 0.0 || step > pause {
+        if step < 0.0 || step > gap {
             cuts.starts.push(row);
         } else if step == 0.0 {
             let (first, _, count) = cuts.repeats.unwrap_or((row, row, 0));
@@ -40,19 +66,35 @@ pub(super) fn cuts(times: &[f64]) -> Cuts {
     cuts
 }
 
-/// A longer step is a pause: 20 median steps, or where rows come in bursts, 20 times the median pause between those.
-pub(super) fn shortest_pause(times: &[f64]) -> f64 {
-    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
-    let Some(step) = median_step(times) else {
-        return f64::INFINITY;
-    };
-    let pause = PAUSE_IN_STEPS * step;
-    let between_bursts = || steps().filter(|step| *step > pause);
-    let n_bursts = between_bursts().count();
-    if n_bursts < FEWEST_BURSTS || n_bursts * STEPS_PER_BURST < times.len() {
-        return pause;
+/// How far apart two samples are at most between which nothing is missing: 20 median steps, or where rows come in
+/// bursts, the longest pause between those.
+pub(super) fn longest_bridge(times: &[f64]) -> f64 {
+    match bursts(times) {
+        Some(_) => GAP_BETWEEN_BURSTS_SECS,
+        None => steps_of_a_pause(times),
     }
-    PAUSE_IN_STEPS * median(between_bursts()).unwrap_or(step)
+}
+
+/// The pauses between bursts, if there are many and they are at most about a second long.
+fn bursts(times: &[f64]) -> Option<Bursts> {
+    let shortest = steps_of_a_pause(times);
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
+    let pauses: Vec<(usize, f64)> = steps
+        .filter(|&(_, step)| step > shortest && step <= GAP_BETWEEN_BURSTS_SECS)
+        .collect();
+    let is_rhythm = pauses.len() >= FEWEST_BURSTS && pauses.len() * STEPS_PER_BURST >= times.len();
+    let pause_secs = median(pauses.iter().map(|(_, step)| *step))?;
+    let (first, last) = (pauses.first()?, pauses.last()?);
+    (is_rhythm && pause_secs <= LONGEST_BURST_PAUSE_SECS).then_some(Bursts {
+        rows: (first.0 + 1, last.0 + 1),
+        n_pauses: pauses.len() as u64,
+        pause_secs,
+    })
+}
+
+/// How long the steps of a pause are at least, by the median.
+fn steps_of_a_pause(times: &[f64]) -> f64 {
+    median_step(times).map_or(f64::INFINITY, |step| PAUSE_IN_STEPS * step)
 }
 
 /// The unit that the times have by their values.
@@ -133,6 +175,14 @@ impl Cuts {
             let (first, last) = (rows.line_of(first), rows.line_of(last));
             rows.findings.note_many(first, last, count, finding);
         }
+        if let Some(bursts) = self.bursts {
+            let finding = Finding::Bursts {
+                pause_secs: bursts.pause_secs,
+                gap_secs: GAP_BETWEEN_BURSTS_SECS,
+            };
+            let (first, last) = (rows.line_of(bursts.rows.0), rows.line_of(bursts.rows.1));
+            (rows.findings).note_many(first, last, bursts.n_pauses, finding);
+        }
     }
 }
 
@@ -143,15 +193,63 @@ mod tests {
     #[test]
     fn a_pause_or_a_step_back_cuts() {
         let times = [0.0, 0.1, 0.2, 2.1, 2.2, 4.3, 4.4, 1.0, 1.1, 1.1];
-        let cuts = cuts(&times);
-        assert_eq!(cuts.starts, [5, 7]); // 1.9 is 19 median steps, 2.1 is 21
-        assert_eq!(cuts.repeats, Some((9, 9, 1)));
+        let found = cuts(&times, None);
+        assert_eq!(found.starts, [5, 7]); // 1.9 is 19 median steps, 2.1 is 21
+        assert_eq!(found.repeats, Some((9, 9, 1)));
+        assert_eq!(cuts(&times, Some(1.8)).starts, [3, 5, 7]);
+        assert_eq!(cuts(&times, Some(9.0)).starts, [7]);
+    }
+
+    /// So many runs of `samples` samples, each `step` after the other, the runs `pause` apart.
+    fn runs(n: u32, samples: u32, step: f64, pause: f64) -> Vec<f64> {
+        let period = f64::from(samples - 1) * step + pause;
+        let time = |k: u32| f64::from(k / samples) * period + f64::from(k % samples) * step;
+        (0..n * samples).map(time).collect()
     }
 
     #[test]
     fn rows_in_many_bursts_are_one_recording() {
-        let bursts = (0..600).map(|k| f64::from(k / 15) * 0.16 + f64::from(k % 15) * 0.0004);
-        assert_eq!(cuts(&bursts.collect::<Vec<_>>()), Cuts::default());
+        for pause in [0.16, 0.99] {
+            let found = cuts(&runs(40, 15, 0.0004, pause), None);
+            assert!(found.starts.is_empty());
+            let bursts = found.bursts.unwrap();
+            assert_eq!((bursts.rows, bursts.n_pauses), ((15, 585), 39));
+            assert!((bursts.pause_secs - pause).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn presses_one_after_the_other_are_recordings() {
+        for (samples, step, pause) in [(30, 0.01, 10.0), (30, 0.05, 1.5), (15, 0.0004, 3.0)] {
+            let found = cuts(&runs(690, samples, step, pause), None);
+            assert_eq!(found.starts.len(), 689, "every {pause} s");
+            assert_eq!(found.bursts, None);
+        }
+    }
+
+    #[test]
+    fn presses_are_recordings_though_their_rows_come_in_bursts() {
+        let press = runs(20, 15, 0.0004, 0.16);
+        let presses =
+            (0..60).flat_map(|k| press.iter().map(move |time| time + 12.0 * f64::from(k)));
+        let found = cuts(&presses.collect::<Vec<_>>(), None);
+        assert_eq!(found.starts.len(), 59);
+        assert_eq!(found.bursts.unwrap().n_pauses, 60 * 19);
+    }
+
+    #[test]
+    fn a_single_late_stamp_is_no_gap() {
+        let mut times: Vec<f64> = (0..2000).map(|k| f64::from(k) / 1000.0).collect();
+        times[1000..].iter_mut().for_each(|time| *time += 0.03);
+        assert_eq!(cuts(&times, None), Cuts::default());
+        times[1000..].iter_mut().for_each(|time| *time += 0.2);
+        assert_eq!(cuts(&times, None).starts, [1000]);
+    }
+
+    #[test]
+    fn a_pause_that_somebody_sets_is_no_rhythm() {
+        let found = cuts(&runs(40, 15, 0.0004, 0.16), Some(0.1));
+        assert_eq!((found.starts.len(), found.bursts), (39, None));
     }
 
     #[test]
@@ -174,10 +272,10 @@ mod tests {
 
     #[test]
     fn standing_time_never_cuts() {
-        let cuts = cuts(&[3.0; 4]);
-        assert!(cuts.starts.is_empty());
-        assert_eq!(cuts.repeats, Some((1, 3, 3)));
-        assert_eq!(super::cuts(&[]), Cuts::default());
+        let found = cuts(&[3.0; 4], None);
+        assert!(found.starts.is_empty());
+        assert_eq!(found.repeats, Some((1, 3, 3)));
+        assert_eq!(cuts(&[], None), Cuts::default());
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub(super) fn join(
     }
     let limit_secs = join
         .limit_secs
-        .unwrap_or_else(|| timeline::shortest_pause(&reference.rows.times));
+        .unwrap_or_else(|| timeline::longest_bridge(&reference.rows.times));
     let series = Series {
         times: &reference.rows.times,
         values: &reference.rows.loads,

@@ -77,6 +77,8 @@ pub enum Finding {
     },
     /// Time jumps or goes back, so that a new recording starts.
     NewRecording { from_secs: f64, to_secs: f64 },
+    /// Pauses that are taken for a logger's own, so that no new recording starts.
+    Bursts { pause_secs: f64, gap_secs: f64 },
     /// Two samples of one time.
     RepeatedTime { time_secs: f64 },
     /// The header names no time unit, and the values do not look like seconds.
@@ -210,6 +212,13 @@ impl fmt::Display for Finding {
             Self::NewRecording { from_secs, to_secs } => write!(
                 f,
                 "time goes from {from_secs} s to {to_secs} s, so a new recording starts"
+            ),
+            Self::Bursts {
+                pause_secs,
+                gap_secs,
+            } => write!(
+                f,
+                "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, set \"gap_secs\" in a column map"
             ),
             Self::RepeatedTime { time_secs } => {
                 write!(f, "time {time_secs} s is that of the row before")

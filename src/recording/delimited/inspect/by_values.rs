@@ -1,22 +1,24 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
 use super::super::layout::Start;
-use super::super::names::{form_of_column, key};
+use super::super::listed;
+use super::super::names::{Keys, Named, form_of_column};
 use super::super::times::TimeForm;
 use super::columns::{ColumnReport, Content};
-use crate::recording::columns::{ColumnRole, ColumnRule, TableMap};
+use crate::recording::columns::{ColumnRole, ColumnRule};
 
 /// More are no gauges of one sensor.
 const GAUGE_LIMIT: usize = 64;
 
 /// Adds a time, and gauges, to a map that has none, and says what a person has to decide.
 pub(super) fn fill_in(
-    table: &mut TableMap,
+    named: &mut Named,
     start: &Start,
     rows: &[Vec<&[u8]>],
     reports: &[ColumnReport],
 ) -> Vec<String> {
     let mut hints = Vec::new();
+    let Named { table, indices, .. } = named;
     if table.text.preamble.is_some() {
         hints.push(
             "this log of ATI's Net F/T holds the reference alone: put this table under \"reference\" in the map of the file with the gauges"
@@ -24,17 +26,27 @@ pub(super) fn fill_in(
         );
         return hints;
     }
-    let is_free = |table: &TableMap, report: &ColumnReport| {
-        let key = key(start, report.number - 1);
-        table.columns.iter().all(|rule| rule.column != key)
-    };
+    let keys = Keys::of(start);
+    let mut is_free = vec![true; reports.len()];
+    indices.iter().for_each(|index| is_free[*index] = false);
     let needs_time = !table.has_role(ColumnRole::Time);
+    let needs_gauges = !table.has_role(ColumnRole::Gauge);
+    let rules = indices.drain(..).zip(table.columns.drain(..));
+    let mut rules: Vec<(usize, ColumnRule)> = rules.collect();
+    let mut add = |(index, rule): (usize, ColumnRule), is_free: &mut [bool]| {
+        is_free[index] = false;
+        rules.push((index, rule));
+    };
+    let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
+        report.runs_like_clock && is_free[report.number - 1]
+    };
     if needs_time {
-        let clock = reports
-            .iter()
-            .find(|report| report.runs_like_clock && is_free(table, report));
-        match clock {
-            Some(clock) => add_time(table, start, rows, clock.number - 1),
+        match reports.iter().find(|report| is_clock(report, &is_free)) {
+            Some(clock) => {
+                for rule in times(&keys, rows, clock.number - 1) {
+                    add(rule, &mut is_free);
+                }
+            }
             None => hints.push(
                 "no column runs like a clock: say which is the time, or give \"sample_rate_hz\""
                     .to_owned(),
@@ -43,34 +55,35 @@ pub(super) fn fill_in(
     }
     let clocks: Vec<String> = reports
         .iter()
-        .filter(|report| report.runs_like_clock && is_free(table, report))
+        .filter(|report| is_clock(report, &is_free))
         .map(|report| report.number.to_string())
         .collect();
     if !clocks.is_empty() {
         hints.push(format!(
             "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
-            clocks.join(", ")
+            listed(&clocks)
         ));
     }
-    if !table.has_role(ColumnRole::Gauge) {
-        let mut gauges: Vec<ColumnRule> = reports
+    if needs_gauges {
+        let gauges: Vec<usize> = reports
             .iter()
-            .filter(|report| may_be_gauge(report) && is_free(table, report))
-            .map(|report| ColumnRule::new(key(start, report.number - 1), ColumnRole::Gauge))
+            .filter(|report| may_be_gauge(report) && is_free[report.number - 1])
+            .map(|report| report.number - 1)
+            .take(GAUGE_LIMIT)
             .collect();
-        gauges.truncate(GAUGE_LIMIT);
         if !gauges.is_empty() {
             hints.push(
                 "which columns are gauges and which the reference is not written in the file: all numbers that change are proposed as gauges; make the reference's columns \"Fx\" to \"Mz\" with their unit, and \"ignore\" the others"
                     .to_owned(),
             );
         }
-        table.columns.append(&mut gauges);
+        for index in gauges {
+            let rule = ColumnRule::new(keys.key(index), ColumnRole::Gauge);
+            add((index, rule), &mut is_free);
+        }
     }
-    table.columns.sort_by_key(|rule| {
-        let is_it = |report: &&ColumnReport| key(start, report.number - 1) == rule.column;
-        reports.iter().find(is_it).map(|report| report.number)
-    });
+    rules.sort_by_key(|(index, _)| *index);
+    (*indices, table.columns) = rules.into_iter().unzip();
     hints
 }
 
@@ -79,22 +92,24 @@ fn may_be_gauge(report: &ColumnReport) -> bool {
     report.content == Content::Numbers && changes && !report.runs_like_clock
 }
 
-/// Makes column `index` the time, and a date beside a time of day part of it.
-fn add_time(table: &mut TableMap, start: &Start, rows: &[Vec<&[u8]>], index: usize) {
+/// The rules that make column `index` the time, and a date beside a time of day part of it.
+fn times(keys: &Keys, rows: &[Vec<&[u8]>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
-    let mut add = |index, is, form: Option<TimeForm>| {
-        table.columns.push(ColumnRule {
+    let rule = |index, is, form: Option<TimeForm>| {
+        let rule = ColumnRule {
             unit: form.map(|form| form.name().to_owned()),
-            ..ColumnRule::new(key(start, index), is)
-        });
+            ..ColumnRule::new(keys.key(index), is)
+        };
+        (index, rule)
     };
-    add(index, ColumnRole::Time, form);
+    let mut rules = vec![rule(index, ColumnRole::Time, form)];
     let before = index.checked_sub(1);
     if form == Some(TimeForm::TimeOfDay)
         && let Some((date, form)) =
             before.and_then(|date| Some((date, form_of_column(rows, date)?)))
         && form != TimeForm::TimeOfDay
     {
-        add(date, ColumnRole::Date, Some(form));
+        rules.push(rule(date, ColumnRole::Date, Some(form)));
     }
+    rules
 }

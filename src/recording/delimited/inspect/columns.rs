@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::super::cells::{decimal_comma_number, number};
 use super::super::column_name::ColumnName;
 use super::super::layout::{Start, unbracketed};
-use super::super::names::{form_of_column, key};
+use super::super::names::{Keys, form_of_column};
 use crate::recording::columns::{ColumnKey, ColumnRole, ColumnRule, Delimiter, TableMap};
 
 /// How many values are shown.
@@ -71,6 +71,7 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
         .unwrap_or(0)
         .max(start.n_columns);
     let allows_comma = table.text.delimiter != Delimiter::Comma;
+    let keys = Keys::of(start);
     (0..n_columns)
         .map(|index| {
             let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
@@ -103,7 +104,7 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
                 .units
                 .get(index)
                 .map(|cell| unbracketed(cell).to_owned());
-            let rule = rule_of(table, start, index);
+            let rule = rule_of(table, &keys, index);
             ColumnReport {
                 number: index + 1,
                 name: header.name,
@@ -128,10 +129,10 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
 /// The rule that speaks of column `index`.
 pub(super) fn rule_of<'a>(
     table: &'a TableMap,
-    start: &Start,
+    keys: &Keys,
     index: usize,
 ) -> Option<&'a ColumnRule> {
-    let (by_name, by_number) = (key(start, index), ColumnKey::Number(index + 1));
+    let (by_name, by_number) = (keys.key(index), ColumnKey::Number(index + 1));
     let is_it = |rule: &&ColumnRule| rule.column == by_name || rule.column == by_number;
     table.columns.iter().find(is_it)
 }

@@ -16,7 +16,7 @@ use super::layout::Detected;
 use super::load::Reading;
 use super::opened::Opened;
 use super::two_clocks::{self, Table};
-use super::{BLOCK_BYTES, Encoding, Loaded, ReadError, names};
+use super::{BLOCK_BYTES, Encoding, Finding, Loaded, ReadError, names};
 use crate::progress::Progress;
 use crate::recording::clock_offset::{self, ClockOffset};
 use crate::recording::columns::{ColumnMap, TableMap, TextLayout};
@@ -92,6 +92,8 @@ pub struct Check {
     pub gauges: Vec<String>,
     /// The axes of the reference.
     pub axes: Vec<Axis>,
+    /// Where rows come in bursts and the map says nothing about it, how long a pause must be to end a recording.
+    pub assumed_gap_secs: Option<f64>,
     /// Of two clocks, how far they seem to be apart. Nothing is done about it unless the map says so.
     pub clock_offset: Option<ClockOffset>,
 }
@@ -162,10 +164,10 @@ fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
         return (ColumnMap::of_table(table), Vec::new());
     };
     let rows = opened.first_rows(&detected.text, &start);
-    let mut table = names::by_names(&detected, &start, &rows).table;
-    let reports = columns::reports(&table, &start, &rows);
-    let hints = by_values::fill_in(&mut table, &start, &rows, &reports);
-    (ColumnMap::of_table(table), hints)
+    let mut named = names::by_names(&detected, &start, &rows);
+    let reports = columns::reports(&named.table, &start, &rows);
+    let hints = by_values::fill_in(&mut named, &start, &rows, &reports);
+    (ColumnMap::of_table(named.table), hints)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
@@ -218,6 +220,13 @@ fn check(
 
 fn note(check: &mut Check, loaded: &Loaded) {
     check.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+    check.assumed_gap_secs = loaded
+        .warnings
+        .iter()
+        .find_map(|warning| match warning.finding {
+            Finding::Bursts { gap_secs, .. } => Some(gap_secs),
+            _ => None,
+        });
     if let Some(first) = loaded.recordings.first() {
         check.gauges = first.gauge_names().to_vec();
         check.axes = first.axes().to_vec();

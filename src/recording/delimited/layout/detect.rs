@@ -6,7 +6,7 @@ use super::super::cells::{
 };
 use super::super::column_name::{ColumnName, Kind, is_known_unit};
 use super::super::times::TimeForm;
-use super::{Line, first_lines, names, unbracketed};
+use super::{Line, first_lines, locate, names, unbracketed};
 use crate::recording::columns::{self, Decimal, Preamble, TextLayout};
 
 /// A header stands among so many first lines.
@@ -93,11 +93,17 @@ pub(in super::super) fn detect(head: &[u8]) -> Option<Detected> {
             }
         }
     };
-    let names_in_comment = if text.header {
+    let mut names_in_comment = if text.header {
         Vec::new()
     } else {
         names_in_comment(&all, delimiter)
     };
+    // The first line need not be as wide as the table.
+    let is_width =
+        |names: &[String]| locate(head, &text).map(|start| start.n_columns) == Some(names.len());
+    if !names_in_comment.is_empty() && !is_width(&names_in_comment) {
+        names_in_comment.clear();
+    }
     Some(Detected {
         text,
         names_in_comment,
@@ -324,6 +330,19 @@ mod tests {
             assert_eq!(told, (skip_rows, header, units_row), "{content}");
         }
         assert_eq!(detect(b"# a\n\n"), None);
+    }
+
+    #[test]
+    fn a_comment_names_all_columns_or_none() {
+        for content in [
+            "# t S1 S2 Fx\nab  1 2 3\n0c\n0 1 2 3\n0",
+            "# t S1 S2 Fx\nab  S1 S2 Fx\nac\n0 1 2",
+            "# t S1 S2 Fx\n0 1 2 3\n0 1 2\n1 1 2\n2 1 2\n",
+        ] {
+            let detected = detect(content.as_bytes()).unwrap();
+            assert!(!detected.text.header);
+            assert_eq!(detected.names_in_comment, [""; 0], "{content}");
+        }
     }
 
     #[test]

@@ -141,27 +141,30 @@ fn most_frequent(numbers: impl Iterator<Item = usize>) -> usize {
 fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let text = decoded(text);
     let mut cells: Vec<String> = Vec::new();
+    let mut is_open = false;
     for cell in Cells::new(text.as_bytes(), delimiter) {
         let cell = String::from_utf8_lossy(cell).replace("\"\"", "\"");
+        let last_bracket = cell.rfind(['[', '(', ']', ')']);
+        let opens = last_bracket.map(|at| cell[at..].starts_with(['[', '(']));
         match cells.last_mut() {
             Some(last)
                 if delimiter == Delimiter::Whitespace
-                    && (cell.starts_with(['[', '(']) || is_open(last)) =>
+                    && (cell.starts_with(['[', '(']) || is_open) =>
             {
                 last.push(' ');
                 last.push_str(&cell);
+                is_open = opens.unwrap_or(is_open);
             }
-            _ => cells.push(cell),
+            _ => {
+                is_open = opens.unwrap_or(false);
+                cells.push(cell);
+            }
         }
     }
     while cells.last().is_some_and(String::is_empty) {
         cells.pop();
     }
     cells
-}
-
-fn is_open(cell: &str) -> bool {
-    cell.rfind(['[', '(']) > cell.rfind([']', ')'])
 }
 
 /// UTF-8, or else Latin-1: then every byte is its own character.
@@ -185,6 +188,14 @@ pub(super) fn unbracketed(cell: &str) -> &str {
 mod tests {
     use super::*;
     use crate::recording::columns::Delimiter::Semicolon;
+
+    #[test]
+    fn a_bracket_that_is_never_closed_takes_all_that_follows() {
+        let cells = |text: &str| names(text.as_bytes(), Delimiter::Whitespace);
+        assert_eq!(cells("t (m s) S1 [V ] x"), ["t (m s)", "S1 [V ]", "x"]);
+        let text = format!("t [s] S1 (V{}", " a".repeat(300_000));
+        assert_eq!(cells(&text).len(), 2);
+    }
 
     #[test]
     fn a_table_is_found_where_the_layout_says() {

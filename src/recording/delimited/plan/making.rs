@@ -254,6 +254,16 @@ impl Making<'_> {
         if !self.side.has_gauges() {
             return Ok((names, labels));
         }
+        let count = self.with_role(ColumnRole::Gauge).count();
+        if count > GAUGE_LIMIT {
+            return Err(ReadError::TooManyGauges {
+                path: self.path.to_owned(),
+                line: self.start.line,
+                count,
+                limit: GAUGE_LIMIT,
+                names: self.all_names(),
+            });
+        }
         let mut indices: Vec<usize> = Vec::new();
         for (index, rule) in self.with_role(ColumnRole::Gauge) {
             let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
@@ -280,13 +290,6 @@ impl Making<'_> {
             0 => Err(ReadError::NoGauges {
                 path: self.path.to_owned(),
                 line: self.start.line,
-                names: self.all_names(),
-            }),
-            count if count > GAUGE_LIMIT => Err(ReadError::TooManyGauges {
-                path: self.path.to_owned(),
-                line: self.start.line,
-                count,
-                limit: GAUGE_LIMIT,
                 names: self.all_names(),
             }),
             _ => Ok((names, labels)),
@@ -434,10 +437,15 @@ impl Making<'_> {
                 Use::Gauge { .. } => gauges.next().cloned(),
                 _ => None,
             };
-            let rule = || self.columns.iter().find(|(other, _)| *other == index);
+            let role = || {
+                let at = self
+                    .columns
+                    .binary_search_by_key(&index, |(index, _)| *index);
+                at.ok().map(|at| self.columns[at].1.is.to_string())
+            };
             self.bare_name(index)
                 .or(of_gauge)
-                .or_else(|| rule().map(|(_, rule)| rule.is.to_string()))
+                .or_else(role)
                 .unwrap_or_default()
         };
         uses.iter().enumerate().map(&mut name).collect()
