@@ -169,6 +169,13 @@ pub(super) fn is_known_unit(unit: &str) -> bool {
     .any(|kind| is_unit_of(kind, unit))
 }
 
+/// Whether this is a unit of a force or a moment, which no gauge has.
+pub(super) fn is_load_unit(unit: &str) -> bool {
+    [Axis::Fx, Axis::Mx]
+        .into_iter()
+        .any(|axis| is_unit_of(Kind::Load(axis), unit))
+}
+
 fn is_unit_of(kind: Kind, suffix: &str) -> bool {
     match kind {
         Kind::Time => TimeUnit::from_name(suffix).is_some(),

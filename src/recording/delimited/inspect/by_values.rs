@@ -1,5 +1,6 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
+use super::super::column_name::is_load_unit;
 use super::super::layout::Start;
 use super::super::names::{form_of_column, key};
 use super::super::times::TimeForm;
@@ -76,7 +77,8 @@ pub(super) fn fill_in(
 
 fn may_be_gauge(report: &ColumnReport) -> bool {
     let changes = report.min < report.max;
-    report.content == Content::Numbers && changes && !report.runs_like_clock
+    let is_load = report.unit.as_deref().is_some_and(is_load_unit);
+    report.content == Content::Numbers && changes && !report.runs_like_clock && !is_load
 }
 
 /// Makes column `index` the time, and a date beside a time of day part of it.
