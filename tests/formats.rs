@@ -275,6 +275,28 @@ fn a_map_chooses_among_arrays_as_among_columns_of_text() {
     assert_eq!(loaded.recordings[0].loads()[0], -10_000.0);
 }
 
+/// Twice the same array as gauges once panicked, as two axes it left one of them all zeros.
+#[test]
+fn an_array_that_a_map_lists_by_name_and_by_number_is_refused() {
+    for name in ["plain.npz", "plain.mat"] {
+        let path = fixture(name);
+        let proposed = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
+        for report in &proposed.table.columns {
+            let mut map = proposed.map.clone();
+            let again = ColumnKey::Number(report.number);
+            let columns = &mut map.table.columns;
+            columns.push(ColumnRule::new(again, ColumnRole::Ignore));
+            let read = read_mapped(&path, &map, &Progress::default());
+            let is_free = report.is == ColumnRole::Ignore;
+            assert_eq!(read.is_ok(), is_free, "{}", report.header);
+            if let Err(error) = read {
+                let told = format!("column {} is listed twice, as", report.number);
+                assert!(error.to_string().contains(&told), "{error}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_content_decides_not_the_name() {
     let folder = tempfile::tempdir().unwrap();

@@ -6,8 +6,8 @@ use egui_extras::{Column, TableBuilder};
 use crate::app::{AppState, Command, ImportCommand, Importing};
 use crate::recording::Tare;
 use crate::recording::columns::{
-    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, JoinMethod, Mount,
-    ReferenceFile, TableMap, TextLayout, WeightMap,
+    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, Header, JoinMethod,
+    Mount, ReferenceFile, TableMap, TextLayout, WeightMap,
 };
 use crate::recording::delimited::inspect::{ColumnReport, Inspection, TableReport};
 use crate::ui::context_menu::item;
@@ -417,7 +417,7 @@ fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut Ta
                 .column(Column::exact(64.0))
                 .column(Column::exact(80.0))
                 .column(Column::remainder().at_least(160.0).clip(true))
-                .header(20.0, |mut header| {
+                .header(20.0, |mut titles| {
                     for (title, explanation) in [
                         ("", "The number of the column"),
                         ("Header", "As the file writes it"),
@@ -428,19 +428,20 @@ fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut Ta
                         ("No value", NO_VALUE),
                         ("First values, range", "By the first rows"),
                     ] {
-                        header.col(|ui| {
+                        titles.col(|ui| {
                             ui.strong(title).on_hover_text(explanation);
                         });
                     }
                 })
+    let header = Header::new(reports.iter().map(|report| report.header.as_str()));
                 .body(|body| {
                     body.rows(24.0, reports.len(), |mut row| {
                         let report = &reports[row.index()];
-                        let mut rule = rule_of(table, report);
+                        let mut rule = rule_of(table, &header, report);
                         let before = rule.clone();
                         column_row(&mut row, id, report, &mut rule);
                         if rule != before {
-                            set_rule(table, report, rule);
+                            set_rule(table, &header, report, rule);
                         }
                     });
                 });
@@ -458,7 +459,7 @@ fn column_row(
         ui.weak(number.to_string());
     });
     row.col(|ui| {
-        ui.label(&report.name);
+        ui.label(&report.header);
     });
     row.col(|ui| {
         let choice = ComboBox::from_id_salt((id, number))
@@ -541,37 +542,33 @@ fn text_cell(
     }
 }
 
-fn is_of(rule: &ColumnRule, report: &ColumnReport) -> bool {
-    match &rule.column {
-        ColumnKey::Number(number) => *number == report.number,
-        ColumnKey::Name(name) => *name == report.name,
-    }
+/// Whether a rule speaks of a column of the file.
+fn is_of(rule: &ColumnRule, header: &Header, report: &ColumnReport) -> bool {
+    header.index(&rule.column) == Ok(report.number - 1)
 }
 
-fn rule_of(table: &TableMap, report: &ColumnReport) -> ColumnRule {
+fn rule_of(table: &TableMap, header: &Header, report: &ColumnReport) -> ColumnRule {
     let rule = table
         .columns
         .iter()
-        .find(|rule| is_of(rule, report))
+        .find(|rule| is_of(rule, header, report))
         .cloned();
     rule.unwrap_or_else(|| ColumnRule::new(ColumnKey::Number(report.number), ColumnRole::Ignore))
 }
 
-/// Puts a column's rule in its place, in the order of the columns.
-fn set_rule(table: &mut TableMap, report: &ColumnReport, rule: ColumnRule) {
-    match table.columns.iter().position(|rule| is_of(rule, report)) {
-        Some(at) if rule.is == ColumnRole::Ignore => {
-            table.columns.remove(at);
-        }
-        Some(at) => table.columns[at] = rule,
-        None => {
-            let after = table.columns.iter().position(
-                |other| matches!(other.column, ColumnKey::Number(number) if number > report.number),
-            );
-            table
-                .columns
-                .insert(after.unwrap_or(table.columns.len()), rule);
-        }
+/// Makes this the only rule of its column, in its place or in the order of the columns.
+fn set_rule(table: &mut TableMap, header: &Header, report: &ColumnReport, rule: ColumnRule) {
+    let is_it = |rule: &ColumnRule| is_of(rule, header, report);
+    let is_after = |rule: &ColumnRule| {
+        let index = header.index(&rule.column);
+        index.is_ok_and(|index| index >= report.number)
+    };
+    let rules = &mut table.columns;
+    let at = rules.iter().position(is_it);
+    rules.retain(|rule| !is_it(rule));
+    if rule.is != ColumnRole::Ignore {
+        let at = at.or_else(|| rules.iter().position(is_after));
+        rules.insert(at.unwrap_or(rules.len()), rule);
     }
 }
 

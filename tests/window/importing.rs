@@ -51,6 +51,32 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     assert!(state(&window).importing.is_none());
 }
 
+/// A spreadsheet's export: units in brackets, semicolons, decimal commas. The force is twice the first channel.
+fn bracketed(n: usize) -> String {
+    let header = "Zeit [s];Kanal 1 [mV/V];Kanal 2 [mV/V];Kraft X [N]\n";
+    header.to_owned() + &headerless(n).replace('.', ",")
+}
+
+#[test]
+fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_each() {
+    let files = Files::new();
+    let mut window = window(vec![files.write("excel.csv", &bracketed(400))]);
+    for (column, role) in [(1, "time"), (2, "gauge"), (3, "gauge"), (4, "ignore")] {
+        assert!(has(&window, &format!("Column {column} is {role}")));
+    }
+    assert!(has(&window, "gauges Kanal 1 Kanal 2, no reference"));
+    choose(&mut window, 4, "Fx");
+    for role in ["ignore", "Fy", "gauge"] {
+        choose(&mut window, 3, role);
+        let rules = &state(&window).importing.as_ref().unwrap().map.table.columns;
+        let n_rules = if role == "ignore" { 3 } else { 4 };
+        assert_eq!(rules.len(), n_rules, "{rules:?}");
+    }
+    assert!(has(&window, "gauges Kanal 1 Kanal 2, reference Fx"));
+    click(&mut window, Role::Button, "Load it");
+    assert!(train_rmse(&window)[0][0] < 1e-9);
+}
+
 #[test]
 fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
     let files = Files::new();

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use super::ColumnRole;
+use super::{ColumnKey, ColumnRole};
 
 /// Why a column map is of no use, whatever the recording.
 #[derive(Debug, thiserror::Error)]
@@ -55,8 +55,12 @@ pub enum MapError {
         "{columns} columns in \"shape\", but {names} names; give each column its name, or none"
     )]
     ShapeNames { columns: usize, names: usize },
-    #[error("column {column} is listed twice; say once what it is")]
-    ListedTwice { column: String },
+    #[error("column {number} is listed twice, as {first} and as {second}; say once what it is")]
+    ListedTwice {
+        number: usize,
+        first: ColumnKey,
+        second: ColumnKey,
+    },
     #[error(
         "column \"{name}\" is listed by its name, but \"text\" says that there is no header; use its number"
     )]

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::line_per_item::LinePerItem;
 use super::{
-    Attitude, ColumnKey, ColumnMap, ColumnRule, Join, MapError, MapFileError, ReferenceFile,
-    TableMap, WeightMap,
+    Attitude, ColumnKey, ColumnMap, ColumnRule, Header, Join, KeyError, MapError, MapFileError,
+    ReferenceFile, TableMap, WeightMap,
 };
 use crate::recording::Tare;
 
@@ -199,15 +199,23 @@ impl TableMap {
             let is_rate = |x: f64| x > 0.0 && x.is_finite();
             must("sample_rate_hz", rate, "greater than 0", is_rate)?;
         }
-        for (at, rule) in self.columns.iter().enumerate() {
+        for rule in &self.columns {
             self.check_rule(rule)?;
-            if self.columns[..at].iter().any(|r| r.column == rule.column) {
-                return Err(MapError::ListedTwice {
-                    column: rule.column.to_string(),
-                });
-            }
         }
-        Ok(())
+        // As far as the map itself knows the header: what its names mean in a file is seen there.
+        let header = Header::new(self.shape.names.iter().map(String::as_str));
+        match header.rules(self) {
+            Err(KeyError::ListedTwice {
+                index,
+                first,
+                second,
+            }) => Err(MapError::ListedTwice {
+                number: index + 1,
+                first,
+                second,
+            }),
+            Ok(_) | Err(KeyError::Missing { .. } | KeyError::SameNames { .. }) => Ok(()),
+        }
     }
 
     fn check_rule(&self, rule: &ColumnRule) -> Result<(), MapError> {

@@ -6,6 +6,7 @@
 
 mod error;
 mod file;
+mod header;
 mod line_per_item;
 mod role;
 mod weight;
@@ -16,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::Tare;
 pub use error::{MapError, MapFileError};
+pub use header::{Header, KeyError};
 pub use role::{ColumnRole, PosePart};
 pub use weight::{Angles, Attitude, Mount, WeightMap};
 
@@ -200,7 +202,8 @@ fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
 
-/// Which column of a file: its number from 1 on, or its name as the header writes it.
+/// Which column of a file: its number from 1 on, or its name as the header writes it. In a file it becomes an index, by
+/// [`Header`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]

@@ -92,18 +92,25 @@ impl ColumnName {
     }
 }
 
-/// `name [unit]` or `name (unit)` in two; empty brackets hold no unit.
+/// `name [unit]` or `name (unit)` in two, whatever the unit; empty brackets hold none, and an index is part of the name.
 fn split_brackets(cell: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some(inside) = cell.strip_suffix(close)
             && let Some((name, unit)) = inside.rsplit_once(open)
             && !name.is_empty()
+            && !is_index(unit)
         {
             let unit = unit.trim();
             return (name.trim_end(), (!unit.is_empty()).then_some(unit));
         }
     }
     (cell, None)
+}
+
+/// Whether this is where an element stands in an array, or which copy of a name this is: `0`, `1,2`, `0:3`.
+fn is_index(inside: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_digit() || [',', ':', ' '].contains(&c);
+    inside.contains(|c: char| c.is_ascii_digit()) && inside.chars().all(is_part)
 }
 
 fn kind_of(name: &str) -> Option<Kind> {
@@ -164,6 +171,13 @@ pub(super) fn is_known_unit(unit: &str) -> bool {
     ]
     .into_iter()
     .any(|kind| is_unit_of(kind, unit))
+}
+
+/// Whether this is a unit of a force or a moment, which no gauge has.
+pub(super) fn is_load_unit(unit: &str) -> bool {
+    [Axis::Fx, Axis::Mx]
+        .into_iter()
+        .any(|axis| is_unit_of(Kind::Load(axis), unit))
 }
 
 fn is_unit_of(kind: Kind, suffix: &str) -> bool {
@@ -229,6 +243,12 @@ mod tests {
             ("S1 [mV/V]", "S1", Some("mV/V")),
             ("ch1_V", "ch1_V", Some("V")),
             ("Fx []", "Fx", None),
+            ("Kanal 1 [mV/V]", "Kanal 1", Some("mV/V")),
+            ("Weg [-]", "Weg", Some("-")),
+            ("/gauges/data[0]", "/gauges/data[0]", None),
+            ("data[0,12] [mV/V]", "data[0,12]", Some("mV/V")),
+            ("Fx (2)", "Fx (2)", None),
+            ("x[10 N]", "x", Some("10 N")),
         ] {
             let column = ColumnName::parse(cell);
             assert_eq!((&*column.name, column.unit.as_deref()), (name, unit));

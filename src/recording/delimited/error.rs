@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use super::warning::LoadWarning;
 use crate::progress::Cancelled;
-use crate::recording::columns::{ColumnRole, MapError};
+use crate::recording::columns::{ColumnKey, ColumnRole, MapError};
 use crate::recording::{ArraysError, Axis, TareError};
 
 /// The way out where names settle too little.
@@ -144,6 +144,14 @@ pub enum ReadError {
         first: usize,
         second: usize,
     },
+    #[error("{}:{line}: the column map speaks of column {column} twice, as {} and as {}; say once what it is", path.display(), quoted(first), quoted(second))]
+    MapTwice {
+        path: PathBuf,
+        line: u64,
+        column: usize,
+        first: ColumnKey,
+        second: ColumnKey,
+    },
     #[error("{}:{line}: the reference's time goes back from {from_secs} s to {to_secs} s; two clocks can be joined only where both go on, so cut the files there", path.display())]
     ReferenceGoesBack {
         path: PathBuf,
@@ -224,6 +232,14 @@ pub(in super::super) fn shown(text: &str) -> Cow<'_, str> {
         start.push('…');
     }
     Cow::Owned(start)
+}
+
+/// What a map calls a column.
+fn quoted(key: &ColumnKey) -> String {
+    match key {
+        ColumnKey::Number(number) => number.to_string(),
+        ColumnKey::Name(name) => format!("\"{}\"", shown(name)),
+    }
 }
 
 /// The first few names, and how many more there are.

@@ -372,6 +372,64 @@ fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
     assert_eq!(more_columns.unwrap().recordings[0].gauges(), [2.0]);
 }
 
+/// A column has a name and a number; two rules that call it by one each are two rules for one column.
+#[test]
+fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
+    let parts = |columns: &str| {
+        format!(
+            r#""table": {{ "shape": {{ "columns": 4 }}, "text": {{ "header": true }}, "columns": [
+            {{ "column": "t [s]", "is": "time" }}, {{ "column": "S1", "is": "gauge" }}, {columns}] }}"#
+        )
+    };
+    for (columns, number, keys) in [
+        (
+            r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#,
+            4,
+            "as \"Fx [N]\" and as 4",
+        ),
+        (
+            r#"{ "column": 4, "is": "ignore" }, { "column": "Fx [N]", "is": "Fx" }"#,
+            4,
+            "as 4 and as \"Fx [N]\"",
+        ),
+        (
+            r#"{ "column": 2, "is": "gauge", "name": "again" }"#,
+            2,
+            "as \"S1\" and as 2",
+        ),
+        (
+            r#"{ "column": 1, "is": "time_reference" }, { "column": 4, "is": "Fx" }"#,
+            1,
+            "as \"t [s]\" and as 1",
+        ),
+        (
+            r#"{ "column": "S1", "is": "Fx" }"#,
+            2,
+            "as \"S1\" and as \"S1\"",
+        ),
+    ] {
+        let text = "t [s],S1,S2,Fx [N]\n0,1,2,3\n0.1,2,3,4\n";
+        let error = read_one(text, &parts(columns)).unwrap_err();
+        assert!(matches!(error, ReadError::MapTwice { .. }), "{error}");
+        let told = error.to_string();
+        let place = format!("run.csv:1: the column map speaks of column {number} twice, {keys}");
+        assert!(told.contains(&place), "{told}");
+    }
+    let both_known = parts(r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#)
+        .replace(
+            "\"columns\": 4",
+            "\"columns\": 4, \"names\": [\"t [s]\", \"S1\", \"S2\", \"Fx [N]\"]",
+        );
+    let text = format!("{{ \"format\": \"loopscope column map\", \"version\": 1, {both_known} }}");
+    let at_once = ColumnMap::from_json(text.as_bytes())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        at_once.contains("column 4 is listed twice, as \"Fx [N]\" and as 4"),
+        "{at_once}"
+    );
+}
+
 #[test]
 fn a_map_made_by_a_program_is_checked_too() {
     let mut wrong = map(HEADERLESS);

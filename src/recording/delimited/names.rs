@@ -1,14 +1,12 @@
 //! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
 
-use std::collections::HashMap;
-
 use super::ReadError;
 use super::column_name::{ColumnName, Kind};
 use super::layout::{Detected, Start, unbracketed};
 use super::times::TimeForm;
 use super::warning::Finding;
 use crate::recording::columns::{
-    ColumnKey, ColumnRole, ColumnRule, Preamble, Shape, TableMap, TextLayout,
+    ColumnKey, ColumnRole, ColumnRule, Header, Preamble, Shape, TableMap, TextLayout,
 };
 
 /// What a column of days is called.
@@ -23,35 +21,6 @@ pub(super) struct Named {
     pub(super) notes: Vec<Finding>,
 }
 
-/// How rules name the columns of a table.
-pub(super) struct Keys<'a> {
-    names: &'a [String],
-    /// How many columns are called so.
-    n_called: HashMap<&'a str, usize>,
-}
-
-impl<'a> Keys<'a> {
-    pub(super) fn of(start: &'a Start) -> Self {
-        let mut n_called = HashMap::new();
-        for name in &start.names {
-            *n_called.entry(name.as_str()).or_default() += 1;
-        }
-        Self {
-            names: &start.names,
-            n_called,
-        }
-    }
-
-    /// How a rule names column `index`: as the header does, if that name is the only one.
-    pub(super) fn key(&self, index: usize) -> ColumnKey {
-        let name = self.names.get(index).filter(|name| !name.is_empty());
-        match name.filter(|name| self.n_called[name.as_str()] == 1) {
-            Some(name) => ColumnKey::Name(name.clone()),
-            None => ColumnKey::Number(index + 1),
-        }
-    }
-}
-
 /// Makes a map from the names of a table whose first rows are `rows`.
 pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) -> Named {
     let names = if detected.text.header {
@@ -64,7 +33,7 @@ pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) 
         .filter(|&index| columns[index].kind == Some(Kind::Time))
         .filter(|&index| start.reference_time != Some(index))
         .collect();
-    let keys = Keys::of(start);
+    let keys = start.header();
     let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let is = match column.kind {
@@ -114,7 +83,7 @@ pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) 
 }
 
 /// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
-fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, start: &Start, keys: &Keys) {
+fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, start: &Start, keys: &Header<'_>) {
     rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
     let column = |name: &str| start.names.iter().position(|other| other.starts_with(name));
     if let Some(index) = column("RDT Sequence") {
@@ -133,7 +102,7 @@ fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, start: &Start, keys: &
 /// Where the time is no number, its form by its cells, and the day from its own column.
 fn settle_time_form(
     rules: &mut Vec<(usize, ColumnRule)>,
-    keys: &Keys,
+    keys: &Header<'_>,
     names: &[String],
     time: usize,
     rows: &[Vec<&[u8]>],
@@ -289,7 +258,7 @@ mod tests {
             names: ["t", "x", "x", ""].map(str::to_owned).to_vec(),
             ..Start::default()
         };
-        let keys = Keys::of(&start);
+        let keys = start.header();
         let keys: Vec<_> = (0..4).map(|index| keys.key(index)).collect();
         let number = ColumnKey::Number;
         assert_eq!(

@@ -1,11 +1,12 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
+use super::super::column_name::is_load_unit;
 use super::super::layout::Start;
 use super::super::listed;
-use super::super::names::{Keys, Named, form_of_column};
+use super::super::names::{Named, form_of_column};
 use super::super::times::TimeForm;
 use super::columns::{ColumnReport, Content};
-use crate::recording::columns::{ColumnRole, ColumnRule};
+use crate::recording::columns::{ColumnRole, ColumnRule, Header};
 
 /// More are no gauges of one sensor.
 const GAUGE_LIMIT: usize = 64;
@@ -26,7 +27,7 @@ pub(super) fn fill_in(
         );
         return hints;
     }
-    let keys = Keys::of(start);
+    let keys = start.header();
     let mut is_free = vec![true; reports.len()];
     indices.iter().for_each(|index| is_free[*index] = false);
     let needs_time = !table.has_role(ColumnRole::Time);
@@ -89,11 +90,12 @@ pub(super) fn fill_in(
 
 fn may_be_gauge(report: &ColumnReport) -> bool {
     let changes = report.min < report.max;
-    report.content == Content::Numbers && changes && !report.runs_like_clock
+    let is_load = report.unit.as_deref().is_some_and(is_load_unit);
+    report.content == Content::Numbers && changes && !report.runs_like_clock && !is_load
 }
 
 /// The rules that make column `index` the time, and a date beside a time of day part of it.
-fn times(keys: &Keys, rows: &[Vec<&[u8]>], index: usize) -> Vec<(usize, ColumnRule)> {
+fn times(keys: &Header<'_>, rows: &[Vec<&[u8]>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
     let rule = |index, is, form: Option<TimeForm>| {
         let rule = ColumnRule {

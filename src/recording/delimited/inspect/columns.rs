@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::super::cells::{decimal_comma_number, number};
 use super::super::column_name::ColumnName;
 use super::super::layout::{Start, unbracketed};
-use super::super::names::{Keys, form_of_column};
-use crate::recording::columns::{ColumnKey, ColumnRole, ColumnRule, Delimiter, TableMap};
+use super::super::names::form_of_column;
+use crate::recording::columns::{ColumnRole, ColumnRule, Delimiter, TableMap};
 
 /// How many values are shown.
 const SHOWN_VALUES: usize = 3;
@@ -20,6 +20,8 @@ const FEWEST_CLOCK_ROWS: usize = 3;
 pub struct ColumnReport {
     /// Counted from 1.
     pub number: usize,
+    /// As the header writes it, which is how a map names it; empty without a header.
+    pub header: String,
     /// As the header writes it, without a bracketed unit; empty without a header.
     pub name: String,
     /// As the header or the row of units says it.
@@ -71,7 +73,17 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
         .unwrap_or(0)
         .max(start.n_columns);
     let allows_comma = table.text.delimiter != Delimiter::Comma;
-    let keys = Keys::of(start);
+    let header = start.header();
+    let mut rules: Vec<Option<&ColumnRule>> = vec![None; n_columns];
+    for rule in &table.columns {
+        if let Some(slot) = header
+            .index(&rule.column)
+            .ok()
+            .and_then(|index| rules.get_mut(index))
+        {
+            slot.get_or_insert(rule);
+        }
+    }
     (0..n_columns)
         .map(|index| {
             let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
@@ -99,18 +111,20 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
                 }
                 _ => numbers.clone(),
             };
-            let header = ColumnName::parse(start.names.get(index).map_or("", String::as_str));
+            let header = start.names.get(index).map_or("", String::as_str);
+            let named = ColumnName::parse(header);
             let units_row = start
                 .units
                 .get(index)
                 .map(|cell| unbracketed(cell).to_owned());
-            let rule = rule_of(table, &keys, index);
+            let rule = rules[index];
             ColumnReport {
                 number: index + 1,
-                name: header.name,
+                header: header.to_owned(),
+                name: named.name,
                 unit: rule
                     .and_then(|rule| rule.unit.clone())
-                    .or(header.unit)
+                    .or(named.unit)
                     .or(units_row.filter(|unit| !unit.is_empty())),
                 content,
                 first: cells()
@@ -124,17 +138,6 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
             }
         })
         .collect()
-}
-
-/// The rule that speaks of column `index`.
-pub(super) fn rule_of<'a>(
-    table: &'a TableMap,
-    keys: &Keys,
-    index: usize,
-) -> Option<&'a ColumnRule> {
-    let (by_name, by_number) = (keys.key(index), ColumnKey::Number(index + 1));
-    let is_it = |rule: &&ColumnRule| rule.column == by_name || rule.column == by_number;
-    table.columns.iter().find(is_it)
 }
 
 fn runs_like_clock(times: &[f64]) -> bool {

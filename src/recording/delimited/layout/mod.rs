@@ -10,7 +10,7 @@ pub(super) use detect::{Detected, detect};
 
 use super::ati;
 use super::cells::{Cells, Delimiter, is_skipped};
-use crate::recording::columns::{Preamble, TextLayout};
+use crate::recording::columns::{Header, Preamble, TextLayout};
 
 /// How many lines besides comments are looked at.
 const LINES_LOOKED_AT: usize = 200;
@@ -63,6 +63,13 @@ pub(super) struct Start {
     pub(super) ati: Option<ati::Preamble>,
     /// Which column the file itself says is the clock of the reference.
     pub(super) reference_time: Option<usize>,
+}
+
+impl Start {
+    /// The columns as a map names them.
+    pub(super) fn header(&self) -> Header<'_> {
+        Header::new(self.names.iter().map(String::as_str))
+    }
 }
 
 /// Finds the table; `None` if there is no line for its header, or for its first row.

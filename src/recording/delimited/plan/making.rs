@@ -9,7 +9,7 @@ use super::super::layout::{Start, unbracketed};
 use super::super::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
 use super::{GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::recording::columns::{
-    Attitude, ColumnKey, ColumnRole, ColumnRule, PosePart, TableMap, WeightMap,
+    Attitude, ColumnKey, ColumnRole, ColumnRule, KeyError, PosePart, TableMap, WeightMap,
 };
 use crate::recording::{Axis, units};
 
@@ -29,55 +29,55 @@ fn resolved<'a>(
             actual,
         });
     }
-    let mut columns = Vec::with_capacity(table.columns.len());
-    for rule in &table.columns {
-        columns.push((index_of(path, table, start, rule)?, rule));
-    }
-    columns.sort_by_key(|(index, _)| *index);
-    Ok(columns)
-}
-
-fn index_of(
-    path: &Path,
-    table: &TableMap,
-    start: &Start,
-    rule: &ColumnRule,
-) -> Result<usize, ReadError> {
-    match &rule.column {
-        ColumnKey::Number(number) => {
-            let index = number - 1;
-            match (table.shape.names.get(index), start.names.get(index)) {
-                (Some(expected), Some(actual)) if expected != actual => {
-                    Err(ReadError::MapOtherName {
-                        path: path.to_owned(),
-                        line: start.line,
-                        column: *number,
-                        expected: expected.clone(),
-                        actual: actual.clone(),
-                    })
-                }
-                _ => Ok(index),
-            }
+    let header = start.header();
+    let columns = header.rules(table).map_err(|error| {
+        let (path, line) = (path.to_owned(), start.line);
+        match error {
+            KeyError::Missing { name } => ReadError::MapNoColumn {
+                path,
+                line,
+                expected: name,
+                names: start.names.clone(),
+            },
+            KeyError::SameNames {
+                name,
+                first,
+                second,
+            } => ReadError::MapSameNames {
+                path,
+                line,
+                name,
+                first: first + 1,
+                second: second + 1,
+            },
+            KeyError::ListedTwice {
+                index,
+                first,
+                second,
+            } => ReadError::MapTwice {
+                path,
+                line,
+                column: index + 1,
+                first,
+                second,
+            },
         }
-        ColumnKey::Name(name) => {
-            let mut same = (0..start.names.len()).filter(|&index| start.names[index] == *name);
-            match (same.next(), same.next()) {
-                (Some(index), None) => Ok(index),
-                (Some(first), Some(second)) => Err(ReadError::MapSameNames {
-                    path: path.to_owned(),
-                    line: start.line,
-                    name: name.clone(),
-                    first: first + 1,
-                    second: second + 1,
-                }),
-                (None, _) => Err(ReadError::MapNoColumn {
-                    path: path.to_owned(),
-                    line: start.line,
-                    expected: name.clone(),
-                    names: start.names.clone(),
-                }),
-            }
-        }
+    })?;
+    let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
+    let mut other_names = by_number.filter_map(|(index, _)| {
+        let expected = table.shape.names.get(*index)?;
+        let actual = start.names.get(*index)?;
+        (expected != actual).then_some((*index, expected, actual))
+    });
+    match other_names.next() {
+        None => Ok(columns),
+        Some((index, expected, actual)) => Err(ReadError::MapOtherName {
+            path: path.to_owned(),
+            line: start.line,
+            column: index + 1,
+            expected: expected.clone(),
+            actual: actual.clone(),
+        }),
     }
 }
 
