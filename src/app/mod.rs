@@ -18,7 +18,7 @@ mod study;
 mod training;
 mod wish;
 
-pub use choices::Choices;
+pub use choices::{Choices, History};
 pub use command::{Command, Effect, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
 pub use file_content::{Existing, FileContent, TracesToWrite};

@@ -10,7 +10,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::View;
-use crate::app::{AppState, Applied, Choices, Effect, Existing, FileContent, Level, Notice, Wish};
+use crate::app::{
+    AppState, Applied, Choices, Effect, Existing, FileContent, History, Level, Notice, Wish,
+};
 use crate::calibration::{Calibration, FitSettings};
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
@@ -183,7 +185,6 @@ pub enum SessionCommand {
 pub struct Mark {
     choices: Choices,
     notes: String,
-    n_openings: usize,
 }
 
 impl AppState {
@@ -191,7 +192,6 @@ impl AppState {
         Mark {
             choices: self.choices(),
             notes: self.notes.clone(),
-            n_openings: self.n_openings,
         }
     }
 
@@ -401,6 +401,8 @@ impl AppState {
         // What was recovered is not saved anywhere.
         self.saved = path.is_some().then(|| self.mark());
         self.session = path;
+        // Its file must not be saved over with what was loaded before.
+        self.history = History::default();
         effects.extend(self.analyse());
         effects
     }

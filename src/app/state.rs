@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
 use crate::app::{
-    Command, Comparison, Effect, Existing, FactoryCalibration, FileContent, Importing, Level, Mark,
-    Notice, Opened, OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy, TracesToWrite,
-    Training,
+    Command, Comparison, Effect, Existing, FactoryCalibration, FileContent, History, Importing,
+    Level, Mark, Notice, Opened, OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy,
+    TracesToWrite, Training,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
@@ -85,8 +85,8 @@ pub struct AppState {
     pub closing: bool,
     /// What is remembered between runs.
     pub preferences: Preferences,
-    /// Counts how often recordings were opened or closed; choices made before cannot be gone back to.
-    pub n_openings: usize,
+    /// The choices of before and after.
+    pub history: History,
 }
 
 /// More notices than this are forgotten, oldest first.
@@ -331,7 +331,6 @@ impl AppState {
         }
         self.recordings = Arc::new(set);
         self.unsplit = None;
-        self.n_openings += 1;
         self.fit_factory();
     }
 
