@@ -28,7 +28,8 @@ pub use pane::Pane;
 pub use preferences::{Preferences, Theme};
 pub use reference::FactoryCalibration;
 pub use session::{
-    Mark, OpenedSession, Session, SessionCommand, SessionError, SessionFile, SessionPart,
+    Leaving, LeftSession, Mark, OpenedSession, Session, SessionCommand, SessionError, SessionFile,
+    SessionPart,
 };
 pub use state::{AppState, Applied};
 pub use study::{StudyCommand, StudyNews, StudyRequest, ThresholdStudy};
