@@ -183,9 +183,15 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
         assert!(has(&window, part), "{page}");
         window.check_accessibility();
     }
-    window.key_press(Key::F1);
-    settle(&mut window);
-    assert!(!has(&window, "Eq. 12"));
+    for key in [Key::F1, Key::Escape] {
+        let shown = "shows all of a plot that has the focus";
+        assert!(has(&window, shown));
+        window.key_press(key);
+        settle(&mut window);
+        assert!(!has(&window, shown), "{key:?} closes it");
+        window.key_press(Key::F1);
+        settle(&mut window);
+    }
 }
 
 #[test]
