@@ -660,7 +660,7 @@ mod tests {
             files: Vec::new(),
         };
         state.recoverable = vec![left("1"), left("2"), left("3")];
-        let mut say = |state: &mut AppState, command| state.apply(Command::Session(command));
+        let say = |state: &mut AppState, command| state.apply(Command::Session(command));
         let effects = say(&mut state, SessionCommand::DropLeft("2".into()));
         assert!(matches!(&effects[..], [Effect::DropLeft(path)] if path == Path::new("2")));
         let effects = say(&mut state, SessionCommand::Restore("3".into()));
