@@ -5,7 +5,16 @@
 mod program;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use loopscope::analysis::loops::{Look, LookRequest, LoopQuestion, Question, Span, Up, Viewer};
+use loopscope::analysis::{Request, analyse};
+use loopscope::calibration::FitSettings;
+use loopscope::evaluation::loops::Frame;
+use loopscope::progress::Progress;
+use loopscope::recording::columns::ColumnMap;
+use loopscope::recording::delimited::read_mapped;
+use loopscope::recording::{Axis, Entry, RecordingSet, Role};
 use program::{fit, numbers};
 use serde_json::Value;
 
@@ -99,4 +108,100 @@ fn look_back_does_little_for_a_metal_sensor() {
     let compensated = [7.186475, 6.187605, 1.655938, 1.041042, 1.310694, 0.1153050];
     assert_test_rmse(&report, "conventional", &conventional);
     assert_test_rmse(&report, "compensated", &compensated);
+}
+
+/// How far each of these places (pixels) is from the nearest of the steps, at most.
+fn farthest(places: &[[f64; 2]], steps: &[[[f64; 2]; 2]]) -> f64 {
+    let distance = |place: &[f64; 2]| {
+        let from = |[a, b]: &[[f64; 2]; 2]| {
+            let (way, off) = (
+                [b[0] - a[0], b[1] - a[1]],
+                [place[0] - a[0], place[1] - a[1]],
+            );
+            let square = (way[0] * way[0] + way[1] * way[1]).max(f64::MIN_POSITIVE);
+            let share = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);
+            (off[0] - share * way[0]).hypot(off[1] - share * way[1])
+        };
+        steps.iter().map(from).fold(f64::INFINITY, f64::min)
+    };
+    places.iter().map(distance).fold(0.0, f64::max)
+}
+
+/// Of 6,000 noisy samples, on a whole picture and on a twentieth of it.
+#[test]
+fn loops_of_a_stretch_sensor_are_drawn_to_the_pixel() {
+    let Some(folder) = recordings_of("stretch") else {
+        return;
+    };
+    let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
+    let map = ColumnMap::read(&maps.join("two_clocks_in_one_file.json")).unwrap();
+    let path = folder.join("multisine_600s_1.csv");
+    let mut loaded = read_mapped(&path, &map, &Progress::default()).unwrap();
+    let recording = loaded.recordings.remove(0);
+    let mut set = RecordingSet::default();
+    set.push(Entry::new(recording, Role::Train)).unwrap();
+    let recordings = Arc::new(set);
+    let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
+    let analysis = analyse(&request, &Progress::default()).unwrap();
+    let recording = &recordings.entries()[0].recording;
+    let outputs = analysis.calibration.apply(recording).unwrap().conventional;
+    let errors = outputs.iter().zip(recording.loads());
+    let measured: Vec<[f64; 2]> = errors.map(|(own, load)| [*load, own - load]).collect();
+
+    let pixels = [700.0, 500.0];
+    let mut question = LoopQuestion {
+        axis: Axis::Fz,
+        up: Up::Error,
+        span: Span::All,
+        dead_band: None,
+        frame: None,
+        pixels,
+    };
+    for _ in 0..2 {
+        let request = LookRequest {
+            calibration: Arc::clone(&analysis.calibration),
+            recordings: Arc::clone(&recordings),
+            decimation: 1,
+            traces: Arc::clone(&analysis.traces),
+            visible: None,
+            question: Question::Loops(question.clone()),
+        };
+        let look = Viewer::default().look(&request, &Progress::default());
+        let Ok(Look::Loops(picture)) = look else {
+            panic!("no loops: {look:?}")
+        };
+        let frame = question.frame.unwrap_or(picture.whole);
+        let ranges = [frame.loads, frame.outputs];
+        let place = |point: &[f64; 2]| {
+            [0, 1].map(|i| pixels[i] * (point[i] - ranges[i].0) / (ranges[i].1 - ranges[i].0))
+        };
+        let steps = |points: &[[f64; 2]]| -> Vec<[[f64; 2]; 2]> {
+            let pairs = points.windows(2);
+            pairs
+                .map(|pair| [place(&pair[0]), place(&pair[1])])
+                .collect()
+        };
+        let on_screen = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+            let inside = |at: &[f64; 2]| (0..2).all(|i| (0.0..=pixels[i]).contains(&at[i]));
+            points.into_iter().filter(inside).collect()
+        };
+        let strokes = &picture.curves[0].strokes;
+        let drawn: Vec<_> = strokes
+            .iter()
+            .flat_map(|stroke| steps(&stroke.points))
+            .collect();
+        let samples = on_screen(measured.iter().map(place).collect());
+        assert!(samples.len() > 50, "{}", samples.len());
+        assert!(farthest(&samples, &drawn) <= 1.0);
+        let points = strokes
+            .iter()
+            .flat_map(|stroke| stroke.points.iter().map(place));
+        assert!(farthest(&on_screen(points.collect()), &steps(&measured)) <= 1.0);
+
+        let middle = |(low, high): (f64, f64)| (0.55 * low + 0.45 * high, 0.45 * low + 0.55 * high);
+        question.frame = Some(Frame {
+            loads: middle(frame.loads),
+            outputs: middle(frame.outputs),
+        });
+    }
 }

@@ -142,8 +142,10 @@ pub enum Effect {
     EstimateWeight(PathBuf, Box<ColumnMap>),
     /// Ask for a file to import with a dialog.
     AskForImport,
-    /// Take up the newest of these autosaved sessions, or none; drop all.
-    Recover(Vec<PathBuf>, bool),
+    /// Read this autosaved session; tell it with [`SessionCommand::Recovered`].
+    Restore(PathBuf),
+    /// Drop this autosaved session.
+    DropLeft(PathBuf),
     /// Make the built-in recordings.
     Simulate,
     /// What only the window can do.

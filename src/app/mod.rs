@@ -18,7 +18,7 @@ mod study;
 mod training;
 mod wish;
 
-pub use choices::Choices;
+pub use choices::{Choices, History};
 pub use command::{Command, Effect, Opened, OpenedFile};
 pub use comparison::{Comparison, ComparisonCommand, Row};
 pub use file_content::{Doubt, Existing, FileContent, TracesToWrite};
@@ -28,7 +28,8 @@ pub use pane::Pane;
 pub use preferences::{Preferences, Theme};
 pub use reference::FactoryCalibration;
 pub use session::{
-    Mark, OpenedSession, Session, SessionCommand, SessionError, SessionFile, SessionPart,
+    Leaving, LeftSession, Mark, OpenedSession, Session, SessionCommand, SessionError, SessionFile,
+    SessionPart,
 };
 pub use state::{AppState, Applied};
 pub use study::{StudyCommand, StudyNews, StudyRequest, ThresholdStudy};

@@ -6,11 +6,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::View;
-use crate::app::{AppState, Applied, Choices, Effect, Existing, FileContent, Level, Notice, Wish};
+use crate::app::{
+    AppState, Applied, Choices, Effect, Existing, FileContent, History, Level, Notice, OpenedFile,
+    Wish,
+};
 use crate::calibration::{Calibration, FitSettings};
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
@@ -160,22 +164,48 @@ pub enum SessionCommand {
     SaveTo(Option<PathBuf>, Option<serde_json::Value>),
     /// It was saved here, with these choices.
     Saved(PathBuf, Box<Mark>),
-    /// What was recovered.
-    Recovered(Result<Box<OpenedSession>, String>),
+    /// Take up this autosaved session of a window that did not close as it should.
+    Restore(PathBuf),
+    /// It was read.
+    Recovered(PathBuf, Result<Box<OpenedSession>, String>),
+    /// It is not wanted.
+    DropLeft(PathBuf),
+    /// What other windows left is not to be asked about now; it stays where it is.
+    KeepLeft,
     /// Its notes are these.
     SetNotes(String),
     /// A file that is not where it was is here.
     Found(usize, PathBuf),
     /// Go on without it.
     Forget(usize),
-    /// Take up the sessions that were not closed as they should, or (`false`) drop them.
-    Recover(bool),
     /// The window is to be closed.
     Close,
-    /// Not yet.
-    Stay,
-    /// Close it, whatever is not saved.
-    CloseAnyway,
+    /// What is not saved is to stay on screen.
+    Cancel,
+    /// Do what waits for an answer, whatever is not saved.
+    Discard,
+}
+
+/// What takes everything away that is loaded, so that somebody is asked first whether to save it.
+#[derive(Clone, Debug)]
+pub enum Leaving {
+    /// Closing the window.
+    Close,
+    /// Opening files, a session among them.
+    Open(Vec<OpenedFile>),
+    /// Restoring the session that was left at this path.
+    Restore(PathBuf, Box<OpenedSession>),
+}
+
+/// An autosaved session of a window that did not close as it should.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftSession {
+    /// Its file.
+    pub path: PathBuf,
+    /// When it was written last.
+    pub written: SystemTime,
+    /// The recordings' files.
+    pub files: Vec<PathBuf>,
 }
 
 /// What a saved session held, to know whether something has changed since.
@@ -183,15 +213,13 @@ pub enum SessionCommand {
 pub struct Mark {
     choices: Choices,
     notes: String,
-    n_openings: usize,
 }
 
 impl AppState {
-    fn mark(&self) -> Mark {
+    pub(super) fn mark(&self) -> Mark {
         Mark {
             choices: self.choices(),
             notes: self.notes.clone(),
-            n_openings: self.n_openings,
         }
     }
 
@@ -280,13 +308,16 @@ impl AppState {
                 self.tell(Notice::new(Level::Info, text));
                 self.session = Some(path);
                 self.saved = Some(*mark);
-                match self.closing {
-                    true if !self.is_unsaved() => vec![Effect::Wish(Wish::CloseNow)],
-                    _ => Vec::new(),
+                match self.is_unsaved() {
+                    true => Vec::new(),
+                    false => self.leave(),
                 }
             }
-            SessionCommand::Recovered(Ok(opened)) => self.take_session(None, *opened),
-            SessionCommand::Recovered(Err(error)) => {
+            SessionCommand::Restore(path) => vec![Effect::Restore(path)],
+            SessionCommand::Recovered(path, Ok(opened)) => {
+                self.leave_for(Leaving::Restore(path, opened))
+            }
+            SessionCommand::Recovered(_, Err(error)) => {
                 self.tell(Notice::new(Level::Error, error));
                 Vec::new()
             }
@@ -306,21 +337,43 @@ impl AppState {
                 self.lost.remove(at);
                 Vec::new()
             }
-            SessionCommand::Recover(yes) => {
-                let left = std::mem::take(&mut self.recoverable);
-                vec![Effect::Recover(left, yes)]
+            SessionCommand::DropLeft(path) => {
+                self.recoverable.retain(|left| left.path != path);
+                vec![Effect::DropLeft(path)]
+            }
+            SessionCommand::KeepLeft => {
+                self.recoverable.clear();
+                Vec::new()
             }
             SessionCommand::Found(..) | SessionCommand::Forget(_) => Vec::new(),
-            SessionCommand::Close if self.is_unsaved() => {
-                self.closing = true;
+            SessionCommand::Close => self.leave_for(Leaving::Close),
+            SessionCommand::Cancel => {
+                self.leaving = None;
                 Vec::new()
             }
-            SessionCommand::Stay => {
-                self.closing = false;
-                Vec::new()
-            }
-            SessionCommand::Close | SessionCommand::CloseAnyway => {
-                vec![Effect::Wish(Wish::CloseNow)]
+            SessionCommand::Discard => self.leave(),
+        }
+    }
+
+    /// Does what takes everything away that is loaded, or asks first where something is not saved.
+    pub(super) fn leave_for(&mut self, leaving: Leaving) -> Vec<Effect> {
+        self.leaving = Some(leaving);
+        match self.is_unsaved() {
+            true => Vec::new(),
+            false => self.leave(),
+        }
+    }
+
+    /// Does what waited for an answer.
+    fn leave(&mut self) -> Vec<Effect> {
+        match self.leaving.take() {
+            None => Vec::new(),
+            Some(Leaving::Close) => vec![Effect::Wish(Wish::CloseNow)],
+            Some(Leaving::Open(files)) => self.take_files(files),
+            Some(Leaving::Restore(path, opened)) => {
+                let restored = self.take_session(None, *opened);
+                let dropped = self.apply_session(SessionCommand::DropLeft(path));
+                restored.into_iter().chain(dropped).collect()
             }
         }
     }
@@ -401,6 +454,8 @@ impl AppState {
         // What was recovered is not saved anywhere.
         self.saved = path.is_some().then(|| self.mark());
         self.session = path;
+        // Its file must not be saved over with what was loaded before.
+        self.history = History::default();
         effects.extend(self.analyse());
         effects
     }
@@ -517,7 +572,113 @@ mod tests {
                 .apply(Command::Session(SessionCommand::Close))
                 .is_empty()
         );
-        assert!(state.closing, "somebody is asked first");
+        assert!(
+            matches!(state.leaving, Some(Leaving::Close)),
+            "somebody is asked first"
+        );
+    }
+
+    fn session_file(name: &str) -> Command {
+        let opened = OpenedSession {
+            session: Session {
+                notes: name.to_owned(),
+                ..Session::default()
+            },
+            parts: Vec::new(),
+            calibration: None,
+        };
+        let opened = Opened::Session(Box::new(opened));
+        Command::FilesOpened(vec![(name.into(), Ok(opened))])
+    }
+
+    #[test]
+    fn a_session_opened_over_what_is_not_saved_waits_for_an_answer() {
+        let mut state = AppState::default();
+        open(&mut state, "/data/a.csv", &["a"]);
+        let before = state.choices();
+        for answer in [SessionCommand::Cancel, SessionCommand::Discard] {
+            assert!(state.apply(session_file("s.json")).is_empty());
+            assert!(matches!(state.leaving, Some(Leaving::Open(_))));
+            assert!(state.choices() == before && state.session.is_none());
+            state.apply(Command::Session(answer));
+            assert!(state.leaving.is_none());
+        }
+        assert_eq!(state.session.as_deref(), Some(Path::new("s.json")));
+        assert!(state.recordings.entries().is_empty());
+        state.apply(session_file("t.json"));
+        assert_eq!(state.notes, "t.json", "nothing would be lost");
+
+        open(&mut state, "/data/a.csv", &["a"]);
+        state.apply(session_file("u.json"));
+        let mark = Box::new(state.mark());
+        let saved = SessionCommand::Saved("t.json".into(), mark);
+        state.apply(Command::Session(saved));
+        assert_eq!(state.notes, "u.json", "once it is saved");
+        assert!(!state.history.can_undo(), "the session begins anew");
+    }
+
+    #[test]
+    fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
+        let mut state = AppState::default();
+        let session = Session {
+            built_in: true,
+            ..Session::default()
+        };
+        let opened = OpenedSession {
+            session,
+            parts: Vec::new(),
+            calibration: None,
+        };
+        state.take_session(Some("s.json".into()), opened);
+        let mut set = RecordingSet::default();
+        let of_file = recording("a", "a");
+        let simulated = Recording::new(
+            "a",
+            Source::Simulated,
+            of_file.times().to_vec(),
+            of_file.gauge_names().to_vec(),
+            of_file.gauges().to_vec(),
+            of_file.axes().to_vec(),
+            of_file.loads().to_vec(),
+        );
+        set.push(crate::recording::Entry::new(
+            simulated.unwrap(),
+            Role::Train,
+        ))
+        .unwrap();
+        state.apply(Command::BuiltInReady(set));
+        assert!(!state.recordings.entries().is_empty() && !state.is_unsaved());
+    }
+
+    #[test]
+    fn what_windows_left_stays_until_it_is_restored_or_dropped() {
+        let mut state = AppState::default();
+        open(&mut state, "/data/a.csv", &["a"]);
+        let left = |name: &str| LeftSession {
+            path: name.into(),
+            written: SystemTime::UNIX_EPOCH,
+            files: Vec::new(),
+        };
+        state.recoverable = vec![left("1"), left("2"), left("3")];
+        let say = |state: &mut AppState, command| state.apply(Command::Session(command));
+        let effects = say(&mut state, SessionCommand::DropLeft("2".into()));
+        assert!(matches!(&effects[..], [Effect::DropLeft(path)] if path == Path::new("2")));
+        let effects = say(&mut state, SessionCommand::Restore("3".into()));
+        assert!(matches!(&effects[..], [Effect::Restore(_)]));
+        let failed = SessionCommand::Recovered("3".into(), Err("torn".to_owned()));
+        say(&mut state, failed);
+        assert_eq!(state.recoverable, [left("1"), left("3")]);
+        let opened = OpenedSession {
+            session: Session::default(),
+            parts: Vec::new(),
+            calibration: None,
+        };
+        let read = SessionCommand::Recovered("3".into(), Ok(Box::new(opened)));
+        assert!(say(&mut state, read).is_empty(), "a.csv is not saved");
+        assert_eq!(state.recoverable.len(), 2);
+        let effects = say(&mut state, SessionCommand::Discard);
+        assert!(matches!(effects.last(), Some(Effect::DropLeft(path)) if path == Path::new("3")));
+        assert_eq!(state.recoverable, [left("1")]);
     }
 
     #[test]

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use crate::analysis::{Analysis, Request, View};
 use crate::app::{
-    Command, Comparison, Doubt, Effect, Existing, FactoryCalibration, FileContent, Importing,
-    Level, Mark, Notice, Opened, OpenedFile, Pane, Preferences, SessionFile, ThresholdStudy,
-    TracesToWrite, Training,
+    Command, Comparison, Doubt, Effect, Existing, FactoryCalibration, FileContent, History,
+    Importing, Leaving, LeftSession, Level, Mark, Notice, Opened, OpenedFile, Pane, Preferences,
+    SessionFile, ThresholdStudy, TracesToWrite, Training,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
@@ -80,13 +80,13 @@ pub struct AppState {
     /// What the recordings of files that are being read are for.
     pub awaited_roles: BTreeMap<PathBuf, BTreeMap<String, Role>>,
     /// Autosaved sessions of windows that did not end as they should.
-    pub recoverable: Vec<PathBuf>,
-    /// Whether the window is to be closed, once somebody has said what becomes of what is not saved.
-    pub closing: bool,
+    pub recoverable: Vec<LeftSession>,
+    /// What is to be done, once somebody has said what becomes of what is not saved.
+    pub leaving: Option<Leaving>,
     /// What is remembered between runs.
     pub preferences: Preferences,
-    /// Counts how often recordings were opened or closed; choices made before cannot be gone back to.
-    pub n_openings: usize,
+    /// The choices of before and after.
+    pub history: History,
 }
 
 /// More notices than this are forgotten, oldest first.
@@ -149,7 +149,14 @@ impl AppState {
             Command::ChooseFiles => vec![Effect::AskForFiles],
             Command::OpenFiles(paths) if paths.is_empty() => Vec::new(),
             Command::OpenFiles(paths) => vec![self.read(paths)],
-            Command::FilesOpened(files) => self.take_files(files),
+            Command::FilesOpened(files) => {
+                let is_session =
+                    |opened: &Result<Opened, String>| matches!(opened, Ok(Opened::Session(_)));
+                match files.iter().any(|(_, opened)| is_session(opened)) {
+                    true => self.leave_for(Leaving::Open(files)),
+                    false => self.take_files(files),
+                }
+            }
             Command::OpenBuiltIn => {
                 self.overtook_built_in = false;
                 vec![Effect::Simulate]
@@ -318,12 +325,18 @@ impl AppState {
         if self.overtook_built_in {
             return Vec::new();
         }
+        // A session that was just opened and asked for it is still the same.
+        let is_saved =
+            self.recordings.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
         // A calibration that was opened meanwhile is there to be applied to it.
         let applied = self.applied.take();
         self.use_recordings(set);
         self.analysis = None;
         if let Some(Applied { path, calibration }) = applied {
             self.take_calibration(path, calibration);
+        }
+        if is_saved {
+            self.saved = Some(self.mark());
         }
         self.show_first_test()
     }
@@ -335,7 +348,6 @@ impl AppState {
         }
         self.recordings = Arc::new(set);
         self.unsplit = None;
-        self.n_openings += 1;
         self.fit_factory();
     }
 
@@ -373,7 +385,7 @@ impl AppState {
         self.show_first_test()
     }
 
-    fn take_files(&mut self, files: Vec<OpenedFile>) -> Vec<Effect> {
+    pub(super) fn take_files(&mut self, files: Vec<OpenedFile>) -> Vec<Effect> {
         let mut loaded = Vec::new();
         let mut calibration = None;
         let mut session = None;

@@ -34,7 +34,7 @@ pub use format::{CalibrationFormat, FormatError};
 pub use hash::sha256;
 pub use loop_svg::{Drawing, DrawnLine, PICTURE_SIZE, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;
-pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, write_report};
+pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, utc, write_report};
 pub use sources::{used_recordings, with_sources};
 pub use threshold_csv::write_threshold_csv;
 pub use threshold_pictures::{

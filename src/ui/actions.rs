@@ -144,7 +144,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
     vec![
         wish(
             "Undo",
-            "Takes the last change of a setting, a role, a cut, a tare or an applied calibration back",
+            "Takes the last change of a setting, a role, a cut, a tare, an applied calibration or the open recordings back",
             ctrl(Key::Z),
             Wish::Undo,
         )

@@ -181,7 +181,14 @@ impl Help {
 
     /// Draws it while it is open.
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
+        let is_on_top = context.memory(|memory| memory.top_modal_layer().is_none());
+        let leaves = |input: &mut egui::InputState| {
+            input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)
+        };
         let mut open = self.open;
+        if open && is_on_top && context.input_mut(leaves) {
+            open = false;
+        }
         egui::Window::new("Keys and words")
             .open(&mut open)
             .default_size([560.0, 420.0])

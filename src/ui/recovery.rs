@@ -6,7 +6,7 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use crate::app::{AppState, Session};
+use crate::app::{AppState, LeftSession, Session};
 use crate::export::write_atomically;
 use crate::ui::workspace::Workspace;
 
@@ -34,7 +34,7 @@ struct Own {
 impl Recovery {
     /// Takes a file in `folder`; returns what others left there, oldest first. Where the folder cannot be used, nothing is
     /// written down.
-    pub fn begin(folder: &Path) -> (Self, Vec<PathBuf>) {
+    pub fn begin(folder: &Path) -> (Self, Vec<LeftSession>) {
         let left = left_in(folder);
         let own = Own::new(folder);
         let recovery = Self {
@@ -73,6 +73,11 @@ impl Recovery {
         });
     }
 
+    /// What is not saved is to be written down in this frame: another window's copy of it goes.
+    pub fn hurry(&mut self) {
+        self.due_secs = 0.0;
+    }
+
     /// Nothing needs to be recovered.
     pub fn end(&mut self) {
         if let Some(own) = self.own.take() {
@@ -85,12 +90,15 @@ impl Recovery {
 impl Own {
     fn new(folder: &Path) -> Option<Self> {
         fs::create_dir_all(folder).ok()?;
-        let name = format!("autosave-{}", std::process::id());
-        let lock = folder.join(format!("{name}.lock"));
-        let held = File::create(&lock).ok()?;
+        // A process may have the number of one that left its session there.
+        let numbers = std::process::id()..;
+        let names = numbers.map(|number| folder.join(format!("autosave-{number}.lock")));
+        let mut free = names.filter(|lock| !lock.exists() && !lock.with_extension("json").exists());
+        let lock = free.next()?;
+        let held = File::create_new(&lock).ok()?;
         held.try_lock().ok()?;
         Some(Self {
-            session: folder.join(format!("{name}.json")),
+            session: lock.with_extension("json"),
             lock,
             _held: held,
         })
@@ -98,7 +106,7 @@ impl Own {
 }
 
 /// Sessions beside locks that nobody holds, oldest first.
-fn left_in(folder: &Path) -> Vec<PathBuf> {
+fn left_in(folder: &Path) -> Vec<LeftSession> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();
     };
@@ -111,22 +119,29 @@ fn left_in(folder: &Path) -> Vec<PathBuf> {
         }
         let session = lock.with_extension("json");
         match fs::metadata(&session).and_then(|metadata| metadata.modified()) {
-            Ok(modified) => left.push((modified, session)),
+            Ok(written) => {
+                // One that cannot be understood is there all the same; restoring it says why.
+                let text = fs::read(&session).unwrap_or_default();
+                let files = Session::from_json(&text).map_or_else(|_| Vec::new(), |own| own.files);
+                left.push(LeftSession {
+                    path: session,
+                    written,
+                    files: files.into_iter().map(|file| file.absolute).collect(),
+                });
+            }
             Err(_) => {
                 let _ = fs::remove_file(&lock);
             }
         }
     }
-    left.sort();
-    left.into_iter().map(|(_, session)| session).collect()
+    left.sort_by(|a, b| (a.written, &a.path).cmp(&(b.written, &b.path)));
+    left
 }
 
-/// Drops what others left.
-pub fn drop_left(sessions: &[PathBuf]) {
-    for session in sessions {
-        let _ = fs::remove_file(session);
-        let _ = fs::remove_file(session.with_extension("lock"));
-    }
+/// Drops what another window left.
+pub fn drop_left(session: &Path) {
+    let _ = fs::remove_file(session);
+    let _ = fs::remove_file(session.with_extension("lock"));
 }
 
 #[cfg(test)]
@@ -144,14 +159,39 @@ mod tests {
         fs::write(path("autosave-1.lock"), "").unwrap();
         fs::write(path("autosave-1.json"), "{}").unwrap();
         fs::write(path("autosave-2.lock"), "").unwrap();
-        assert_eq!(left_in(folder.path()), [path("autosave-1.json")]);
+        fs::write(path("autosave-3.lock"), "").unwrap();
+        let named = r#"{"format": "loopscope session", "files": [{"absolute": "/data/a.csv"}]}"#;
+        fs::write(path("autosave-3.json"), named).unwrap();
+        let found: Vec<_> = left_in(folder.path())
+            .into_iter()
+            .map(|left| (left.path, left.files))
+            .collect();
+        let expected = [
+            (path("autosave-1.json"), vec![]),
+            (path("autosave-3.json"), vec![PathBuf::from("/data/a.csv")]),
+        ];
+        assert_eq!(found, expected);
         assert!(
             !path("autosave-2.lock").exists(),
             "there was nothing beside it"
         );
-        drop_left(&left_in(folder.path()));
-        assert!(left_in(folder.path()).is_empty());
+        drop_left(&path("autosave-1.json"));
+        assert_eq!(left_in(folder.path()).len(), 1, "the other one stays");
         living.end();
         assert!(!own.exists());
+    }
+
+    #[test]
+    fn a_window_never_writes_over_what_another_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let of_own_number = format!("autosave-{}.lock", std::process::id());
+        let lock = folder.path().join(of_own_number);
+        fs::write(&lock, "").unwrap();
+        fs::write(lock.with_extension("json"), "{}").unwrap();
+        let (mut next, left) = Recovery::begin(folder.path());
+        assert_eq!(left.len(), 1);
+        assert_ne!(next.own.as_ref().unwrap().session, left[0].path);
+        next.end();
+        assert!(left[0].path.exists());
     }
 }

@@ -11,12 +11,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use egui::util::undoer::Undoer;
-
 use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
-use crate::app::{
-    AppState, Choices, Command, KnownOf, Pane, Preferences, SessionCommand, StudyRequest,
-};
+use crate::app::{AppState, Command, KnownOf, Pane, Preferences, SessionCommand, StudyRequest};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
@@ -24,6 +20,7 @@ use crate::ui::Dialogs;
 use crate::ui::actions::CanGo;
 use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::Reply;
+use crate::ui::hand::Hand;
 use crate::ui::help::Help;
 use crate::ui::import_window::ImportFields;
 use crate::ui::looking::Looking;
@@ -59,8 +56,7 @@ pub struct Shell {
     jobs: Jobs,
     dialogs: Box<dyn Dialogs>,
     workspace: Workspace,
-    /// The choices of before, and the openings that they belong to.
-    history: (Undoer<Choices>, usize),
+    hand: Hand,
     fields: Fields,
     import_fields: ImportFields,
     panes: TracePanes,
@@ -161,7 +157,7 @@ impl Shell {
             jobs: Jobs::default(),
             dialogs,
             workspace: Workspace::default(),
-            history: Default::default(),
+            hand: Hand::default(),
             fields: Fields::default(),
             import_fields: ImportFields::default(),
             panes: TracePanes::default(),
@@ -240,11 +236,14 @@ impl Shell {
         while let Some(command) = self.commands.pop_front() {
             self.apply(command, ui);
         }
-        self.remember_choices(ui);
+        // They were wished for in the frame before.
+        let choices = self.state.choices();
+        self.state.history.follow(choices, self.hand.gesture());
         self.follow_preferences(ui);
         self.follow_session(ui);
         let mut wishes = Vec::new();
         self.draw(ui, &mut wishes);
+        self.hand.follow(ui.ctx());
         self.pictures.take(ui.ctx(), &self.reply());
         let on_screen = self.workspace.on_screen();
         if on_screen != self.state.on_screen {
@@ -289,16 +288,6 @@ impl Shell {
         }
     }
 
-    /// Keeps the choices of before for undo; what was chosen for other recordings goes.
-    fn remember_choices(&mut self, ui: &egui::Ui) {
-        let (history, of) = &mut self.history;
-        if *of != self.state.n_openings {
-            *of = self.state.n_openings;
-            *history = Undoer::default();
-        }
-        history.feed_state(ui.input(|input| input.time), &self.state.choices());
-    }
-
     fn follow_preferences(&mut self, ui: &egui::Ui) {
         if self.looks.as_ref() != Some(&self.state.preferences) {
             appearance::apply(ui.ctx(), &self.state.preferences);
@@ -340,10 +329,9 @@ impl Shell {
     }
 
     fn can_go(&self) -> CanGo {
-        let choices = self.state.choices();
         CanGo {
-            undo: self.history.0.has_undo(&choices),
-            redo: self.history.0.has_redo(&choices),
+            undo: self.state.history.can_undo(),
+            redo: self.state.history.can_redo(),
             zoom_back: self.panes.can_go_back(),
             zoom_forward: self.panes.can_go_forward(),
         }

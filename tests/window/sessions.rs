@@ -80,8 +80,35 @@ fn what_is_not_saved_is_asked_about_before_the_window_closes() {
     let mut window = window(files.three());
     menu(&mut window, "File", "Quit");
     assert!(has(&window, "The session is not saved"));
-    click(&mut window, Role::Button, "Stay");
+    click(&mut window, Role::Button, "Cancel");
     assert!(!has(&window, "The session is not saved"));
+}
+
+#[test]
+fn a_session_dropped_over_what_is_not_saved_is_asked_about() {
+    let files = Files::new();
+    let session = saved(&files);
+    let other = files.recording("other.csv", 0.5, 300, &FORCES);
+    let choices = Choices::default();
+    let own = files.path("own.json");
+    choices.export.replace(Some(own.clone()));
+    let mut window = window_with(vec![other], choices);
+    let drop = |window: &mut Window| {
+        let dropped = Arc::new(Dropped(session.clone()));
+        window.input_mut().dropped_files.push(dropped);
+        window.step();
+        settle(window);
+        assert!(has(window, "The session is not saved"));
+        assert_eq!(names(window), ["other"]);
+    };
+    drop(&mut window);
+    click(&mut window, Role::Button, "Cancel");
+    assert_eq!(names(&window), ["other"]);
+    drop(&mut window);
+    click(&mut window, Role::Button, "Save");
+    assert!(own.exists());
+    assert_eq!(names(&window), ["a", "b", "test_c"]);
+    assert_eq!(state(&window).title(), "work – LoopScope");
 }
 
 #[test]
@@ -104,8 +131,15 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
         "\"path\": \"",
         &format!("\"path\": \"{}/", files.path("").display()),
     );
-    std::fs::write(folder.path().join("autosave-1.json"), absolute).unwrap();
-    std::fs::write(folder.path().join("autosave-1.lock"), "").unwrap();
+    for (number, text) in [(1, &*absolute), (2, "{}"), (3, "torn")] {
+        let path = folder.path().join(format!("autosave-{number}.json"));
+        std::fs::write(&path, text).unwrap();
+        std::fs::write(path.with_extension("lock"), "").unwrap();
+    }
+    let exists = |number: i32| {
+        let path = folder.path().join(format!("autosave-{number}.json"));
+        path.exists()
+    };
     let mut window = window(Vec::new());
     let shell = window
         .state_mut()
@@ -114,8 +148,13 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
         .with_recovery(folder.path());
     *window.state_mut() = Some(shell);
     settle(&mut window);
-    click(&mut window, Role::Button, "Take it up again");
+    assert!(has(&window, "a.csv, b.csv, test_c.csv"));
+    assert!(has(&window, "UTC"));
+    click_first(&mut window, Role::Button, "Discard");
+    click_first(&mut window, Role::Button, "Discard");
+    assert!(exists(1) && !exists(2) && !exists(3));
+    click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
-    assert!(!folder.path().join("autosave-1.json").exists());
+    assert!(!exists(1));
 }

@@ -91,6 +91,60 @@ fn settings_and_roles_are_undone_and_made_again() {
     );
 }
 
+/// However soon one tick comes after another.
+#[test]
+fn each_tick_is_a_step_and_a_drag_is_one() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let hidden = |window: &Window| state(window).hidden_axes.len();
+    for axis in ["Fx", "Fy", "Fz"] {
+        click(&mut window, Role::Button, axis);
+    }
+    for n in [2, 1, 0] {
+        ctrl(&mut window, Key::Z);
+        assert_eq!(hidden(&window), n);
+    }
+    let first = f_th(&window);
+    let slider = window.get_by_role_and_label(Role::Slider, "F_th").rect();
+    let at = |share: f32| slider.lerp_inside(egui::vec2(share, 0.5));
+    let button = |pressed, at| egui::Event::PointerButton {
+        pos: at,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    window.event(egui::Event::PointerMoved(at(0.2)));
+    window.event(button(true, at(0.2)));
+    window.step();
+    for step in 3..9 {
+        window.event(egui::Event::PointerMoved(at(0.1 * step as f32)));
+        window.run_steps(2);
+    }
+    window.event(button(false, at(0.8)));
+    window.event(egui::Event::PointerGone);
+    settle(&mut window);
+    assert_ne!(f_th(&window), first);
+    ctrl(&mut window, Key::Z);
+    assert_eq!(f_th(&window), first);
+}
+
+#[test]
+fn what_was_set_before_files_were_opened_can_be_undone() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let first = f_th(&window);
+    slide(&mut window, "F_th", 1.5);
+    let other = files.recording("d.csv", 0.5, 300, &FORCES);
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::OpenFiles(vec![other]));
+    settle(&mut window);
+    assert_eq!(names(&window).len(), 4);
+    ctrl(&mut window, Key::Z);
+    assert_eq!((names(&window).len(), f_th(&window)), (3, 1.5));
+    ctrl(&mut window, Key::Z);
+    assert_eq!((names(&window).len(), f_th(&window)), (3, first));
+}
+
 #[test]
 fn the_palette_finds_an_action_by_a_part_of_its_name() {
     let files = Files::new();
@@ -129,9 +183,15 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
         assert!(has(&window, part), "{page}");
         window.check_accessibility();
     }
-    window.key_press(Key::F1);
-    settle(&mut window);
-    assert!(!has(&window, "Eq. 12"));
+    for key in [Key::F1, Key::Escape] {
+        let shown = "shows all of a plot that has the focus";
+        assert!(has(&window, shown));
+        window.key_press(key);
+        settle(&mut window);
+        assert!(!has(&window, shown), "{key:?} closes it");
+        window.key_press(Key::F1);
+        settle(&mut window);
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::source::{Part, Source};
 use super::{LookError, Output, Span, column_of, frame_around};
 use crate::evaluation::loops::{Frame, Stroke, range};
 use crate::evaluation::metrology::{check_numbers, joined};
+use crate::progress::Progress;
 use crate::recording::Axis;
 
 /// One of the three loads.
@@ -59,16 +60,17 @@ pub(super) fn picture(
     source: &Source,
     parts: &[Part],
     question: &CrossQuestion,
+    progress: &Progress,
 ) -> Result<CrossPicture, LookError> {
     let across = columns(source, parts, question.across)?;
     let up = columns(source, parts, question.up)?;
     let whole = frame_around(range_of(&across), range_of(&up));
     let none = vec![Vec::new(); parts.len()];
-    let frame = question.frame.unwrap_or(whole);
+    let canvas = (question.frame.unwrap_or(whole), question.pixels);
     Ok(CrossPicture {
         question: question.clone(),
         n_samples: across.iter().map(Vec::len).sum(),
-        strokes: strokes(&across, &up, &none, frame, question.pixels),
+        strokes: strokes(&across, &up, &none, canvas, progress)?,
         whole,
     })
 }

@@ -191,11 +191,11 @@ impl Viewer {
         match &request.question {
             Question::Loops(question) => {
                 let parts = source.parts(question.span, request, progress)?;
-                picture::picture(source, &parts, question).map(Look::Loops)
+                picture::picture(source, &parts, question, progress).map(Look::Loops)
             }
             Question::Cross(question) => {
                 let parts = source.parts(question.span, request, progress)?;
-                cross::picture(source, &parts, question).map(Look::Cross)
+                cross::picture(source, &parts, question, progress).map(Look::Cross)
             }
             Question::Rests(question) => {
                 source.parts(Span::All, request, progress)?;

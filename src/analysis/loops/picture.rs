@@ -8,6 +8,7 @@ use crate::evaluation::loops::{
     Branch, Cycle, Frame, Loop, Loops, Stroke, default_dead_band, outline, range,
 };
 use crate::evaluation::metrology::{Reason, check_numbers, joined};
+use crate::progress::{Cancelled, Progress};
 use crate::recording::Axis;
 
 /// What goes up.
@@ -129,6 +130,7 @@ pub(super) fn picture(
     source: &Source,
     parts: &[Part],
     question: &LoopQuestion,
+    progress: &Progress,
 ) -> Result<LoopPicture, LookError> {
     let axis = question.axis;
     let (_, full_scale) = column_of(&source.calibration, axis)?;
@@ -153,11 +155,11 @@ pub(super) fn picture(
     let largest = loops
         .largest()
         .ok_or_else(|| Reason::no_cycle(axis, &loops, load_range, dead_band));
-    let frame = question.frame.unwrap_or(whole);
-    let drawn = (curves.par_iter())
-        .map(|(output, outputs)| LoopCurve {
+    let canvas = (question.frame.unwrap_or(whole), question.pixels);
+    let drawn = (curves.par_iter()).map(|(output, outputs)| {
+        Ok(LoopCurve {
             output: *output,
-            strokes: strokes(&loads, outputs, loops.branches(), frame, question.pixels),
+            strokes: strokes(&loads, outputs, loops.branches(), canvas, progress)?,
             mean: largest.clone().and_then(|_| {
                 let shapes: Vec<Loop> =
                     full.iter().map(|one| shape(one, &loads, outputs)).collect();
@@ -169,7 +171,8 @@ pub(super) fn picture(
                 figures.ok_or(Reason::Overflow { axis })
             }),
         })
-        .collect();
+    });
+    let drawn = drawn.collect::<Result<_, Cancelled>>()?;
     Ok(LoopPicture {
         question: question.clone(),
         dead_band,
@@ -246,9 +249,9 @@ pub(super) fn strokes(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],
     branches: &[Vec<Branch>],
-    frame: Frame,
-    pixels: [f64; 2],
-) -> Vec<Stroke> {
+    (frame, pixels): (Frame, [f64; 2]),
+    progress: &Progress,
+) -> Result<Vec<Stroke>, Cancelled> {
     let ways = [true, false].into_par_iter().map(|rising| {
         let paths =
             (loads.iter().zip(outputs).zip(branches)).flat_map(|((loads, outputs), own)| {
@@ -257,7 +260,8 @@ pub(super) fn strokes(
                 let parts = own.map(|branch| branch.samples.clone()).chain(all);
                 parts.map(|part| {
                     let points = loads[part.clone()].iter().zip(&outputs[part]);
-                    points.map(|(load, output)| [*load, *output])
+                    let points = points.map(|(load, output)| [*load, *output]);
+                    points.take_while(|_| !progress.is_cancelled())
                 })
             });
         let lines = outline(paths, frame, pixels, MOST_POINTS).into_iter();
@@ -265,5 +269,6 @@ pub(super) fn strokes(
             .map(|points| Stroke { rising, points })
             .collect::<Vec<_>>()
     });
-    ways.collect::<Vec<_>>().concat()
+    let strokes = ways.collect::<Vec<_>>().concat();
+    progress.check().map(|()| strokes)
 }

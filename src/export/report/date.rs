@@ -5,7 +5,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 const SECS_PER_DAY: u64 = 86_400;
 
 /// As ISO 8601 writes it, to the minute; what lies before 1970 is 1970.
-pub(super) fn utc(time: SystemTime) -> String {
+#[must_use]
+pub fn utc(time: SystemTime) -> String {
     let secs = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (year, month, day) = civil(secs / SECS_PER_DAY);
     let minutes = secs % SECS_PER_DAY / 60;

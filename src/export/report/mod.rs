@@ -14,6 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
 
+pub use self::date::utc;
 use self::markup::Markup;
 use super::svg::CurvePlot;
 use super::{Drawing, WriteError, write_atomically};

@@ -92,8 +92,8 @@ impl<'a> View<'a> {
     /// All branches thin, the loop that the figures are of above them.
     fn loops(&self, visuals: &egui::Visuals, zoom: plots::Zoom) -> Drawing<'a> {
         let frame = zoom.unwrap_or(self.picture.whole);
-        let most = self.shown.iter().map(|curve| curve.strokes.len()).max();
-        let opacity = thin_opacity(most.unwrap_or(0));
+        let points = |curve: &&LoopCurve| curve.strokes.iter().map(|one| one.points.len()).sum();
+        let opacity = thin_opacity(self.shown.iter().map(points).max().unwrap_or(0));
         let branches = self.shown.iter().flat_map(|curve| {
             [true, false].map(|rising| DrawnLine {
                 name: String::new(),
@@ -314,9 +314,9 @@ fn line(title: &str, values: &[f64], factor: f64) -> String {
     cells.join("\t")
 }
 
-/// The more branches lie over each other, the fainter each is, so that the thick lines stand out.
-fn thin_opacity(n_strokes: usize) -> f32 {
-    (0.6 * (40.0 / n_strokes.max(1) as f32).sqrt()).clamp(0.06, 0.6)
+/// The more lines lie over each other, the fainter each is, so that the thick ones stand out; one alone is seen all the same.
+fn thin_opacity(n_points: usize) -> f32 {
+    (0.6 * (1000.0 / n_points.max(1) as f32).sqrt()).clamp(0.2, 0.6)
 }
 
 fn name(output: Option<Output>) -> &'static str {

@@ -1,12 +1,20 @@
 //! The window: menus above, the status line below, the panes between, and what floats over them.
 
-use crate::app::{AppState, Command, Doubt, Pane, SessionCommand, Wish};
+use crate::app::{
+    AppState, Command, Doubt, Leaving, LeftSession, Pane, SessionCommand, Wish,
+};
+use crate::export::utc;
 use crate::ui::shell::{Fields, Shell};
 use crate::ui::trace_panes::trace_panes;
 use crate::ui::{
     actions, calibration_pane, compare_pane, errors_pane, import_window, menu, notices_panel,
     recordings_panel, settings_panel, status_line, thresholds_pane,
 };
+
+/// Height of the list of sessions that windows left.
+const LEFT_HEIGHT: f32 = 320.0;
+/// So many files of each are named.
+const LEFT_FILES: usize = 4;
 
 impl Shell {
     pub(super) fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
@@ -60,7 +68,7 @@ impl Shell {
         }
         naming(ui.ctx(), state, &mut self.fields, out);
         replacing(ui.ctx(), state, out);
-        closing(ui.ctx(), state, out);
+        leaving(ui.ctx(), state, out);
         recovering(ui.ctx(), state, out);
         lost(ui.ctx(), state, &mut self.fields, out);
     }
@@ -144,22 +152,41 @@ fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &
     }
 }
 
-/// Asks what becomes of what is not saved before the window closes.
-fn closing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
-    if !state.closing {
+/// Asks what becomes of what is not saved before the window closes or something else takes its place.
+fn leaving(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
+    let Some(leaving) = &state.leaving else {
+        return;
+    };
+    // It is just being saved.
+    if state.naming.is_some() || state.replacing.is_some() {
         return;
     }
+    let (save, discard, cancel) = match leaving {
+        Leaving::Close => (
+            "Saves, then closes; asks where, if it has no file yet",
+            "Closes; what was chosen since is lost",
+            "The window stays open",
+        ),
+        Leaving::Open(_) | Leaving::Restore(..) => (
+            "Saves, then opens the other session; asks where, if it has no file yet",
+            "Opens the other session; what was chosen since is lost",
+            "The other session is not opened",
+        ),
+    };
     let mut say = |command| out.push(Command::Session(command));
-    let modal = egui::Modal::new(egui::Id::unique("closing")).show(context, |ui| {
+    let modal = egui::Modal::new(egui::Id::unique("leaving")).show(context, |ui| {
         ui.set_width(420.0);
         ui.strong("The session is not saved");
-        ui.label("It names the files, their roles and every setting; the recordings themselves are not changed by closing.");
+        ui.label("It names the files, their roles and every setting; the recordings themselves are not changed.");
+        if !matches!(leaving, Leaving::Close) {
+            ui.label("Another session takes its place.");
+        }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             for (label, explanation, command) in [
-                ("Save and close", "Asks where, if it has no file yet", SessionCommand::Save),
-                ("Close without saving", "What was chosen since is lost", SessionCommand::CloseAnyway),
-                ("Stay", "The window stays open", SessionCommand::Stay),
+                ("Save", save, SessionCommand::Save),
+                ("Discard", discard, SessionCommand::Discard),
+                ("Cancel", cancel, SessionCommand::Cancel),
             ] {
                 if ui.button(label).on_hover_text(explanation).clicked() {
                     say(command);
@@ -168,36 +195,65 @@ fn closing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
         });
     });
     if modal.should_close() {
-        say(SessionCommand::Stay);
+        say(SessionCommand::Cancel);
     }
 }
 
-/// Offers what a window left that did not close as it should.
+/// Offers what windows left that did not close as they should, the newest first.
 fn recovering(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
     if state.recoverable.is_empty() {
         return;
     }
+    let mut say = |command| out.push(Command::Session(command));
+    let mut open = true;
     egui::Window::new("Recover")
+        .open(&mut open)
         .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
         .collapsible(false)
         .resizable(false)
         .show(context, |ui| {
-            ui.label("LoopScope did not close as it should. Its session of then was written down.");
-            ui.horizontal(|ui| {
-                for (label, explanation, yes) in [
-                    (
-                        "Take it up again",
-                        "Opens its files with every choice of then",
-                        true,
-                    ),
-                    ("Drop it", "It is lost; the recordings stay", false),
-                ] {
-                    if ui.button(label).on_hover_text(explanation).clicked() {
-                        out.push(Command::Session(SessionCommand::Recover(yes)));
-                    }
+            ui.set_width(460.0);
+            ui.label("LoopScope did not close as it should. What was not saved then was written down; closing this keeps it for the next start.");
+            egui::ScrollArea::vertical().max_height(LEFT_HEIGHT).show(ui, |ui| {
+                for (at, left) in state.recoverable.iter().enumerate().rev() {
+                    ui.separator();
+                    ui.push_id(at, |ui| one_left(ui, left, &mut say));
                 }
             });
         });
+    if !open {
+        say(SessionCommand::KeepLeft);
+    }
+}
+
+/// When it was written, its files, and what can be done with it.
+fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(SessionCommand)) {
+    ui.strong(utc(left.written));
+    let names = left.files.iter().take(LEFT_FILES).map(|path| {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    });
+    let mut files = names.collect::<Vec<_>>().join(", ");
+    match left.files.len() {
+        0 => files.push_str("no files"),
+        n if n > LEFT_FILES => files.push_str(&format!(" and {} more", n - LEFT_FILES)),
+        _ => {}
+    }
+    let paths = left.files.iter().map(|path| path.display().to_string());
+    ui.label(files)
+        .on_hover_text(paths.collect::<Vec<_>>().join("\n"));
+    ui.horizontal(|ui| {
+        let restore = ui.button("Restore");
+        let restore = restore.on_hover_text("Opens its files with every choice of then");
+        if restore.clicked() {
+            say(SessionCommand::Restore(left.path.clone()));
+        }
+        let discard = ui.button("Discard");
+        let discard = discard.on_hover_text("It is lost; the recordings stay");
+        if discard.clicked() {
+            say(SessionCommand::DropLeft(left.path.clone()));
+        }
+    });
 }
 
 /// Asks where files of the session are that are not where they were.

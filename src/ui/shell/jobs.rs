@@ -176,19 +176,16 @@ impl Shell {
                     Command::Import(ImportCommand::WeightEstimated(path, found))
                 });
             }
-            Effect::Recover(left, yes) => {
-                self.start(Kind::Read, "Recovering", move |progress| {
-                    let newest = left.last().filter(|_| yes);
-                    let opened = newest.map(|path| sessions::read(path, progress));
-                    drop_left(&left);
-                    match opened {
-                        Some(opened) => {
-                            let opened = opened.map(Box::new);
-                            Command::Session(SessionCommand::Recovered(opened))
-                        }
-                        None => Command::Nothing,
-                    }
-                });
+            Effect::Restore(path) => self.start(Kind::Read, "Restoring", move |progress| {
+                let opened = sessions::read(&path, progress).map(Box::new);
+                match progress.is_cancelled() {
+                    true => Command::Nothing,
+                    false => Command::Session(SessionCommand::Recovered(path, opened)),
+                }
+            }),
+            Effect::DropLeft(path) => {
+                self.recovery.hurry();
+                drop_left(&path);
             }
             Effect::AskForImport => {
                 let reply = self.reply();

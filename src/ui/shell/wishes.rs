@@ -17,13 +17,11 @@ impl Shell {
             Wish::MovePane(pane, to) => self.workspace.move_pane(pane, to),
             Wish::Arrange(preset) => self.workspace = Workspace::preset(preset),
             Wish::Undo => {
-                let choices = self.state.choices();
-                let before = self.history.0.undo(&choices).cloned();
+                let before = self.state.history.undo();
                 self.commands.extend(before.map(Command::Restore));
             }
             Wish::Redo => {
-                let choices = self.state.choices();
-                let after = self.history.0.redo(&choices).cloned();
+                let after = self.state.history.redo();
                 self.commands.extend(after.map(Command::Restore));
             }
             Wish::ShowPalette => self.palette.open(),
