@@ -3,8 +3,9 @@
 use std::io;
 
 use super::facts::Fact;
-use super::text::printable;
 use crate::calibration::Calibration;
+use crate::recording::write_csv::CsvWriter;
+use crate::shown::printable;
 
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
 pub(super) fn write(
@@ -15,10 +16,10 @@ pub(super) fn write(
     for (name, text) in facts {
         writeln!(out, "# {name}: {}", printable(text))?;
     }
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = CsvWriter::new(out);
     let features = calibration.feature_names();
     let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
-    csv.write_record(head.iter().chain(&features))?;
+    csv.row(head.iter().chain(&features))?;
     let blocks = calibration.describe();
     let compensated = calibration.compensated.as_ref();
     let maps = std::iter::once(("conventional", "", &calibration.conventional))
@@ -36,7 +37,7 @@ pub(super) fn write(
                 let column = map.features.iter().position(|own| own == feature);
                 column.map_or(String::new(), |column| row[column].to_string())
             });
-            csv.write_record(head.into_iter().chain(numbers))?;
+            csv.row(head.into_iter().chain(numbers))?;
         }
     }
     csv.flush()

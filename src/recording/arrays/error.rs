@@ -25,8 +25,9 @@ pub enum ArraysError {
     )]
     NotNumbers { what: String, kind: String },
     #[error(
-        "{} has the shape {shape}; a table has one row per sample and one column per channel",
-        shown(what)
+        "{} has the shape {}; a table has one row per sample and one column per channel",
+        shown(what),
+        shown(shape)
     )]
     NotATable { what: String, shape: String },
     #[error(
@@ -92,5 +93,19 @@ pub(super) fn reading(what: &str) -> impl Fn(io::Error) -> ArraysError {
             why: error.to_string(),
         },
         _ => ArraysError::Io(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_without_end_is_told_in_short() {
+        let error = ArraysError::NotATable {
+            what: "a".repeat(9000),
+            shape: "(1, ".repeat(20_000),
+        };
+        assert!(error.to_string().chars().count() < 250, "{error}");
     }
 }

@@ -11,6 +11,7 @@ pub(super) use detect::{Detected, detect};
 use super::ati;
 use super::cells::{Cells, Delimiter, is_skipped};
 use crate::recording::columns::{Preamble, TextLayout};
+use crate::recording::write_csv::unguarded;
 
 /// How many lines besides comments are looked at.
 const LINES_LOOKED_AT: usize = 200;
@@ -143,6 +144,7 @@ fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let mut cells: Vec<String> = Vec::new();
     for cell in Cells::new(text.as_bytes(), delimiter) {
         let cell = String::from_utf8_lossy(cell).replace("\"\"", "\"");
+        let cell = unguarded(&cell).to_owned();
         match cells.last_mut() {
             Some(last)
                 if delimiter == Delimiter::Whitespace
@@ -185,6 +187,13 @@ pub(super) fn unbracketed(cell: &str) -> &str {
 mod tests {
     use super::*;
     use crate::recording::columns::Delimiter::Semicolon;
+
+    /// As our own tables are written, lest a spreadsheet take a name for a formula.
+    #[test]
+    fn a_guarded_name_is_read_as_it_was() {
+        let found = names(b"t,'=S1 [V],\"'@S,2\",'S3", Delimiter::Byte(b','));
+        assert_eq!(found, ["t", "=S1 [V]", "@S,2", "'S3"]);
+    }
 
     #[test]
     fn a_table_is_found_where_the_layout_says() {
