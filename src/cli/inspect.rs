@@ -1,12 +1,13 @@
 //! The job `inspect`: what a file holds, what would be loaded, what is wrong, and a column map to change.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{JobError, ReadArgs, check_not_over};
-use crate::export::write_atomically;
+use super::{JobError, ReadArgs, named_file};
+use crate::export::{check_targets, write_atomically};
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, Decimal};
 use crate::recording::delimited::estimate_weight;
@@ -14,17 +15,22 @@ use crate::recording::delimited::inspect::{
     Check, ColumnReport, Inspection, Known, TableReport, inspect,
 };
 use crate::recording::pose::WeightEstimate;
+use crate::shown::{message, printable};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 pub struct Inspect {
     /// A recording, or any other delimited text.
+    #[arg(value_parser = named_file())]
     file: PathBuf,
     #[command(flatten)]
     read: ReadArgs,
     /// Write the column map that was given or found, to be changed and used with --columns.
-    #[arg(long, value_name = "MAP.json")]
+    #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
+    /// Write over a map that is there already.
+    #[arg(long, requires = "write_map")]
+    force: bool,
     /// Instead of looking: find the weight that the sensor carries, from its pose and a measured load.
     #[arg(long, requires = "columns")]
     estimate_weight: bool,
@@ -40,9 +46,8 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         .as_deref()
         .map(ColumnMap::read)
         .transpose()?;
-    if let Some(path) = &args.write_map {
-        check_not_over([&args.file].into_iter(), std::slice::from_ref(path))?;
-    }
+    // The map that is read may be written again, with what is added to it.
+    check_targets([&args.file], args.write_map.as_slice(), args.force)?;
     if let (true, Some(map)) = (args.estimate_weight, &map) {
         let estimate = estimate_weight(&args.file, map, &Progress::default())?;
         return print_weight(&estimate, args.json);
@@ -72,13 +77,13 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     writeln!(out)?;
     print_check(&inspection.check, out)?;
     for hint in &inspection.hints {
-        writeln!(out, "to decide: {hint}")?;
+        writeln!(out, "to decide: {}", message(hint))?;
     }
     Ok(())
 }
 
 fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    let (path, n_bytes) = (table.path.display(), table.file_bytes);
+    let (path, n_bytes) = (message(&table.path.display()), table.file_bytes);
     let (encoding, n_rows) = (table.encoding.name(), table.about_rows);
     match table.kind {
         Some(kind) => writeln!(out, "{path}: {n_bytes} bytes, a {kind}, {n_rows} rows")?,
@@ -183,15 +188,9 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 
 /// Cells in columns as wide as their widest cell; what terminals would act upon is escaped.
 fn print_aligned(rows: &[[String; 6]], out: &mut impl Write) -> io::Result<()> {
-    let is_plain = |c: char| !c.is_control();
-    let shown = |cell: &String| -> String {
-        cell.chars()
-            .map(|c| if is_plain(c) { c } else { '\u{fffd}' })
-            .collect()
-    };
-    let rows: Vec<Vec<String>> = rows
+    let rows: Vec<Vec<Cow<'_, str>>> = rows
         .iter()
-        .map(|row| row.iter().map(shown).collect())
+        .map(|row| row.iter().map(|cell| printable(cell)).collect())
         .collect();
     let width = |at: usize| {
         rows.iter()
@@ -218,7 +217,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         ""
     };
     if let Some(error) = &check.error {
-        writeln!(out, "would not be loaded: {error}")?;
+        writeln!(out, "would not be loaded: {}", message(error))?;
     } else {
         let n_samples: usize = check.recordings.iter().map(|report| report.n_samples).sum();
         writeln!(
@@ -234,10 +233,12 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
             writeln!(
                 out,
                 "  {}: {} samples, {:.3} s{rate}",
-                report.name, report.n_samples, report.duration_secs
+                printable(&report.name),
+                report.n_samples,
+                report.duration_secs
             )?;
         }
-        writeln!(out, "  gauges: {}", check.gauges.join(" "))?;
+        writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
         let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
         let axes = if axes.is_empty() {
             "none".to_owned()
@@ -261,7 +262,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         )?;
     }
     for warning in &check.warnings {
-        writeln!(out, "warning: {warning}")?;
+        writeln!(out, "warning: {}", message(warning))?;
     }
     Ok(())
 }
