@@ -10,25 +10,30 @@ mod report;
 mod sweep;
 mod traces;
 
+use std::collections::HashMap;
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    CalibrationFormat, ReadCalibrationError, TraceFormat, WriteError, name_gauges,
-    read_calibration, write_atomically, write_loads_csv,
+    CalibrationFormat, ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets,
+    name_gauges, read_calibration, write_atomically, write_loads_csv,
 };
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, MapFileError};
 use crate::recording::delimited::{self, LoadWarning, ReadError};
 use crate::recording::write_csv::write_csv;
 use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
+use crate::shown::{self, printable};
 
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
@@ -45,6 +50,62 @@ pub struct Cli {
     pub job: Option<Job>,
     /// Recordings (delimited text) or a calibration (JSON) to open in the window.
     pub files: Vec<PathBuf>,
+}
+
+impl Cli {
+    /// Understands these words, the program's name first.
+    ///
+    /// # Errors
+    /// What clap finds, with a way out where it knows none; or a word that is no command and no file.
+    pub fn understood(words: &[OsString]) -> Result<Self, clap::Error> {
+        let cli = Self::try_parse_from(words)
+            .map_err(|error| misspelt(words).unwrap_or_else(|| with_way_out(error, words)))?;
+        match cli.files.iter().find(|path| !path.exists()) {
+            Some(gone) => Err(misspelt(words).unwrap_or_else(|| {
+                let gone = printable(&gone.to_string_lossy()).into_owned();
+                let message = format!("{gone}: there is no such file, and no such command");
+                Self::command().error(ErrorKind::ValueValidation, message)
+            })),
+            None => Ok(cli),
+        }
+    }
+}
+
+/// What clap says of a first word that is like a command and is nothing else.
+fn misspelt(words: &[OsString]) -> Option<clap::Error> {
+    let [program, word, ..] = words else {
+        return None;
+    };
+    let is_word = |text: &str| !text.starts_with('-') && !text.contains(['.', '/', '\\']);
+    if !word.to_str().is_some_and(is_word) || Path::new(word).exists() {
+        return None;
+    }
+    let command = Cli::command();
+    // Without the files, which any word could be.
+    let jobs = clap::Command::new("loopscope").subcommands(command.get_subcommands().cloned());
+    let error = jobs.try_get_matches_from([program, word]).err()?;
+    let is_like_one = error.get(ContextKind::SuggestedSubcommand).is_some();
+    is_like_one.then_some(error)
+}
+
+/// Where a recording is named bare, how it is named.
+fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
+    let command = Cli::command();
+    let job = words.get(1).and_then(|word| command.find_subcommand(word));
+    let takes_train = |job: &clap::Command| job.get_arguments().any(|arg| arg.get_id() == "train");
+    if error.kind() == ErrorKind::UnknownArgument
+        && let Some(job) = job.filter(|job| takes_train(job))
+        && let Some(ContextValue::String(bare)) = error.get(ContextKind::InvalidArg)
+        && !bare.starts_with('-')
+    {
+        let tip = format!(
+            "recordings are named after --train: {} --train {bare}",
+            job.get_name()
+        );
+        let tips = ContextValue::StyledStrs(vec![tip.into()]);
+        error.insert(ContextKind::Suggested, tips);
+    }
+    error
 }
 
 /// What can be done without a window.
@@ -88,13 +149,16 @@ pub struct Demo {
     /// Another seed makes another sensor of the same kind on other paths.
     #[arg(long, default_value_t = simulated::DEFAULT_SEED)]
     seed: u64,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
 }
 
 /// How files are read, for all jobs that read recordings.
 #[derive(Debug, Args)]
 pub struct ReadArgs {
     /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
-    #[arg(long, value_name = "MAP.json")]
+    #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     columns: Option<PathBuf>,
     /// Take the gauges' mean over a stretch off each recording: FROM:TO in seconds from its start, or "auto": the first
     /// quiet half second. What a calibration made so is applied to must be tared, too.
@@ -125,9 +189,10 @@ pub struct Apply {
     #[command(flatten)]
     read: ReadArgs,
     /// A calibration: .json, or an ATI-style .cal, whose gauges are taken in the order of the recording.
+    #[arg(value_parser = named_file())]
     calibration: PathBuf,
     /// Recordings with the gauges that it was made for.
-    #[arg(required = true, value_name = "FILE")]
+    #[arg(required = true, value_name = "FILE", value_parser = named_file())]
     files: Vec<PathBuf>,
     /// Where `<name>_loads.csv` goes; made if it is not there.
     #[arg(long, value_name = "DIR", required_unless_present = "traces")]
@@ -163,6 +228,8 @@ pub enum JobError {
         source: CalibrationError,
     },
     #[error(transparent)]
+    Target(#[from] TargetError),
+    #[error(transparent)]
     Write(#[from] WriteError),
     #[error("cannot make the directory {}: {source}", .path.display())]
     Directory { path: PathBuf, source: io::Error },
@@ -184,8 +251,6 @@ pub enum JobError {
     NoTraces { from_secs: f64, to_secs: f64 },
     #[error("{undetermined}; give --force to export it all the same")]
     Undetermined { undetermined: Undetermined },
-    #[error("{} is there already; choose another name, or give --force to write over it", .path.display())]
-    Exists { path: PathBuf },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
@@ -193,8 +258,13 @@ pub enum JobError {
         axis: &'static str,
         axes: Vec<&'static str>,
     },
-    #[error("{} would be written over {}, which is read; choose another name", .output.display(), .input.display())]
-    OverInput { input: PathBuf, output: PathBuf },
+    #[error("{} and {} are the same recording; name each once, and under --test what the fit has not seen", .first.display(), .second.display())]
+    NamedTwice { first: PathBuf, second: PathBuf },
+    #[error("{} is no calibration; the calibration comes first, then the recordings: apply {} {}", .recording.display(), .calibration.display(), .recording.display())]
+    Swapped {
+        recording: PathBuf,
+        calibration: PathBuf,
+    },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
     SameOutput {
         first: PathBuf,
@@ -202,6 +272,19 @@ pub enum JobError {
         output: PathBuf,
     },
 }
+
+impl JobError {
+    /// Whether the arguments themselves were wrong, whatever is in the files.
+    fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::NamedTwice { .. } | Self::Swapped { .. } | Self::Read(ReadError::Folder { .. })
+        )
+    }
+}
+
+/// What scripts know wrong arguments by; clap has the same.
+const USAGE: u8 = 2;
 
 /// Does a job; errors go to standard error, one line each.
 #[must_use]
@@ -224,14 +307,23 @@ pub fn run(job: Job) -> ExitCode {
         }
         Err(error) => {
             tell(&error);
-            ExitCode::FAILURE
+            match error.is_usage() {
+                true => ExitCode::from(USAGE),
+                false => ExitCode::FAILURE,
+            }
         }
     }
 }
 
-/// Writes one line to standard error; where nobody can hear it, the exit code still says how it went.
+/// Writes one line to standard error, made harmless; where nobody can hear it, the exit code still says how it went.
 pub fn tell(message: &dyn Display) {
+    let message = shown::message(message);
     let _ = writeln!(io::stderr(), "loopscope: {message}");
+}
+
+/// Says which file was written.
+fn print_path(path: &Path) -> io::Result<()> {
+    writeln!(io::stdout(), "{}", printable(&path.to_string_lossy()))
 }
 
 fn make_directory(path: &Path) -> Result<(), JobError> {
@@ -253,20 +345,51 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
         Pattern::A => 1,
         Pattern::B => 10,
     };
-    write_atomically(&demo.dir.join("README.txt"), |out| {
+    let names = (set.entries().iter()).map(|entry| format!("{}.csv", entry.recording.name()));
+    let files: Vec<PathBuf> = names
+        .chain(["README.txt".to_owned()])
+        .map(|name| demo.dir.join(name))
+        .collect();
+    check_targets([], &files, demo.force)?;
+    for (entry, path) in set.entries().iter().zip(&files) {
+        let recording = entry.recording.decimated(step);
+        write_atomically(path, |mut out| write_csv(&recording, &mut out))?;
+    }
+    write_atomically(&files[set.entries().len()], |out| {
         out.write_all(DEMO_README.as_bytes())
     })?;
-    for entry in set.entries() {
-        let recording = entry.recording.decimated(step);
-        let path = demo.dir.join(format!("{}.csv", recording.name()));
-        write_atomically(&path, |mut out| write_csv(&recording, &mut out))?;
-    }
     writeln!(
         io::stdout(),
         "{} simulated recordings in {}",
         set.entries().len(),
-        demo.dir.display()
+        printable(&demo.dir.to_string_lossy())
     )?;
+    Ok(())
+}
+
+/// A file's name; nothing is read from standard input or written to standard output in place of one.
+fn named_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
+        true => Err("standard input and output do not do here; name a file"),
+        false => Ok(path),
+    })
+}
+
+/// A recording that counts twice, or that a fit is scored on although it has seen it, makes the figures wrong.
+fn check_distinct<'a>(files: impl Iterator<Item = &'a PathBuf>) -> Result<(), JobError> {
+    let mut seen: HashMap<PathBuf, &PathBuf> = HashMap::new();
+    for path in files {
+        // What is not there is reported where it is read.
+        let Ok(whole) = path.canonicalize() else {
+            continue;
+        };
+        if let Some(first) = seen.insert(whole, path) {
+            return Err(JobError::NamedTwice {
+                first: first.clone(),
+                second: path.clone(),
+            });
+        }
+    }
     Ok(())
 }
 
@@ -304,57 +427,20 @@ fn print_warnings(warnings: &[LoadWarning]) {
     }
 }
 
-/// Nobody means to lose a recording: what is read is not written over.
-fn check_not_over<'a>(
-    inputs: impl Iterator<Item = &'a PathBuf> + Clone,
-    outputs: &[PathBuf],
-) -> Result<(), JobError> {
-    for output in outputs {
-        // A file that is not there yet has no such path, and is no input.
-        let Ok(existing) = output.canonicalize() else {
-            continue;
-        };
-        let mut inputs = inputs.clone();
-        if let Some(input) = inputs.find(|path| path.canonicalize().is_ok_and(|p| p == existing)) {
-            return Err(JobError::OverInput {
-                input: input.clone(),
-                output: output.clone(),
-            });
-        }
-    }
-    Ok(())
-}
-
-/// What is read is not written over at all, what else is there only if the user says so.
-fn check_outputs<'a>(
-    inputs: impl Iterator<Item = &'a PathBuf> + Clone,
-    outputs: &[PathBuf],
-    force: bool,
-) -> Result<(), JobError> {
-    check_not_over(inputs, outputs)?;
-    check_new(outputs, force)
-}
-
-/// What is there stays there unless the user says so.
-fn check_new(outputs: &[PathBuf], force: bool) -> Result<(), JobError> {
-    match outputs.iter().find(|path| !force && path.exists()) {
-        Some(path) => Err(JobError::Exists { path: path.clone() }),
-        None => Ok(()),
-    }
-}
-
 fn run_apply(args: &Apply) -> Result<(), JobError> {
-    let mut calibration = read_calibration(&args.calibration)?;
+    let mut calibration =
+        read_calibration(&args.calibration).map_err(|error| swapped(args, error))?;
     let names_gauges =
         CalibrationFormat::from_path(&args.calibration).is_none_or(CalibrationFormat::names_gauges);
     args.traces.check()?;
     let outputs = load_files(args)?;
     let inputs = args.files.iter().chain([&args.calibration]);
+    let inputs = inputs.chain(&args.read.columns);
     let written: Vec<PathBuf> = outputs.iter().chain(&args.traces.traces).cloned().collect();
-    check_outputs(inputs, &written, args.force)?;
     if let Some(out) = &args.out {
         make_directory(out)?;
     }
+    check_targets(inputs, &written, args.force)?;
     let mut all = Vec::new();
     for (at, path) in args.files.iter().enumerate() {
         for recordings in read_all(std::slice::from_ref(path), &args.read)? {
@@ -373,18 +459,33 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
             }
             if let Some(output) = outputs.get(at) {
                 write_atomically_applied(&calibration, path, &recordings, output)?;
-                writeln!(io::stdout(), "{}", output.display())?;
+                print_path(output)?;
             }
             if args.traces.traces.is_some() {
                 all.extend(recordings);
             }
         }
     }
+    args.traces.check_stretches(all.iter(), 1)?;
     args.traces.write(&calibration, all.iter(), 1)?;
     if let Some(path) = &args.traces.traces {
-        writeln!(io::stdout(), "{}", path.display())?;
+        print_path(path)?;
     }
     Ok(())
+}
+
+/// Why there is no calibration: perhaps it stands where the recordings should.
+fn swapped(args: &Apply, error: ReadCalibrationError) -> JobError {
+    let may_be_one = |path: &&PathBuf| {
+        CalibrationFormat::from_path(path).is_some_and(CalibrationFormat::reads_back)
+    };
+    match args.files.iter().find(may_be_one) {
+        Some(calibration) if !may_be_one(&&args.calibration) => JobError::Swapped {
+            recording: args.calibration.clone(),
+            calibration: calibration.clone(),
+        },
+        _ => error.into(),
+    }
 }
 
 /// Where the loads of each file go; none without a folder for them.
@@ -432,7 +533,6 @@ fn write_atomically_applied(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -45,6 +45,8 @@ pub mod panicked;
 pub mod progress;
 mod random;
 pub mod recording;
+mod shown;
+mod small_file;
 #[cfg(feature = "gui")]
 pub mod ui;
 pub mod worker;

@@ -1,14 +1,16 @@
 //! Starts the window, or does one command-line job.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser as _;
 use loopscope::cli::{self, Cli};
 
 fn main() -> ExitCode {
     // What goes on is written to standard error where RUST_LOG asks for it.
     env_logger::init();
-    let Cli { job, files } = Cli::parse();
+    loopscope::export::clean_up_when_asked_to_end();
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let Cli { job, files } = Cli::understood(&words).unwrap_or_else(|error| error.exit());
     match job {
         Some(job) => cli::run(job),
         None => open_window(files),

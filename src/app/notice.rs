@@ -1,5 +1,7 @@
 //! What the program has to say: errors, warnings and news, kept until they are dismissed.
 
+use crate::shown::message;
+
 /// How much a notice matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
@@ -21,10 +23,10 @@ pub struct Notice {
 }
 
 impl Notice {
-    /// A notice of this level.
+    /// A notice of this level; what files would have a reader see other than it is stands there by its codes.
     #[must_use]
     pub fn new(level: Level, text: impl Into<String>) -> Self {
-        let text = text.into();
+        let text = message(&text.into());
         Self { level, text }
     }
 }

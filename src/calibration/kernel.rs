@@ -14,6 +14,7 @@ use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::validate::is_usable;
 use crate::calibration::{NormalEquations, Ridge, Terms, fit, fit_targets};
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
@@ -304,8 +305,8 @@ impl Kernel {
                 });
             }
         }
-        let finite = |rows: &[Vec<f64>]| rows.iter().flatten().all(|value| value.is_finite());
-        let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let finite = |rows: &[Vec<f64>]| rows.iter().flatten().copied().all(is_usable);
+        let all = |values: &[f64]| values.iter().copied().all(is_usable);
         for (field, is_finite) in [
             ("input_shift", all(&self.input_shift)),
             ("input_scale", all(&self.input_scale)),

@@ -16,7 +16,7 @@ use crate::features::{FeatureError, FeatureSettings};
 /// | `network` | the paper's | | see [`NetworkSettings`] |
 /// | `kernel` | 200 landmarks | | see [`KernelSettings`] |
 /// | `offset` | true | | whether the model has a constant term (the paper has none) |
-/// | `decimation` | 1 | ≥ 1 | every how many-th sample is used (10: the paper's pattern B) |
+/// | `decimation` | 1 | 1 to 100,000 | every how many-th sample is used (10: the paper's pattern B) |
 /// | `full_scale` | none | > 0 | per axis; where `None`, half the peak-to-peak training reference |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -147,13 +147,19 @@ pub enum SettingsError {
     Kernel(#[from] KernelError),
     #[error("the ridge is {0}; it must be a number from zero up, or auto")]
     Ridge(f64),
-    #[error("the decimation is 0; it must be 1 (every sample) or more")]
-    Decimation,
+    #[error(
+        "the decimation is {0}; it must be from 1 (every sample) to {most}",
+        most = FitSettings::MOST_DECIMATION
+    )]
+    Decimation(usize),
     #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
     FullScale { position: usize, value: f64 },
 }
 
 impl FitSettings {
+    /// Of the longest recordings no more than a handful of samples would be left.
+    pub const MOST_DECIMATION: usize = 100_000;
+
     /// Checks every range of the table above.
     ///
     /// # Errors
@@ -167,8 +173,8 @@ impl FitSettings {
         {
             return Err(SettingsError::Ridge(strength));
         }
-        if self.decimation == 0 {
-            return Err(SettingsError::Decimation);
+        if !(1..=Self::MOST_DECIMATION).contains(&self.decimation) {
+            return Err(SettingsError::Decimation(self.decimation));
         }
         for (at, value) in self.full_scale.iter().enumerate() {
             if let Some(value) = *value
@@ -199,6 +205,7 @@ mod tests {
         assert!(with(|s| s.kernel.landmarks = 0).is_err());
         assert!(with(|s| s.network.epochs = 0).is_err());
         assert!(with(|s| s.decimation = 0).is_err());
+        assert!(with(|s| s.decimation = usize::MAX).is_err());
         assert!(with(|s| s.full_scale = vec![None, Some(0.0)]).is_err());
     }
 }

@@ -28,8 +28,18 @@ pub enum CalibrationError {
         expected: &'static str,
         actual: String,
     },
-    #[error("{field} holds a number that is not finite, or is negative where it must not be")]
-    Number { field: String },
+    #[error(
+        "{field} holds {value:?}, which is no number from {least:?} up to {LARGEST:?}; mend the file, or fit in other units"
+    )]
+    Number {
+        field: String,
+        value: f64,
+        least: f64,
+    },
+    #[error("the decimation is 0; it must be 1 (every sample) or more")]
+    Decimation,
+    #[error("full_scale is 0 on every axis, so the calibration was made without any load")]
+    NoFullScale,
     #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
     Feature {
         field: &'static str,
@@ -47,6 +57,26 @@ pub enum CalibrationError {
         expected: Vec<String>,
         actual: Vec<String>,
     },
+}
+
+/// Beyond it no number of a calibration was measured, and products of two overflow.
+const LARGEST: f64 = 1e100;
+
+/// Whether a load can be computed with such a number.
+pub(super) fn is_usable(number: f64) -> bool {
+    number.abs() <= LARGEST
+}
+
+/// Checks that all numbers are from `least` up, and that a load can be computed with them.
+fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {
+    match numbers.iter().find(|x| !(**x >= least && is_usable(**x))) {
+        None => Ok(()),
+        Some(value) => Err(CalibrationError::Number {
+            field: field.to_owned(),
+            value: *value,
+            least,
+        }),
+    }
 }
 
 impl Calibration {
@@ -80,7 +110,7 @@ impl Calibration {
         let scale = &self.gauge_scale;
         for (field, numbers, least) in [
             ("full_scale", &self.full_scale, 0.0),
-            ("gauge_scale.shift", &scale.shift, f64::NEG_INFINITY),
+            ("gauge_scale.shift", &scale.shift, -LARGEST),
             ("gauge_scale.inverse_scale", &scale.inverse_scale, 0.0),
             ("gauge_scale.deviation", &scale.deviation, 0.0),
         ] {
@@ -90,22 +120,14 @@ impl Calibration {
                 n_gauges
             };
             length(field, expected, numbers.len())?;
-            if !numbers
-                .iter()
-                .all(|number| *number >= least && number.is_finite())
-            {
-                return Err(CalibrationError::Number {
-                    field: field.to_owned(),
-                });
-            }
+            usable(field, numbers, least)?;
         }
-        if self
-            .rate_hz
-            .is_some_and(|rate| !(rate > 0.0 && rate.is_finite()))
-        {
-            return Err(CalibrationError::Number {
-                field: "rate_hz".to_owned(),
-            });
+        if self.full_scale.iter().all(|value| *value == 0.0) {
+            return Err(CalibrationError::NoFullScale);
+        }
+        usable("rate_hz", self.rate_hz.as_slice(), f64::MIN_POSITIVE)?;
+        if self.decimation == 0 {
+            return Err(CalibrationError::Decimation);
         }
         self.features.validate()?;
         self.features.check_columns(n_gauges)?;
@@ -145,9 +167,7 @@ impl Calibration {
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
             let field = format!("{field}.matrix, row {}", axis.symbol());
             length(&field, columns.len(), row.len())?;
-            if !row.iter().all(|number| number.is_finite()) {
-                return Err(CalibrationError::Number { field });
-            }
+            usable(&field, row, -LARGEST)?;
         }
         Ok(())
     }

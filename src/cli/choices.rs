@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
-use super::{JobError, ReadArgs, read_hearing};
+use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
 use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::recording::delimited::LoadWarning;
@@ -17,10 +17,10 @@ pub struct RecordingArgs {
     #[command(flatten)]
     pub read: ReadArgs,
     /// Recordings to fit; without any, those of the built-in simulated sensor.
-    #[arg(long, num_args = 1.., value_name = "FILE")]
+    #[arg(long, num_args = 1.., value_name = "FILE", value_parser = named_file())]
     pub train: Vec<PathBuf>,
     /// Recordings to score the fit on.
-    #[arg(long, num_args = 1.., value_name = "FILE")]
+    #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
     pub test: Vec<PathBuf>,
     /// Instead of test files: train on this first part of each recording, test on the rest.
     #[arg(
@@ -33,9 +33,10 @@ pub struct RecordingArgs {
 }
 
 impl RecordingArgs {
-    /// The files that are named.
-    pub fn files(&self) -> impl Iterator<Item = &PathBuf> + Clone {
-        self.train.iter().chain(&self.test)
+    /// The files that are read.
+    pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
+        let recordings = self.train.iter().chain(&self.test);
+        recordings.chain(&self.read.columns)
     }
 
     /// Reads them; warnings go to standard error.
@@ -48,14 +49,13 @@ impl RecordingArgs {
         &self,
         hear: &mut dyn FnMut(&LoadWarning),
     ) -> Result<RecordingSet, JobError> {
+        check_distinct(self.train.iter().chain(&self.test))?;
         let mut set = RecordingSet::default();
         if self.train.is_empty() {
             let built_in = simulated::recordings(simulated::DEFAULT_SEED);
             for entry in built_in.entries() {
-                if entry.role == Role::Train || self.test.is_empty() {
-                    let recording = self.read.tared((*entry.recording).clone())?;
-                    set.push(Entry::new(recording, entry.role))?;
-                }
+                let recording = self.read.tared((*entry.recording).clone())?;
+                set.push(Entry::new(recording, entry.role))?;
             }
         }
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
@@ -225,6 +225,7 @@ pub struct FitChoices {
         value_name = "F",
         allow_negative_numbers = true,
         conflicts_with = "look_back",
+        value_parser = one_f_th,
         help_heading = "Blocks"
     )]
     pub f_th: Option<f64>,
@@ -255,6 +256,15 @@ pub struct FitChoices {
     /// Samples that a kernel compares the others with.
     #[arg(long, value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
     pub landmarks: usize,
+}
+
+fn one_f_th(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_| match text.contains(',') {
+        true => format!(
+            "this is not one number; write decimals with a point, or several look-backs at once as --look-back {text}"
+        ),
+        false => "this is not a number".to_owned(),
+    })
 }
 
 fn ridge(text: &str) -> Result<RidgeChoice, String> {

@@ -8,10 +8,10 @@ use clap::Args;
 
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_outputs, tell};
+use super::{JobError, named_file, tell};
 use crate::analysis::{AnalysisError, Candidate, ComparedRow, RowEvent, compare, paper_candidates};
 use crate::calibration::Regressor;
-use crate::export::{write_atomically, write_comparison_csv};
+use crate::export::{check_targets, write_atomically, write_comparison_csv};
 use crate::progress::Progress;
 
 /// Arguments of `compare`.
@@ -34,7 +34,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     decimate: Option<usize>,
     /// Also write the table as CSV.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
     /// Write over files that are there already.
     #[arg(long)]
@@ -45,7 +45,7 @@ pub struct CompareArgs {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
-    check_outputs(args.recordings.files(), args.csv.as_slice(), args.force)?;
+    check_targets(args.recordings.inputs(), args.csv.as_slice(), args.force)?;
     let recordings = Arc::new(args.recordings.read()?);
     let regressors: Vec<Regressor> = match &args.regressors[..] {
         [] => Regressor::ALL.to_vec(),

@@ -10,11 +10,13 @@ use serde::Serialize;
 use super::choices::{ModelArgs, RecordingArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
-use super::{JobError, check_outputs, tell};
+use super::{JobError, named_file, tell};
 use crate::analysis::{Request, analyse, read_factory, train};
 use crate::calibration::{Calibration, EpochReport, FactoryScores, Quality, Scores};
 use crate::evaluation::metrics::percent_change;
-use crate::export::{CalibrationFormat, with_sources, write_calibration};
+use crate::export::{
+    CalibrationFormat, WriteError, check_targets, with_sources, write_calibration,
+};
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
 
@@ -27,11 +29,11 @@ pub struct FitArgs {
     model: ModelArgs,
     /// Write the calibration; the ending says how, may be given several times. Complete: .json. Running it elsewhere: .h (C99),
     /// .rs, .py. Matrices and scales: .yaml .csv .npz .mat; .cal (conventional alone); .onnx (networks).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     export: Vec<PathBuf>,
     /// Also score the calibration that the sensor came with (an ATI-style .cal whose gauges are in the order of the recordings,
     /// or .json), tared on the training recordings.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
     #[command(flatten)]
     traces: TraceArgs,
@@ -54,12 +56,27 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     let outputs: Vec<PathBuf> = (args.export.iter().chain(&args.traces.traces))
         .cloned()
         .collect();
-    let inputs = args.recordings.files().chain(&args.factory);
-    check_outputs(inputs, &outputs, args.force)?;
+    let inputs = args.recordings.inputs().chain(&args.factory);
+    check_targets(inputs, &outputs, args.force)?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
     let settings = args.model.settings(&recordings);
+    for path in &args.export {
+        if let Some(format) = CalibrationFormat::from_path(path) {
+            format
+                .check_fit(&settings, recordings.layout())
+                .map_err(|error| WriteError {
+                    path: path.clone(),
+                    source: io::Error::other(error),
+                })?;
+        }
+    }
     let request = Request::fit(Arc::new(recordings), settings);
+    let all = || {
+        let entries = request.recordings.entries().iter();
+        entries.map(|entry| &*entry.recording)
+    };
+    args.traces.check_stretches(all(), args.model.decimate)?;
     let mut line = ProgressLine::default();
     let calibration = train(&request, &Progress::default(), &mut |report| {
         line.say(&epoch_text(&report))
@@ -77,10 +94,8 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             write_calibration(&told, path)?;
         }
     }
-    let entries = request.recordings.entries().iter();
-    let written = entries.map(|entry| &*entry.recording);
     args.traces
-        .write(&calibration, written, args.model.decimate)?;
+        .write(&calibration, all(), args.model.decimate)?;
     let factory = match &args.factory {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{JobError, ReadArgs, check_not_over};
-use crate::export::write_atomically;
+use super::{JobError, ReadArgs, named_file};
+use crate::export::{check_targets, write_atomically};
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, Decimal};
 use crate::recording::delimited::estimate_weight;
@@ -14,17 +14,22 @@ use crate::recording::delimited::inspect::{
     Check, ColumnReport, Inspection, Known, TableReport, inspect,
 };
 use crate::recording::pose::WeightEstimate;
+use crate::shown::{message, printable};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 pub struct Inspect {
     /// A recording, or any other delimited text.
+    #[arg(value_parser = named_file())]
     file: PathBuf,
     #[command(flatten)]
     read: ReadArgs,
     /// Write the column map that was given or found, to be changed and used with --columns.
-    #[arg(long, value_name = "MAP.json")]
+    #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
+    /// Write over a map that is there already.
+    #[arg(long, requires = "write_map")]
+    force: bool,
     /// Instead of looking: find the weight that the sensor carries, from its pose and a measured load.
     #[arg(long, requires = "columns")]
     estimate_weight: bool,
@@ -40,9 +45,8 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         .as_deref()
         .map(ColumnMap::read)
         .transpose()?;
-    if let Some(path) = &args.write_map {
-        check_not_over([&args.file].into_iter(), std::slice::from_ref(path))?;
-    }
+    // The map that is read may be written again, with what is added to it.
+    check_targets([&args.file], args.write_map.as_slice(), args.force)?;
     if let (true, Some(map)) = (args.estimate_weight, &map) {
         let estimate = estimate_weight(&args.file, map, &Progress::default())?;
         return print_weight(&estimate, args.json);
@@ -74,13 +78,13 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     writeln!(out)?;
     print_check(&inspection.check, out)?;
     for hint in &inspection.hints {
-        writeln!(out, "to decide: {hint}")?;
+        writeln!(out, "to decide: {}", message(hint))?;
     }
     Ok(())
 }
 
 fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    let (path, n_bytes) = (table.path.display(), table.file_bytes);
+    let (path, n_bytes) = (message(&table.path.display()), table.file_bytes);
     let (encoding, n_rows) = (table.encoding.name(), table.about_rows);
     match table.kind {
         Some(kind) => writeln!(out, "{path}: {n_bytes} bytes, a {kind}, {n_rows} rows")?,
@@ -193,15 +197,11 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 /// only the start is shown.
 fn print_aligned(rows: &[[String; 6]], out: &mut impl Write) -> io::Result<()> {
     const SHOWN_CHARS: usize = 120;
-    let is_plain = |c: char| !c.is_control();
     let shown = |cell: &String| -> String {
-        let mut chars = cell.chars();
-        let plain = |c| if is_plain(c) { c } else { '\u{fffd}' };
-        let mut start: String = chars.by_ref().take(SHOWN_CHARS).map(plain).collect();
-        if chars.next().is_some() {
-            start.push('…');
+        match cell.char_indices().nth(SHOWN_CHARS) {
+            Some((end, _)) => format!("{}…", printable(&cell[..end])),
+            None => printable(cell).into_owned(),
         }
-        start
     };
     let rows: Vec<Vec<String>> = rows
         .iter()
@@ -232,7 +232,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         ""
     };
     if let Some(error) = &check.error {
-        writeln!(out, "would not be loaded: {error}")?;
+        writeln!(out, "would not be loaded: {}", message(error))?;
     } else {
         let n_samples: usize = check.recordings.iter().map(|report| report.n_samples).sum();
         writeln!(
@@ -248,10 +248,12 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
             writeln!(
                 out,
                 "  {}: {} samples, {:.3} s{rate}",
-                report.name, report.n_samples, report.duration_secs
+                printable(&report.name),
+                report.n_samples,
+                report.duration_secs
             )?;
         }
-        writeln!(out, "  gauges: {}", check.gauges.join(" "))?;
+        writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
         let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
         let axes = if axes.is_empty() {
             "none".to_owned()
@@ -275,7 +277,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         )?;
     }
     for warning in &check.warnings {
-        writeln!(out, "warning: {warning}")?;
+        writeln!(out, "warning: {}", message(warning))?;
     }
     Ok(())
 }

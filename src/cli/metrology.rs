@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::{JobError, ReadArgs, check_outputs, read_all};
+use super::{JobError, ReadArgs, check_distinct, named_file, read_all};
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::evaluation::metrics::percent_change;
@@ -16,10 +16,11 @@ use crate::evaluation::metrology::{
     Cell, Figure, Metrology, MetrologySettings, Reason, Row, Run, table,
 };
 use crate::evaluation::numbers::significant;
-use crate::export::{read_calibration, write_atomically, write_metrology_csv};
+use crate::export::{check_targets, read_calibration, write_atomically, write_metrology_csv};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
+use crate::shown::printable;
 
 /// Arguments of `metrology`.
 #[derive(Debug, Args)]
@@ -28,10 +29,10 @@ pub struct MetrologyArgs {
     read: ReadArgs,
     /// Recordings to measure, with their reference load; without any, the built-in simulated sensor is fitted to its
     /// training recordings and measured on its test recordings.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_parser = named_file())]
     files: Vec<PathBuf>,
     /// The calibration (JSON) to measure; without it, one is fitted to the same files.
-    #[arg(long, value_name = "FILE", requires = "files")]
+    #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
     calibration: Option<PathBuf>,
     /// Full scale of each axis in N and N·m, in axis order; by default the calibration's.
     #[arg(
@@ -59,7 +60,7 @@ pub struct MetrologyArgs {
     )]
     hold: f64,
     /// Write the table, with definitions and sources, as CSV.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
     /// Write over files that are there already.
     #[arg(long)]
@@ -92,7 +93,9 @@ struct Report<'a> {
 pub(super) fn run(args: &MetrologyArgs) -> Result<(), JobError> {
     let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     let inputs = args.files.iter().chain(&args.calibration);
-    check_outputs(inputs, &outputs, args.force)?;
+    let inputs = inputs.chain(&args.read.columns);
+    check_targets(inputs, &outputs, args.force)?;
+    check_distinct(args.files.iter())?;
     let subject = subject(args)?;
     let table = measure(args, &subject)?;
     if let Some(path) = &args.csv {
@@ -108,7 +111,9 @@ pub(super) fn run(args: &MetrologyArgs) -> Result<(), JobError> {
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
-        out.write_all(text(&subject, &table, args.definitions).as_bytes())?;
+        for line in text(&subject, &table, args.definitions).lines() {
+            writeln!(out, "{}", printable(line))?;
+        }
     }
     Ok(())
 }

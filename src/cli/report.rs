@@ -1,15 +1,14 @@
 //! `loopscope report`: one fit, told in full as a page to read, print and keep.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
 
 use super::choices::{ModelArgs, RecordingArgs};
-use super::{JobError, check_outputs};
+use super::{JobError, named_file, print_path};
 use crate::analysis::{Request, read_factory, report};
-use crate::export::write_report;
+use crate::export::{check_targets, write_report};
 use crate::progress::Progress;
 
 /// Arguments of `report`.
@@ -20,10 +19,10 @@ pub struct ReportArgs {
     #[command(flatten)]
     model: ModelArgs,
     /// Where the report goes: one HTML file that needs nothing beside it.
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = named_file())]
     out: PathBuf,
     /// Also score the calibration that the sensor came with (.cal or .json), as `fit --factory` does.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
     /// What the report says under "Notes"; \n begins a new paragraph.
     #[arg(long, value_name = "TEXT", default_value = "")]
@@ -35,8 +34,8 @@ pub struct ReportArgs {
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let outputs = std::slice::from_ref(&args.out);
-    let inputs = args.recordings.files().chain(&args.factory);
-    check_outputs(inputs, outputs, args.force)?;
+    let inputs = args.recordings.inputs().chain(&args.factory);
+    check_targets(inputs, outputs, args.force)?;
     let mut heard = Vec::new();
     let recordings = args
         .recordings
@@ -57,6 +56,5 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     data.notes = args.notes.replace("\\n", "\n");
     data.warnings.extend(heard);
     write_report(&args.out, &data)?;
-    writeln!(io::stdout(), "{}", args.out.display())?;
-    Ok(())
+    Ok(print_path(&args.out)?)
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::choices::{BlockArgs, List, RecordingArgs};
 use super::progress_line::ProgressLine;
-use super::{JobError, check_outputs};
+use super::{JobError, named_file};
 use crate::analysis::{AnalysisError, BlockSuggestion, HistoryBlock, Study, StudyEvent};
 use crate::calibration::Scores;
 use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
@@ -21,7 +21,7 @@ use crate::evaluation::threshold_study::{
     Touch, even_values,
 };
 use crate::export::svg::write_heat_map_svg;
-use crate::export::{threshold_heat_map, write_atomically, write_threshold_csv};
+use crate::export::{check_targets, threshold_heat_map, write_atomically, write_threshold_csv};
 use crate::features::{Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::Axis;
@@ -61,10 +61,10 @@ pub struct SweepArgs {
     )]
     decimate: usize,
     /// Write the errors at every pair as CSV.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
     /// Write the map of the leave-one-out error as a picture.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     svg: Option<PathBuf>,
     /// Write over files that are there already.
     #[arg(long)]
@@ -183,7 +183,7 @@ struct Sweep {
 
 pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    check_outputs(args.recordings.files(), &outputs, args.force)?;
+    check_targets(args.recordings.inputs(), &outputs, args.force)?;
     let line = Mutex::new(ProgressLine::default());
     let sweep = sweep(args, &line);
     line.into_inner()

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::JobError;
+use super::{JobError, named_file};
 use crate::analysis::stretches_within;
 use crate::calibration::Calibration;
 use crate::export::{TraceFormat, write_traces};
@@ -16,7 +16,7 @@ use crate::recording::Recording;
 pub struct TraceArgs {
     /// Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: .csv, or
     /// .parquet where this build has it.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
     pub traces: Option<PathBuf>,
     /// Leave out of the table what is before this time on each recording's own clock.
     #[arg(
@@ -59,6 +59,21 @@ impl TraceArgs {
         )
     }
 
+    /// Checks, before any fit, that the table would hold something.
+    pub fn check_stretches<'a>(
+        &self,
+        recordings: impl Iterator<Item = &'a Recording>,
+        decimation: usize,
+    ) -> Result<(), JobError> {
+        let (from_secs, to_secs) = self.range();
+        if self.traces.is_some()
+            && stretches_within(recordings, decimation, (from_secs, to_secs)).is_empty()
+        {
+            return Err(JobError::NoTraces { from_secs, to_secs });
+        }
+        Ok(())
+    }
+
     /// Writes the table, if it was asked for.
     pub fn write<'a>(
         &self,
@@ -71,9 +86,6 @@ impl TraceArgs {
         };
         let (from_secs, to_secs) = self.range();
         let stretches = stretches_within(recordings, decimation, (from_secs, to_secs));
-        if stretches.is_empty() {
-            return Err(JobError::NoTraces { from_secs, to_secs });
-        }
         Ok(write_traces(
             path,
             calibration,

@@ -1,11 +1,20 @@
 //! Files are written whole or not at all.
 //!
 //! Guarantees: the new content goes to a temporary file in the same directory, reaches the disk, and only then takes the
-//! name; whatever goes wrong before, an old file of that name stays as it was.
+//! name; whatever goes wrong before, an old file of that name stays as it was. A temporary file is locked by whoever
+//! writes it and goes when the program is asked to end; what a killed program left goes when the same file is written
+//! again. Pipes and devices are never replaced.
 
-use std::fs;
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// How temporary files begin and end; between the two are the name that they are to take, and some letters by chance.
+const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
+/// Of longer names so many characters: the whole must be a file name, too.
+const NAME_CHARS: usize = 50;
 
 /// A file could not be written; what was there is unchanged.
 #[derive(Debug, thiserror::Error)]
@@ -31,44 +40,176 @@ pub fn write_atomically(
     })
 }
 
-fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // Through a link to the file it names, so that the link stays a link.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if target.is_dir() {
-        return Err(io::Error::other("this is a directory; name a file in it"));
-    }
-    let directory = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
+/// Checks, without writing it, whether a file can be written.
+///
+/// # Errors
+/// [`WriteError`] if it cannot.
+pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
+    let check = || {
+        let target = Target::of(path)?;
+        // Goes as it comes: it has no name, or loses it at once.
+        tempfile::tempfile_in(target.directory()).map(drop)
     };
-    if !directory.is_dir() {
-        // Not the system's own message: that names a temporary file which nobody asked for.
-        let message = format!("there is no directory {}", directory.display());
-        return Err(io::Error::new(io::ErrorKind::NotFound, message));
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".loopscope-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        // What any new file gets (less the umask); the default for temporary files is for the owner alone.
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    let file = builder.tempfile_in(directory)?;
-    if let Ok(old) = fs::metadata(&target) {
-        if old.permissions().readonly() {
+    check().map_err(|source: io::Error| WriteError {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Lets no temporary file stay where the program is interrupted or asked to end.
+///
+/// Where somebody arranged that the program is not to hear of it (`nohup`), it stays so.
+pub fn clean_up_when_asked_to_end() {
+    // Without it, what is left goes when the same file is written again.
+    let _ = ctrlc::try_set_handler(|| {
+        // Held until the end, so that no new one begins.
+        let being_written = being_written();
+        for path in being_written.iter() {
+            let _ = fs::remove_file(path);
+        }
+        // What a shell reports of a program that was interrupted.
+        std::process::exit(130)
+    });
+}
+
+/// The temporary files of this program.
+fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    static PATHS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    PATHS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where a file goes.
+struct Target {
+    path: PathBuf,
+    /// What the file there may be used for.
+    permissions: Option<fs::Permissions>,
+}
+
+impl Target {
+    fn of(path: &Path) -> io::Result<Self> {
+        // Through a link to the file it names, so that the link stays a link.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let old = fs::metadata(&path).ok();
+        if old.as_ref().is_some_and(fs::Metadata::is_dir) {
+            return Err(io::Error::other("this is a directory; name a file in it"));
+        }
+        if old.as_ref().is_some_and(|old| !old.is_file()) {
+            return Err(io::Error::other(
+                "this is no file but a pipe or a device; name a file",
+            ));
+        }
+        let permissions = old.map(|old| old.permissions());
+        let target = Self { path, permissions };
+        if !target.directory().is_dir() {
+            // Not the system's own message: that names a temporary file which nobody asked for.
+            let message = format!("there is no directory {}", target.directory().display());
+            return Err(io::Error::new(io::ErrorKind::NotFound, message));
+        }
+        let is_read_only = fs::Permissions::readonly;
+        if target.permissions.as_ref().is_some_and(is_read_only) {
             return Err(io::Error::new(
                 io::ErrorKind::PermissionDenied,
                 "the file is read-only",
             ));
         }
-        file.as_file().set_permissions(old.permissions())?;
+        Ok(target)
+    }
+
+    fn directory(&self) -> &Path {
+        match self.path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        }
+    }
+
+    /// What the names of its temporary files begin with.
+    fn prefix(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let name: String = name.chars().take(NAME_CHARS).collect();
+        format!("{}{name}-", TEMPORARY.0)
+    }
+
+    /// Takes away what programs that are gone left of this file; a living one holds its lock.
+    fn clean_up(&self) {
+        let prefix = self.prefix();
+        let Ok(entries) = fs::read_dir(self.directory()) else {
+            return;
+        };
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let is_temporary = name.starts_with(&prefix) && name.ends_with(TEMPORARY.1);
+            if !is_temporary || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+                continue;
+            }
+            if let Ok(left) = OpenOptions::new().write(true).open(entry.path())
+                && left.try_lock().is_ok()
+            {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// A new file beside it, which is forgotten once it is gone or has its name.
+    fn temporary(&self) -> io::Result<(Forget, tempfile::NamedTempFile)> {
+        let prefix = self.prefix();
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(TEMPORARY.1);
+        let file = builder.make_in(self.directory(), |path| {
+            let mut being_written = being_written();
+            let file = new_file(path)?;
+            being_written.insert(path.to_owned());
+            Ok(file)
+        })?;
+        Ok((Forget(file.path().to_owned()), file))
+    }
+}
+
+/// A new file that nobody else takes for one that was left.
+fn new_file(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    // The permissions are those of any new file; the default for temporary files is for the owner alone.
+    options.write(true).create_new(true);
+    loop {
+        let file = options.open(path)?;
+        // Where files cannot be locked, nothing that is left is taken away either.
+        let _ = file.lock();
+        // Somebody may have been quicker to lock it, and took it away.
+        if path.exists() {
+            return Ok(file);
+        }
+    }
+}
+
+/// Strikes a temporary file off the list of those that are written.
+struct Forget(PathBuf);
+
+impl Drop for Forget {
+    fn drop(&mut self) {
+        being_written().remove(&self.0);
+    }
+}
+
+fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let target = Target::of(path)?;
+    target.clean_up();
+    let (_forget, temporary) = target.temporary()?;
+    // The file itself: the messages of the temporary one say its name, which nobody asked for.
+    let file = temporary.as_file();
+    if let Some(permissions) = &target.permissions {
+        file.set_permissions(permissions.clone())?;
     }
     let mut out = BufWriter::new(file);
     write(&mut out)?;
-    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.as_file().sync_all()?;
-    file.persist(&target).map_err(|error| error.error)?;
+    out.flush()?;
+    drop(out);
+    file.sync_all()?;
+    temporary
+        .persist(&target.path)
+        .map_err(|error| error.error)?;
+    // The name reaches the disk, too; where that cannot be had, the file is in its place all the same.
+    #[cfg(unix)]
+    let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
     Ok(())
 }
 
@@ -106,5 +247,77 @@ mod tests {
         let path = directory.path().join("gone").join("a.txt");
         let error = write_atomically(&path, |_| Ok(())).unwrap_err();
         assert!(error.to_string().contains("a.txt"));
+    }
+
+    /// Two that were left, one of a program that still writes and one of another file.
+    #[test]
+    fn what_a_dead_program_left_goes_and_what_a_living_one_writes_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        for name in ["a.txt-1", "a.txt-2", "a.txt-3", "b.txt-4"] {
+            fs::write(at(&format!(".loopscope-{name}.part")), "half").unwrap();
+        }
+        let living = File::open(at(".loopscope-a.txt-2.part")).unwrap();
+        living.lock().unwrap();
+        write_atomically(&at("a.txt"), |out| out.write_all(b"whole")).unwrap();
+        let entries = fs::read_dir(directory.path()).unwrap();
+        let mut left: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+        left.sort();
+        let expected = [
+            ".loopscope-a.txt-2.part",
+            ".loopscope-b.txt-4.part",
+            "a.txt",
+        ];
+        assert_eq!(left, expected);
+    }
+
+    #[test]
+    fn while_it_is_written_a_file_is_known_and_locked() {
+        let directory = tempfile::tempdir().unwrap();
+        let mut temporary = PathBuf::new();
+        write_atomically(&directory.path().join("a.txt"), |_| {
+            let mut entries = fs::read_dir(directory.path())?;
+            temporary = entries.next().expect("the temporary file")?.path();
+            assert!(being_written().contains(&temporary));
+            assert!(File::open(&temporary)?.try_lock().is_err());
+            Ok(())
+        })
+        .unwrap();
+        assert!(!being_written().contains(&temporary) && !temporary.exists());
+    }
+
+    #[test]
+    fn names_of_any_length_can_be_written() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("力".repeat(80));
+        write_atomically(&path, |out| out.write_all(b"x")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"x");
+    }
+
+    /// The file system is full, or the reader is gone: the system's own words, and the name that was asked for.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_failure_names_the_file_and_not_the_temporary() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.txt");
+        let error = write_atomically(&path, |_| {
+            File::options()
+                .write(true)
+                .open("/dev/full")?
+                .write_all(b"x")
+        });
+        let told = error.unwrap_err().to_string();
+        assert!(
+            told.contains("a.txt") && told.contains("No space"),
+            "{told}"
+        );
+        assert!(!told.contains(".part"), "{told}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_never_replaced() {
+        let error = write_atomically(Path::new("/dev/null"), |_| Ok(())).unwrap_err();
+        assert!(error.to_string().contains("a device"), "{error}");
     }
 }

@@ -3,9 +3,10 @@
 use std::io;
 
 use super::facts::Fact;
-use super::text::printable;
 use crate::calibration::Calibration;
 use crate::features::Column;
+use crate::recording::write_csv::CsvWriter;
+use crate::shown::printable;
 
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
 pub(super) fn write(
@@ -16,11 +17,11 @@ pub(super) fn write(
     for (name, text) in facts {
         writeln!(out, "# {name}: {}", printable(text))?;
     }
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = CsvWriter::new(out);
     let columns = calibration.columns();
     let features = Column::names(&columns, &calibration.gauges);
     let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
-    csv.write_record(head.iter().chain(&features))?;
+    csv.row(head.iter().chain(&features))?;
     let blocks = calibration.describe();
     let compensated = calibration.compensated.as_ref();
     let maps = std::iter::once(("conventional", "", &calibration.conventional))
@@ -40,7 +41,7 @@ pub(super) fn write(
                 let number = own.next_if(|(own, _)| *own == column);
                 number.map_or(String::new(), |(_, number)| number.to_string())
             });
-            csv.write_record(head.into_iter().chain(numbers))?;
+            csv.row(head.into_iter().chain(numbers))?;
         }
     }
     csv.flush()

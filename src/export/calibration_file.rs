@@ -1,12 +1,12 @@
 //! Calibrations as files: JSON holds everything and reads back to the same predictions; the other formats hold what they can.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::cal::{self, CalError};
 use crate::calibration::{Calibration, CalibrationError, CalibrationFile};
 use crate::export::{CalibrationFormat, WriteError, write_atomically};
+use crate::small_file::read_small;
 
 /// A larger file is no calibration.
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
@@ -17,8 +17,6 @@ const LARGEST_FILE_BYTES: u64 = 64 << 20;
 pub enum ReadCalibrationError {
     #[error("cannot read {}: {source}", .path.display())]
     Io { path: PathBuf, source: io::Error },
-    #[error("{}: {bytes} bytes are too many for a calibration", .path.display())]
-    TooLarge { path: PathBuf, bytes: u64 },
     #[error("{}: not a calibration in JSON: {source}", .path.display())]
     Json {
         path: PathBuf,
@@ -56,11 +54,7 @@ pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), W
 pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError> {
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };
-    let bytes = fs::metadata(path).map_err(io)?.len();
-    if bytes > LARGEST_FILE_BYTES {
-        return Err(ReadCalibrationError::TooLarge { path: at(), bytes });
-    }
-    let content = fs::read(path).map_err(io)?;
+    let content = read_small(path, "a calibration", LARGEST_FILE_BYTES).map_err(io)?;
     let unusable = |source| ReadCalibrationError::Calibration { path: at(), source };
     match CalibrationFormat::from_path(path) {
         Some(CalibrationFormat::Cal) => {
@@ -79,6 +73,8 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, UsedRecording, VERSION};
     use crate::export::code::Program;
@@ -217,6 +213,31 @@ mod tests {
         assert!(refused("\"offset\"\n    ]", "\"ofset\"\n    ]").contains("ofset"));
         assert!(refused("\"Mx\"", "\"Fz\"").contains("axes"));
         assert!(refused("12.0,", "").contains("full_scale"));
+    }
+
+    /// Gauges of 1e-200 have the inverse scale 1e200; a coefficient of 1e308 makes the load of any gauge infinite.
+    #[test]
+    fn numbers_that_no_sensor_has_are_refused() {
+        let refused = |change: fn(&mut Calibration)| {
+            let mut calibration = calibration();
+            change(&mut calibration);
+            calibration.validate().unwrap_err().to_string()
+        };
+        assert!(refused(|c| c.decimation = 0).contains("decimation"));
+        assert!(refused(|c| c.full_scale = vec![0.0, 0.0]).contains("full_scale"));
+        for value in [-1.0, f64::NAN, 1e308] {
+            let mut calibration = calibration();
+            calibration.full_scale[1] = value;
+            assert!(calibration.validate().is_err(), "{value}");
+        }
+        for value in [1e308, -1e200, f64::INFINITY, f64::NAN] {
+            let mut calibration = calibration();
+            calibration.conventional.matrix[1][0] = value;
+            let told = calibration.validate().unwrap_err().to_string();
+            assert!(told.contains("conventional.matrix, row Mx"), "{told}");
+        }
+        assert!(refused(|c| c.gauge_scale.inverse_scale[0] = 1e200).contains("inverse_scale"));
+        assert!(refused(|c| c.gauge_scale.shift[1] = -1e200).contains("-1e200"));
     }
 
     #[test]

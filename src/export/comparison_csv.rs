@@ -3,6 +3,7 @@
 use std::io;
 
 use crate::calibration::Scores;
+use crate::recording::write_csv::CsvWriter;
 
 /// What one row of the table says; [`analysis`](crate::analysis) has it, and this room stands below.
 pub trait ComparisonRow {
@@ -25,9 +26,9 @@ pub fn write_comparison_csv(
     rows: &[impl ComparisonRow],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = CsvWriter::new(out);
     for record in comparison_records(rows) {
-        csv.write_record(record)?;
+        csv.row(record)?;
     }
     csv.flush()
 }

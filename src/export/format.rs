@@ -5,11 +5,12 @@
 use std::io;
 use std::path::Path;
 
-use super::code::{LONGEST_WINDOW_SECS, Language, Program, source_code};
+use super::code::{LONGEST_WINDOW_SECS, Language, source_code};
 use super::facts::facts;
 use super::{cal, calibration_csv, mat, npz, onnx, yaml};
-use crate::calibration::{Calibration, Learned};
-use crate::recording::Axis;
+use crate::calibration::{Calibration, FitSettings, Learned, Learner, Regressor};
+use crate::features::FeatureSettings;
+use crate::recording::{Axis, Layout};
 
 /// How a calibration is written.
 ///
@@ -61,6 +62,15 @@ pub enum FormatError {
          {LONGEST_WINDOW_SECS} s); fit with a smaller t_th or lag, or use .json"
     )]
     LongWindow { window_secs: f64 },
+}
+
+/// What formats ask of a calibration.
+struct MadeOf<'a> {
+    regressor: Regressor,
+    has_network: bool,
+    n_gauges: usize,
+    axes: &'a [Axis],
+    features: &'a FeatureSettings,
 }
 
 impl CalibrationFormat {
@@ -180,20 +190,42 @@ impl CalibrationFormat {
     /// # Errors
     /// [`FormatError`] if it cannot.
     pub fn check(self, calibration: &Calibration) -> Result<(), FormatError> {
+        self.check_made_of(&MadeOf {
+            regressor: calibration.regressor,
+            has_network: matches!(calibration.learned, Some(Learned::Network(_))),
+            n_gauges: calibration.gauges.len(),
+            axes: &calibration.axes,
+            features: &calibration.features,
+        })
+    }
+
+    /// Checks, before the fit, whether the format can carry what these settings make of recordings of this layout.
+    ///
+    /// # Errors
+    /// [`FormatError`] if it cannot.
+    pub fn check_fit(self, settings: &FitSettings, layout: &Layout) -> Result<(), FormatError> {
+        self.check_made_of(&MadeOf {
+            regressor: settings.regressor,
+            has_network: settings.regressor.learner() == Some(Learner::Network),
+            n_gauges: layout.gauge_names.len(),
+            axes: &layout.axes,
+            features: &settings.features,
+        })
+    }
+
+    fn check_made_of(self, made_of: &MadeOf<'_>) -> Result<(), FormatError> {
         match self {
-            Self::Onnx if !matches!(calibration.learned, Some(Learned::Network(_))) => {
-                Err(FormatError::NoNetwork {
-                    regressor: calibration.regressor.label(),
-                })
-            }
-            Self::Cal if calibration.gauges.len() != 6 || calibration.axes != Axis::ALL => {
+            Self::Onnx if !made_of.has_network => Err(FormatError::NoNetwork {
+                regressor: made_of.regressor.label(),
+            }),
+            Self::Cal if made_of.n_gauges != 6 || *made_of.axes != Axis::ALL => {
                 Err(FormatError::NotSix {
-                    gauges: calibration.gauges.len(),
-                    axes: calibration.axes.iter().map(|axis| axis.symbol()).collect(),
+                    gauges: made_of.n_gauges,
+                    axes: made_of.axes.iter().map(|axis| axis.symbol()).collect(),
                 })
             }
             Self::CHeader | Self::Rust | Self::Python => {
-                let window_secs = Program::new(calibration).window_secs();
+                let window_secs = made_of.features.window_secs();
                 match window_secs > LONGEST_WINDOW_SECS {
                     true => Err(FormatError::LongWindow { window_secs }),
                     false => Ok(()),

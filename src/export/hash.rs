@@ -1,11 +1,12 @@
 //! What a file holds, as one short text: to know it again.
 
 use std::fmt::Write as _;
-use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
+
+use crate::small_file::open_regular;
 
 /// So much is read at once.
 const BLOCK_BYTES: usize = 1 << 16;
@@ -15,7 +16,7 @@ const BLOCK_BYTES: usize = 1 << 16;
 /// # Errors
 /// What opening or reading it gives.
 pub fn sha256(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    let mut file = open_regular(path)?;
     let mut hasher = Sha256::new();
     let mut block = vec![0; BLOCK_BYTES];
     loop {

@@ -3,6 +3,7 @@
 use std::io;
 
 use crate::evaluation::metrology::{Figure, Metrology};
+use crate::recording::write_csv::CsvWriter;
 
 const HEADER: [&str; 17] = [
     "id",
@@ -32,8 +33,8 @@ const HEADER: [&str; 17] = [
 /// # Errors
 /// Whatever `out` fails with.
 pub fn write_metrology_csv(table: &Metrology, out: &mut dyn io::Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(HEADER)?;
+    let mut csv = CsvWriter::new(out);
+    csv.row(HEADER)?;
     for row in &table.rows {
         let about = &row.definition;
         for (at, cell) in row.cells.iter().enumerate() {
@@ -48,7 +49,7 @@ pub fn write_metrology_csv(table: &Metrology, out: &mut dyn io::Write) -> io::Re
             record.extend(figure_cells(&cell.compensated));
             record.push(table.dead_bands[at].to_string());
             record.extend([about.definition, about.source, about.free_running].map(str::to_owned));
-            csv.write_record(&record)?;
+            csv.row(&record)?;
         }
     }
     csv.flush()

@@ -20,13 +20,14 @@ pub mod print_color;
 mod report;
 mod sources;
 pub mod svg;
+mod targets;
 mod text;
 mod threshold_csv;
 mod threshold_pictures;
 mod traces;
 mod yaml;
 
-pub use atomic::{WriteError, write_atomically};
+pub use atomic::{WriteError, clean_up_when_asked_to_end, write_atomically};
 pub use cal::{CalError, name_gauges};
 pub use calibration_file::{ReadCalibrationError, read_calibration, write_calibration};
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
@@ -36,8 +37,10 @@ pub use loop_svg::{Drawing, DrawnLine, PICTURE_SIZE, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;
 pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, utc, write_report};
 pub use sources::{used_recordings, with_sources};
+pub use targets::{TargetError, check_targets};
 pub use threshold_csv::write_threshold_csv;
 pub use threshold_pictures::{
-    curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, write_threshold_map,
+    curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, threshold_map_files,
+    write_threshold_map,
 };
 pub use traces::{Stretch, TraceFormat, write_loads_csv, write_traces};

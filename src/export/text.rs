@@ -1,22 +1,6 @@
 //! Text from files (names of gauges and recordings) made harmless where it is written.
 
-/// The text on one line without anything that cannot be seen: control and direction marks become their codes.
-pub(super) fn printable(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        if is_hidden(c) {
-            out.extend(c.escape_unicode());
-        } else {
-            out.push(c);
-        }
-    }
-    out
-}
-
-fn is_hidden(c: char) -> bool {
-    c.is_control()
-        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
-}
+use crate::shown::{is_hidden, printable};
 
 /// [`printable`] text that neither opens nor ends a comment of C, and makes no trigraph.
 pub(super) fn for_block_comment(text: &str) -> String {

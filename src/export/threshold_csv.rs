@@ -4,6 +4,7 @@ use std::io;
 
 use crate::calibration::Scores;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
+use crate::recording::write_csv::CsvWriter;
 
 /// Writes one row per pair of thresholds and set (train, test, leave-one-out): thresholds, RMSE per axis, and the group
 /// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without
@@ -15,7 +16,7 @@ use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 /// # Errors
 /// Whatever `out` fails with.
 pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = CsvWriter::new(out);
     let groups: Vec<Measure> = (map.scale.measures().into_iter())
         .filter(|measure| !matches!(measure, Measure::Axis(_)))
         .collect();
@@ -26,7 +27,7 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
         let (label, unit) = (group.label(&map.scale), group.unit(&map.scale));
         format!("{label} [{unit}]")
     }));
-    csv.write_record(&head)?;
+    csv.row(&head)?;
     let mut write = |thresholds: [String; 2], scores: &Scores| -> io::Result<()> {
         for set in ScoreSet::ALL {
             let Some(rmse) = set.rmse(scores) else {
@@ -39,7 +40,7 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
                 let value = group.of_rmse(&map.scale, rmse);
                 value.map_or_else(String::new, |value| value.to_string())
             }));
-            csv.write_record(&record)?;
+            csv.row(&record)?;
         }
         Ok(())
     };

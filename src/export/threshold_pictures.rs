@@ -1,6 +1,6 @@
 //! The errors over both thresholds as pictures: curves along either threshold, and the map.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::export::svg::{CurvePlot, HeatMap, Labels, Line, write_curves_svg, write_heat_map_svg};
@@ -107,6 +107,23 @@ pub fn threshold_heat_map(
     }
 }
 
+/// The files that [`write_threshold_map`] writes: this one, and the two beside a picture.
+#[must_use]
+pub fn threshold_map_files(path: &Path) -> Vec<PathBuf> {
+    let mut files = vec![path.to_owned()];
+    let is_svg = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    if is_svg {
+        files.extend(["f_th", "t_th"].map(|along| {
+            let mut name = path.file_stem().unwrap_or_default().to_owned();
+            name.push(format!("_{along}.svg"));
+            path.with_file_name(name)
+        }));
+    }
+    files
+}
+
 /// Writes a map in the format of the file's ending: `.svg` the picture of the left-out errors with the suggested pair
 /// (beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the curves through that pair), anything else every number as CSV.
 ///
@@ -117,26 +134,20 @@ pub fn write_threshold_map(
     measure: Measure,
     path: &Path,
 ) -> Result<(), WriteError> {
-    let is_svg = path
-        .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
-    if !is_svg {
+    let files = threshold_map_files(path);
+    let [_, over_f_th, over_t_th] = &files[..] else {
         return write_atomically(path, |out| write_threshold_csv(map, out));
-    }
+    };
     let suggestion = map.suggestion(measure).ok();
     let found = suggestion.as_ref();
     let picture = threshold_heat_map(map, ScoreSet::LeftOut, measure, found);
     write_atomically(path, |out| write_heat_map_svg(&picture, out))?;
     let (f_at, t_at) = found.map_or((0, 0), |found| found.at);
-    for (along, curves) in [
-        ("f_th", curves_over_f_th(map, measure, t_at, found)),
-        ("t_th", curves_over_t_th(map, measure, f_at, found)),
+    for (file, curves) in [
+        (over_f_th, curves_over_f_th(map, measure, t_at, found)),
+        (over_t_th, curves_over_t_th(map, measure, f_at, found)),
     ] {
-        let mut name = path.file_stem().unwrap_or_default().to_owned();
-        name.push(format!("_{along}.svg"));
-        write_atomically(&path.with_file_name(name), |out| {
-            write_curves_svg(&curves, out)
-        })?;
+        write_atomically(file, |out| write_curves_svg(&curves, out))?;
     }
     Ok(())
 }

@@ -130,6 +130,15 @@ impl FeatureSettings {
             .collect()
     }
 
+    /// How long a sample may be looked back at (s); zero where no block keeps samples.
+    #[must_use]
+    pub fn window_secs(&self) -> f64 {
+        let t_th_secs = self.look_backs.iter().map(|look_back| &look_back.t_th_secs);
+        t_th_secs
+            .chain(&self.fixed_lags_secs)
+            .fold(0.0, |a, b| a.max(*b))
+    }
+
     /// Checks every range of the table above.
     ///
     /// # Errors

@@ -6,6 +6,57 @@ use std::io::{self, Write};
 
 use crate::recording::Recording;
 
+/// Comma-separated text whose cells no spreadsheet takes for formulas.
+///
+/// A text that begins with `=`, `+`, `-`, `@`, a tab or a return gets a `'` before it, which spreadsheets hide, and which
+/// [`unguarded`] takes away where names are read; numbers stand as they are.
+pub(crate) struct CsvWriter<W: Write>(csv::Writer<W>);
+
+impl<W: Write> CsvWriter<W> {
+    pub(crate) fn new(out: W) -> Self {
+        Self(csv::Writer::from_writer(out))
+    }
+
+    /// Writes one cell of the row that has begun.
+    pub(crate) fn cell(&mut self, cell: impl AsRef<str>) -> io::Result<()> {
+        let cell = cell.as_ref();
+        if begins_a_formula(cell) && cell.parse::<f64>().is_err() {
+            return Ok(self.0.write_field(format!("'{cell}"))?);
+        }
+        Ok(self.0.write_field(cell)?)
+    }
+
+    pub(crate) fn end_row(&mut self) -> io::Result<()> {
+        Ok(self.0.write_record(None::<&[u8]>)?)
+    }
+
+    pub(crate) fn row(
+        &mut self,
+        cells: impl IntoIterator<Item = impl AsRef<str>>,
+    ) -> io::Result<()> {
+        for cell in cells {
+            self.cell(cell)?;
+        }
+        self.end_row()
+    }
+
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+fn begins_a_formula(cell: &str) -> bool {
+    cell.starts_with(['=', '+', '-', '@', '\t', '\r'])
+}
+
+/// A cell as it was before [`CsvWriter`] made a text of what a spreadsheet would take for a formula.
+pub(crate) fn unguarded(cell: &str) -> &str {
+    match cell.strip_prefix('\'') {
+        Some(text) if begins_a_formula(text) => text,
+        _ => cell,
+    }
+}
+
 /// Writes a recording as comma-separated text: one header line, then one line per sample with its time, its gauges
 /// and, where there is a reference, its load.
 ///
@@ -14,7 +65,7 @@ use crate::recording::Recording;
 /// # Errors
 /// What the writer returns; part of the table may have been written by then.
 pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
-    let mut table = csv::Writer::from_writer(out);
+    let mut table = CsvWriter::new(out);
     let axes = recording.axes();
     let header = std::iter::once("t [s]".to_owned())
         .chain(recording.gauge_names().iter().cloned())
@@ -22,7 +73,7 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
             axes.iter()
                 .map(|axis| format!("{} [{}]", axis.symbol(), axis.unit())),
         );
-    table.write_record(header)?;
+    table.row(header)?;
     let mut digits = String::new();
     for (k, time) in recording.times().iter().enumerate() {
         let loads = &recording.loads()[k * axes.len()..(k + 1) * axes.len()];
@@ -33,9 +84,9 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
             use std::fmt::Write as _;
             digits.clear();
             write!(digits, "{value}").expect("writing to a string does not fail");
-            table.write_field(&digits)?;
+            table.cell(&digits)?;
         }
-        table.write_record(None::<&[u8]>)?;
+        table.end_row()?;
     }
     table.flush()
 }
@@ -87,6 +138,21 @@ mod tests {
             assert_eq!(bits, expected);
         }
         assert_eq!(text.lines().count(), 1 + recording.n_samples());
+    }
+
+    #[test]
+    fn no_name_is_a_formula_and_numbers_stay_numbers() {
+        let names = ["=1+cmd|' /C calc'!A0", "@S", "-S", "+1", "'S", "S=1"];
+        let text = written(&recording(
+            &names,
+            vec![-1.5, 1.0, -2e-9, 0.0, 0.0, 0.0],
+            &[],
+        ));
+        let (header, rows) = text.split_once('\n').unwrap();
+        assert_eq!(header, "t [s],'=1+cmd|' /C calc'!A0,'@S,'-S,+1,'S,S=1");
+        assert_eq!(rows, "0,-1.5,1,-0.000000002,0,0,0\n");
+        let read: Vec<&str> = header.split(',').skip(1).map(unguarded).collect();
+        assert_eq!(read, names);
     }
 
     #[test]

@@ -44,10 +44,15 @@ impl SaveAs {
     /// The file was chosen, and replacing it agreed to where it is there.
     #[must_use]
     pub fn to(self, path: PathBuf) -> Command {
+        // About a file that is new nobody was asked, and some are written with others beside them.
+        let existing = match path.exists() {
+            true => Existing::Replace,
+            false => Existing::Ask,
+        };
         match self.content {
             // Its ending is checked against what can be exported.
-            FileContent::Calibration(..) => Command::Export(path, Existing::Replace),
-            content => Command::Save(content, path, Existing::Replace),
+            FileContent::Calibration(..) => Command::Export(path, existing),
+            content => Command::Save(content, path, existing),
         }
     }
 }

@@ -400,6 +400,7 @@ fn optional(
 
 /// One row a column: what it is, its name and unit, its sign and scale, what it holds.
 fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
+    let header = Header::new(reports.iter().map(|report| report.header.as_str()));
     let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
     egui::ScrollArea::horizontal()
         .id_salt(id)
@@ -433,7 +434,6 @@ fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut Ta
                         });
                     }
                 })
-    let header = Header::new(reports.iter().map(|report| report.header.as_str()));
                 .body(|body| {
                     body.rows(24.0, reports.len(), |mut row| {
                         let report = &reports[row.index()];

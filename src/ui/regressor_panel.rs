@@ -4,7 +4,9 @@ use egui::{ComboBox, DragValue};
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 
 use crate::app::{AppState, Command, Training, TrainingCommand};
-use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, RidgeChoice};
+use crate::calibration::{
+    EpochReport, FitSettings, Learner, NetworkSettings, Regressor, RidgeChoice,
+};
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::{picture, plots};
@@ -84,7 +86,8 @@ fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
 fn network(ui: &mut egui::Ui, settings: &mut FitSettings) {
     ui.horizontal(|ui| {
         let label = ui.label("Epochs");
-        let epochs = DragValue::new(&mut settings.network.epochs).range(1..=100_000);
+        let epochs =
+            DragValue::new(&mut settings.network.epochs).range(1..=NetworkSettings::MOST_EPOCHS);
         ui.add(epochs)
             .labelled_by(label.id)
             .on_hover_text("Passes over the training samples; the paper's are 1000");

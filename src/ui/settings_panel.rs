@@ -219,7 +219,7 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Use every");
         let field = DragValue::new(&mut settings.decimation)
-            .range(1..=100_000)
+            .range(1..=FitSettings::MOST_DECIMATION)
             .speed(0.05);
         ui.add(field).labelled_by(label.id).on_hover_text(
             "Of each recording the first sample, and then every so many; the search for the past sees only these (section 4.3)",

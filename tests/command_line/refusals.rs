@@ -130,6 +130,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
 fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
     let workshop = Workshop::with_recordings();
     workshop.write("kept.json", "old");
+    workshop.write("old.json", "old");
     let read_only = workshop.file("kept.json");
     let mut permissions = fs::metadata(&read_only).unwrap().permissions();
     permissions.set_readonly(true);
@@ -158,11 +159,12 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
                 "--train a.csv --export kept.json",
                 &["kept.json", "already", "--force"],
             ),
-            ("--train gone.csv --export kept.json --force", &["gone.csv"]),
+            ("--train gone.csv --export old.json --force", &["gone.csv"]),
             ("--train a.csv --export ./a.csv", &["./a.csv", "read"]),
         ],
     );
     assert_eq!(workshop.read("kept.json"), "old");
+    assert_eq!(workshop.read("old.json"), "old");
     assert_eq!(workshop.read("a.csv"), before);
     assert!(!workshop.file("gone").exists());
 }

@@ -9,6 +9,7 @@ use super::NetworkError;
 use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
+use crate::calibration::validate::is_usable;
 
 /// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.
 ///
@@ -84,7 +85,7 @@ impl Network {
             ("target_scale", n_targets, &self.target_scale, 0.0),
         ] {
             length(field, expected, numbers.len())?;
-            finite(field, numbers.iter().all(|x| *x >= least && x.is_finite()))?;
+            finite(field, numbers.iter().all(|x| *x >= least && is_usable(*x)))?;
         }
         let mut fan_in = n_inputs;
         for (at, layer) in self.layers.iter().enumerate() {

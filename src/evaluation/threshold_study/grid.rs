@@ -6,6 +6,8 @@ use crate::evaluation::numbers::round_step;
 
 /// More values of one threshold than this are refused: nobody can tell them apart.
 pub const MOST_VALUES: usize = 2000;
+/// More pairs of thresholds than this are refused: their errors alone would fill the memory.
+const MOST_PAIRS: usize = 250_000;
 /// About so many rows are in the first, coarsest level.
 const COARSEST: usize = 5;
 
@@ -44,6 +46,10 @@ pub enum GridError {
     Value { what: &'static str, value: f64 },
     #[error("{what} has {count} values, more than {MOST_VALUES}; take a larger step")]
     TooMany { what: &'static str, count: f64 },
+    #[error(
+        "{f_ths} values of F_th and {t_ths} of t_th make more than {MOST_PAIRS} pairs; take larger steps"
+    )]
+    TooManyPairs { f_ths: usize, t_ths: usize },
 }
 
 /// The values from `start` to `stop` in steps, `stop` included where a step meets it.
@@ -123,6 +129,12 @@ impl ThresholdGrid {
                 let (before, next) = (pair[0], pair[1]);
                 return Err(GridError::Order { what, before, next });
             }
+        }
+        if f_ths.len() * t_ths_secs.len() > MOST_PAIRS {
+            return Err(GridError::TooManyPairs {
+                f_ths: f_ths.len(),
+                t_ths: t_ths_secs.len(),
+            });
         }
         Ok(Self { f_ths, t_ths_secs })
     }
@@ -244,6 +256,14 @@ mod tests {
             lists(&[1.0], &[f64::INFINITY]),
             Err(GridError::Value { .. })
         ));
+    }
+
+    #[test]
+    fn a_grid_that_would_fill_the_memory_is_refused() {
+        let values: Vec<f64> = (0..1000).map(f64::from).collect();
+        let error = ThresholdGrid::new(values.clone(), values.clone()).unwrap_err();
+        assert!(error.to_string().contains("1000 values of F_th"), "{error}");
+        assert!(ThresholdGrid::new(values, vec![1.0, 2.0]).is_ok());
     }
 
     /// Every position once; each level's gaps are at most half of those that were left.

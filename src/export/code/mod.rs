@@ -14,7 +14,8 @@ use self::template::{Scope, Value, render};
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Kernel, LEAP_SECS, Learned, Network, STRAYS};
 use crate::export::facts::Fact;
-use crate::export::text::{for_block_comment, identifier, printable};
+use crate::export::text::{for_block_comment, identifier};
+use crate::shown::printable;
 
 /// The rate for which a C file keeps room where neither it nor the calibration says another (Hz) …
 const DEFAULT_RATE_HZ: u64 = 1000;
@@ -43,7 +44,7 @@ impl Language {
     fn comment(self, text: &str) -> String {
         match self {
             Self::C => for_block_comment(text),
-            Self::Rust | Self::Python => printable(text),
+            Self::Rust | Self::Python => printable(text).into_owned(),
         }
     }
 

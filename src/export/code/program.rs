@@ -20,6 +20,7 @@ pub(in crate::export) struct Program {
     /// The axes that the look-back measures, with what their load is multiplied by.
     pub measured: Vec<(usize, f64)>,
     pub lags_secs: Vec<f64>,
+    window_secs: f64,
     pub taus_secs: Vec<f64>,
     /// In the unit of each gauge, one set per operator.
     pub radii: Vec<Vec<f64>>,
@@ -75,6 +76,7 @@ impl Program {
                 .collect(),
             measured,
             lags_secs: features.fixed_lags_secs.clone(),
+            window_secs: features.window_secs(),
             taus_secs: features.creep_secs.clone(),
             radii: (features.play_radii.iter())
                 .map(|radius| scale.deviation.iter().map(|sd| radius * sd).collect())
@@ -98,8 +100,7 @@ impl Program {
 
     /// How long the past is kept (s); zero where no block needs it.
     pub fn window_secs(&self) -> f64 {
-        let t_th_secs = self.look_backs.iter().map(|(_, t_th_secs)| t_th_secs);
-        t_th_secs.chain(&self.lags_secs).fold(0.0, |a, b| a.max(*b))
+        self.window_secs
     }
 
     /// Whether samples are kept.

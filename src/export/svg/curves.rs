@@ -4,6 +4,7 @@ use std::io;
 
 use super::Labels;
 use super::frame::{Anchor, BOTTOM, LEFT, Page, RIGHT, Scale, TOP};
+use crate::recording::write_csv::CsvWriter;
 
 /// Colours that people with any sight can tell apart (Okabe and Ito).
 const COLOURS: [&str; 6] = [
@@ -112,11 +113,11 @@ pub fn write_curves_svg(plot: &CurvePlot, out: &mut dyn io::Write) -> io::Result
 /// # Errors
 /// Whatever `out` fails with.
 pub fn write_curves_csv(plot: &CurvePlot, out: &mut dyn io::Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(["curve", &plot.labels.x, &plot.labels.y])?;
+    let mut csv = CsvWriter::new(out);
+    csv.row(["curve", &plot.labels.x, &plot.labels.y])?;
     for line in &plot.lines {
         for (x, y) in &line.points {
-            csv.write_record([&line.label, &x.to_string(), &y.to_string()])?;
+            csv.row([&line.label, &x.to_string(), &y.to_string()])?;
         }
     }
     csv.flush()

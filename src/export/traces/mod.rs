@@ -13,6 +13,7 @@ use std::path::Path;
 use super::{WriteError, write_atomically};
 use crate::calibration::{AppliedLoads, Calibration};
 use crate::progress::Progress;
+use crate::recording::write_csv::CsvWriter;
 use crate::recording::{Axis, Recording};
 
 /// How traces are written.
@@ -84,14 +85,14 @@ fn write_traces_csv(
 ) -> io::Result<()> {
     let recordings = stretches.iter().map(|stretch| stretch.recording);
     let columns = Columns::of(calibration, recordings, &KINDS);
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = CsvWriter::new(out);
     let mut record = vec!["recording".to_owned()];
     record.extend(columns.head());
-    csv.write_record(&record)?;
+    csv.row(&record)?;
     let mut row = Vec::new();
     for_each(calibration, stretches, progress, |part| {
         columns.fill(part.recording, part.loads, part.sample, &mut row);
-        csv.write_field(part.recording.name())?;
+        csv.cell(part.recording.name())?;
         write_row(&mut csv, &row)
     })?;
     csv.flush()
@@ -171,8 +172,8 @@ pub fn write_loads_csv(
         recordings.iter().map(|(recording, _)| *recording),
         &KINDS[..3],
     );
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(columns.head())?;
+    let mut csv = CsvWriter::new(out);
+    csv.row(columns.head())?;
     let mut row = Vec::new();
     for (recording, loads) in recordings {
         for sample in 0..recording.n_samples() {
@@ -183,11 +184,11 @@ pub fn write_loads_csv(
     csv.flush()
 }
 
-fn write_row<W: io::Write>(csv: &mut csv::Writer<W>, row: &[Option<f64>]) -> io::Result<()> {
+fn write_row<W: io::Write>(csv: &mut CsvWriter<W>, row: &[Option<f64>]) -> io::Result<()> {
     for number in row {
-        csv.write_field(number.map_or_else(String::new, |number| number.to_string()))?;
+        csv.cell(number.map_or_else(String::new, |number| number.to_string()))?;
     }
-    Ok(csv.write_record(None::<&[u8]>)?)
+    csv.end_row()
 }
 
 /// What is told of an axis.

@@ -98,3 +98,17 @@ pub(super) fn reading(what: &str) -> impl Fn(io::Error) -> ArraysError {
         _ => ArraysError::Io(error),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_without_end_is_told_in_short() {
+        let error = ArraysError::NotATable {
+            what: "a".repeat(9000),
+            shape: "(1, ".repeat(20_000),
+        };
+        assert!(error.to_string().chars().count() < 250, "{error}");
+    }
+}

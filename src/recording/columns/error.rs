@@ -9,6 +9,10 @@ use super::{ColumnKey, ColumnRole};
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum MapError {
+    #[error(
+        "no JSON of a column map; `loopscope inspect FILE --write-map MAP.json` writes one for a recording"
+    )]
+    NotAMap,
     #[error("no JSON of a column map: {0}")]
     Json(#[from] serde_json::Error),
     #[error(

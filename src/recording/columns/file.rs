@@ -14,6 +14,7 @@ use super::{
     ReferenceFile, TableMap, WeightMap,
 };
 use crate::recording::Tare;
+use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope column map";
 const VERSION: u32 = 1;
@@ -94,17 +95,7 @@ impl ColumnMap {
             path: path.to_owned(),
             source,
         };
-        let metadata = std::fs::metadata(path).map_err(io_error)?;
-        // Asked before opening: opening a named pipe would wait for its other end.
-        if !metadata.is_file() {
-            return Err(io_error(io::Error::other("it is not a file")));
-        }
-        if metadata.len() > MAP_BYTES_LIMIT {
-            return Err(io_error(io::Error::other(
-                "it is too long for a column map",
-            )));
-        }
-        let text = std::fs::read(path).map_err(io_error)?;
+        let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
         Self::from_json(&text).map_err(|source| MapFileError::Map {
             path: path.to_owned(),
             source,
@@ -116,6 +107,9 @@ impl ColumnMap {
     /// # Errors
     /// [`MapError`] if this is no map of a known version, or one that cannot be used.
     pub fn from_json(text: &[u8]) -> Result<Self, MapError> {
+        if text.trim_ascii_start().first() != Some(&b'{') {
+            return Err(MapError::NotAMap);
+        }
         let start: Start = serde_json::from_slice(text)?;
         if start.format != FORMAT {
             return Err(MapError::Format {

@@ -54,7 +54,11 @@ impl<'a> Header<'a> {
 
     /// How a rule names column `index`, from 0 on: as the header does, if that name is the only one.
     pub fn key(&self, index: usize) -> ColumnKey {
-        match self.names.get(index).map(|name| (*name, self.places.get(name))) {
+        match self
+            .names
+            .get(index)
+            .map(|name| (*name, self.places.get(name)))
+        {
             Some((name, Some((_, None)))) => ColumnKey::Name(name.to_owned()),
             _ => ColumnKey::Number(index + 1),
         }

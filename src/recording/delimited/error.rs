@@ -22,7 +22,9 @@ const SHOWN_CHARS: usize = 40;
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadError {
-    #[error("{}: not a file; choose a file with one row per sample", path.display())]
+    #[error("{}: a folder and not a file; name the recordings in it ({}), or many by a pattern such as {}", path.display(), listed(files), path.join("*.csv").display())]
+    Folder { path: PathBuf, files: Vec<String> },
+    #[error("{}: not a file but a pipe or a device; save what comes of it, and choose that file", path.display())]
     NotAFile { path: PathBuf },
     #[error("{}: cannot be read: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },

@@ -273,7 +273,7 @@ mod tests {
         assert!(matches!(error("\x1f\u{8b}\0"), ReadError::NotText { .. }));
         let folder = tempfile::tempdir().unwrap();
         let of = |path: &Path| read(path, &Progress::default()).unwrap_err();
-        assert!(matches!(of(folder.path()), ReadError::NotAFile { .. }));
+        assert!(matches!(of(folder.path()), ReadError::Folder { .. }));
         assert!(matches!(
             of(&folder.path().join("gone")),
             ReadError::Io { .. }

@@ -6,7 +6,7 @@ use super::layout::{Detected, Start, unbracketed};
 use super::times::TimeForm;
 use super::warning::Finding;
 use crate::recording::columns::{
-    ColumnKey, ColumnRole, ColumnRule, Header, Preamble, Shape, TableMap, TextLayout,
+    ColumnRole, ColumnRule, Header, Preamble, Shape, TableMap, TextLayout,
 };
 
 /// What a column of days is called.

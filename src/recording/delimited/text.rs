@@ -60,6 +60,18 @@ impl Encoding {
     }
 }
 
+/// The names of the files in a folder, but for hidden ones.
+fn files_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries.filter(|entry| entry.path().is_file());
+    let mut names: Vec<String> = files
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| !name.starts_with('.'))
+        .collect();
+    names.sort();
+    names
+}
+
 /// A text that is read from its start to its end.
 #[derive(Debug)]
 pub(super) struct Text {
@@ -86,6 +98,12 @@ impl Text {
         };
         // Asked before opening: opening a named pipe would wait for its other end.
         let metadata = std::fs::metadata(path).map_err(io_error)?;
+        if metadata.is_dir() {
+            return Err(ReadError::Folder {
+                path: path.to_owned(),
+                files: files_in(path),
+            });
+        }
         if !metadata.is_file() {
             return Err(ReadError::NotAFile {
                 path: path.to_owned(),

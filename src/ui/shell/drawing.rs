@@ -1,8 +1,6 @@
 //! The window: menus above, the status line below, the panes between, and what floats over them.
 
-use crate::app::{
-    AppState, Command, Doubt, Leaving, LeftSession, Pane, SessionCommand, Wish,
-};
+use crate::app::{AppState, Command, Doubt, Leaving, LeftSession, Pane, SessionCommand, Wish};
 use crate::export::utc;
 use crate::ui::shell::{Fields, Shell};
 use crate::ui::trace_panes::trace_panes;

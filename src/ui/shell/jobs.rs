@@ -11,16 +11,16 @@ use crate::app::{
     Notice, Opened, OpenedFile, SessionCommand, StudyCommand, TrainingCommand,
 };
 use crate::export::{
-    CalibrationFormat, ReportData, WriteError, read_calibration, with_sources, write_atomically,
-    write_calibration, write_comparison_csv, write_metrology_csv, write_report,
-    write_threshold_map, write_traces,
+    CalibrationFormat, ReportData, TargetError, WriteError, check_targets, read_calibration,
+    threshold_map_files, with_sources, write_atomically, write_calibration, write_comparison_csv,
+    write_metrology_csv, write_report, write_threshold_map, write_traces,
 };
 use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::inspect::{Known, inspect};
 use crate::recording::delimited::{self, ReadError};
-use crate::recording::{Recording, RecordingSet, Tare, simulated};
+use crate::recording::{Recording, RecordingSet, Source, Tare, simulated};
 use crate::ui::SaveAs;
 use crate::ui::recovery::drop_left;
 use crate::ui::shell::{Shell, sessions};
@@ -288,9 +288,22 @@ impl Shell {
             FileContent::Report(..) | FileContent::Traces(_) => Kind::Report,
             _ => Kind::Write,
         };
+        let outputs = match content {
+            FileContent::Thresholds(..) => threshold_map_files(&path),
+            _ => vec![path.clone()],
+        };
+        let entries = self.state.recordings.entries().iter();
+        let inputs: Vec<PathBuf> = entries
+            .filter_map(|entry| match entry.recording.source() {
+                Source::File(path) => Some(path.clone()),
+                Source::Simulated => None,
+            })
+            .collect();
         self.start(kind, title, move |progress| {
-            if existing == Existing::Ask && path.exists() {
-                return Command::AskToReplace(content, path);
+            match check_targets(&inputs, &outputs, existing == Existing::Replace) {
+                Ok(()) => {}
+                Err(TargetError::Exists { .. }) => return Command::AskToReplace(content, path),
+                Err(error) => return Command::Saved(path, Err(error.to_string())),
             }
             let written = write_content(&content, &path, progress);
             match (written, content) {

@@ -1,6 +1,7 @@
 //! Sessions and the files that they name.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,21 +9,24 @@ use crate::app::{OpenedSession, Session, SessionFile, SessionPart};
 use crate::export::{read_calibration, sha256};
 use crate::progress::Progress;
 use crate::recording::delimited::{self, Loaded};
+use crate::small_file::read_small;
 
 /// A session is short; whatever is longer is something else.
 const SESSION_BYTES_LIMIT: u64 = 16 << 20;
 
 /// Whether a file is a session.
 pub fn is_one(path: &Path) -> bool {
-    let short = fs::metadata(path)
-        .is_ok_and(|metadata| metadata.is_file() && metadata.len() < SESSION_BYTES_LIMIT);
-    short && fs::read(path).is_ok_and(|text| Session::is_one(&text))
+    read_session(path).is_ok_and(|text| Session::is_one(&text))
+}
+
+fn read_session(path: &Path) -> io::Result<Vec<u8>> {
+    read_small(path, "a session", SESSION_BYTES_LIMIT)
 }
 
 /// Reads a session, and the files that it names where they are still to be found.
 pub fn read(path: &Path, progress: &Progress) -> Result<OpenedSession, String> {
     let with_path = |error: String| format!("{}: {error}", path.display());
-    let text = fs::read(path).map_err(|error| with_path(error.to_string()))?;
+    let text = read_session(path).map_err(|error| with_path(error.to_string()))?;
     let session = Session::from_json(&text).map_err(|error| with_path(error.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     for file in &session.files {

@@ -11,6 +11,7 @@ pub(super) use detect::{Detected, detect};
 use super::ati;
 use super::cells::{Cells, Delimiter, is_skipped};
 use crate::recording::columns::{Header, Preamble, TextLayout};
+use crate::recording::write_csv::unguarded;
 
 /// How many lines besides comments are looked at.
 const LINES_LOOKED_AT: usize = 200;
@@ -151,6 +152,7 @@ fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let mut is_open = false;
     for cell in Cells::new(text.as_bytes(), delimiter) {
         let cell = String::from_utf8_lossy(cell).replace("\"\"", "\"");
+        let cell = unguarded(&cell).to_owned();
         let last_bracket = cell.rfind(['[', '(', ']', ')']);
         let opens = last_bracket.map(|at| cell[at..].starts_with(['[', '(']));
         match cells.last_mut() {
@@ -195,6 +197,13 @@ pub(super) fn unbracketed(cell: &str) -> &str {
 mod tests {
     use super::*;
     use crate::recording::columns::Delimiter::Semicolon;
+
+    /// As our own tables are written, lest a spreadsheet take a name for a formula.
+    #[test]
+    fn a_guarded_name_is_read_as_it_was() {
+        let found = names(b"t,'=S1 [V],\"'@S,2\",'S3", Delimiter::Byte(b','));
+        assert_eq!(found, ["t", "=S1 [V]", "@S,2", "'S3"]);
+    }
 
     #[test]
     fn a_bracket_that_is_never_closed_takes_all_that_follows() {

@@ -1,0 +1,125 @@
+//! Whether files can be written where they are to go, all of them, before the first is.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::WriteError;
+use super::atomic::check_writable;
+
+/// Why files cannot be written where they are to go.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum TargetError {
+    #[error("{} would be written over {}, which is read; choose another name", .output.display(), .input.display())]
+    OverInput { input: PathBuf, output: PathBuf },
+    #[error("{} and {} are the same file; give each its own name", .first.display(), .second.display())]
+    SameFile { first: PathBuf, second: PathBuf },
+    #[error("{} is there already; choose another name, or give --force to write over it", .path.display())]
+    Exists { path: PathBuf },
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Checks that each output can be written, that no two are the same file, that none is an input, and, unless files may
+/// be `replaced`, that none is there already.
+///
+/// # Errors
+/// [`TargetError`] with the first output that cannot be written.
+pub fn check_targets<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    outputs: &[PathBuf],
+    replaced: bool,
+) -> Result<(), TargetError> {
+    let inputs: Vec<(&PathBuf, PathBuf)> = (inputs.into_iter())
+        .filter_map(|input| Some((input, input.canonicalize().ok()?)))
+        .collect();
+    let places: Vec<(PathBuf, OsString)> = outputs.iter().map(|output| place(output)).collect();
+    for (at, output) in outputs.iter().enumerate() {
+        if let Ok(existing) = output.canonicalize()
+            && let Some((input, _)) = inputs.iter().find(|(_, input)| *input == existing)
+        {
+            return Err(TargetError::OverInput {
+                input: PathBuf::clone(input),
+                output: output.clone(),
+            });
+        }
+        if let Some(earlier) = places[..at].iter().position(|other| *other == places[at]) {
+            return Err(TargetError::SameFile {
+                first: outputs[earlier].clone(),
+                second: output.clone(),
+            });
+        }
+        // Of the name itself, so that a link to nothing is something, too.
+        if !replaced && fs::symlink_metadata(output).is_ok() {
+            return Err(TargetError::Exists {
+                path: output.clone(),
+            });
+        }
+        check_writable(output)?;
+    }
+    Ok(())
+}
+
+/// The folder of a file and its name there, through all links.
+fn place(path: &Path) -> (PathBuf, OsString) {
+    let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let folder = match whole.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    (
+        folder.canonicalize().unwrap_or_else(|_| folder.to_owned()),
+        whole.file_name().unwrap_or_default().to_owned(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(inputs: &[PathBuf], outputs: &[PathBuf], replaced: bool) -> Result<(), String> {
+        check_targets(inputs, outputs, replaced).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn one_file_by_two_names_is_found_whether_it_is_there_or_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("sub")).unwrap();
+        let twice = [at("a.h"), at("sub/../a.h")];
+        assert!(check(&[], &twice, false).unwrap_err().contains("same file"));
+        fs::write(at("a.h"), "").unwrap();
+        assert!(check(&[], &twice, true).unwrap_err().contains("same file"));
+        assert_eq!(check(&[], &[at("b.h"), at("sub/b.h")], false), Ok(()));
+        assert!(!at("b.h").exists(), "it is only looked at");
+    }
+
+    #[test]
+    fn what_is_read_is_never_written_and_what_is_there_only_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("a.csv"), "").unwrap();
+        let a = [at("a.csv")];
+        assert!(check(&a, &a, true).unwrap_err().contains("which is read"));
+        assert!(check(&[], &a, false).unwrap_err().contains("--force"));
+        assert_eq!(check(&[], &a, true), Ok(()));
+        let gone = [at("gone/a.csv")];
+        assert!(
+            check(&[], &gone, true)
+                .unwrap_err()
+                .contains("no directory")
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_nothing_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("a.csv");
+        std::os::unix::fs::symlink(folder.path().join("gone.csv"), &link).unwrap();
+        let outputs = [link];
+        assert!(check(&[], &outputs, false).unwrap_err().contains("already"));
+        assert_eq!(check(&[], &outputs, true), Ok(()));
+    }
+}

@@ -1,0 +1,62 @@
+//! Files that are short by their nature: calibrations, column maps, sessions.
+//!
+//! Guarantees: a pipe or a device, which would wait for its other end or never end, is not opened; no more is read than
+//! the limit, whatever the file says about its length.
+
+use std::fs::{self, File};
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// Opens a file if it is one on a disk.
+pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
+    // Asked before opening: opening a named pipe would wait for its other end.
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_dir() {
+        return Err(io::Error::other(
+            "it is a folder and not a file; name a file in it",
+        ));
+    }
+    if !kind.is_file() {
+        return Err(io::Error::other(
+            "it is not a file but a pipe or a device; save what comes of it, and name that file",
+        ));
+    }
+    File::open(path)
+}
+
+/// The content of `what`, a file of at most so many bytes.
+pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut content = Vec::new();
+    let mut start = open_regular(path)?.take(limit_bytes + 1);
+    start.read_to_end(&mut content)?;
+    if content.len() as u64 > limit_bytes {
+        let message = format!("it has more than {limit_bytes} bytes, too many for {what}");
+        return Err(io::Error::other(message));
+    }
+    Ok(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_up_to_the_limit_and_nothing_else_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, "12345").unwrap();
+        assert_eq!(read_small(&path, "a map", 5).unwrap(), b"12345");
+        let told = |path: &Path, limit| read_small(path, "a map", limit).unwrap_err().to_string();
+        assert!(told(&path, 4).contains("too many for a map"));
+        assert!(told(folder.path(), 5).contains("folder"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_never_ends_is_not_read() {
+        let told = read_small(Path::new("/dev/zero"), "a map", 5).unwrap_err();
+        assert!(told.to_string().contains("device"), "{told}");
+        // Says that it is empty, as all files there do.
+        assert!(read_small(Path::new("/proc/self/status"), "a map", 5).is_err());
+    }
+}

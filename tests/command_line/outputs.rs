@@ -1,0 +1,256 @@
+//! Where results go: all of it is looked at before the first is written, and nothing is left half done.
+
+use std::fs;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::program::{program, run, stderr, succeed};
+use crate::workshop::{ALL_FILES, Workshop};
+
+/// The names of all that is in the folder.
+fn names(workshop: &Workshop) -> Vec<String> {
+    let entries = fs::read_dir(workshop.path()).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Is refused with these words, and leaves the folder as it was.
+#[track_caller]
+fn refused(workshop: &Workshop, arguments: &str, words: &[&str]) {
+    let before = names(workshop);
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let output = run(workshop.path(), &arguments);
+    let told = stderr(&output);
+    assert!(!output.status.success(), "{arguments:?} was done");
+    for word in words {
+        assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+    }
+    assert_eq!(names(workshop), before, "{arguments:?}");
+}
+
+#[test]
+fn of_several_outputs_none_is_written_unless_all_can_be() {
+    let workshop = Workshop::with_recordings();
+    fs::create_dir(workshop.file("sub")).unwrap();
+    let fit = ["fit", &ALL_FILES.join(" ")].join(" ");
+    for (outputs, words) in [
+        ("--export m.csv --traces m.csv", &["m.csv", "same file"][..]),
+        ("--export a.h --export a.h", &["a.h", "same file"]),
+        ("--export a.h --export sub/../a.h", &["sub/../a.h", "same"]),
+        (
+            "--export a.json --export a.cal --export a.h",
+            &["a.cal", "six"],
+        ),
+        ("--export a.json --export a.onnx", &["a.onnx", "networks"]),
+        (
+            "--export a.json --export gone/a.h",
+            &["gone/a.h", "directory"],
+        ),
+        (
+            "--export a.json --traces test.csv --force",
+            &["test.csv", "read"],
+        ),
+        ("--export a.json --traces t.csv --from 1e6", &["no sample"]),
+        (
+            "--export a.json --t-th 1e9 --export a.h",
+            &["a.h", "look back"],
+        ),
+    ] {
+        refused(&workshop, &format!("{fit} {outputs}"), words);
+    }
+    workshop.write("map.json", "{}");
+    let mapped = "fit --train a.csv --columns map.json --export map.json --force";
+    refused(&workshop, mapped, &["map.json", "read"]);
+}
+
+#[test]
+fn a_demo_and_a_map_replace_files_only_by_force() {
+    let workshop = Workshop::with_recordings();
+    let demo = ["demo", "d", "--pattern", "b"];
+    succeed(workshop.path(), &demo);
+    workshop.write("d/README.txt", "mine");
+    refused(&workshop, &demo.join(" "), &["--force"]);
+    for name in fs::read_dir(workshop.file("d")).unwrap() {
+        let path = name.unwrap().path();
+        if path.extension().is_some_and(|ending| ending == "csv") {
+            fs::remove_file(path).unwrap();
+        }
+    }
+    refused(&workshop, &demo.join(" "), &["README.txt", "--force"]);
+    assert_eq!(workshop.read("d/README.txt"), "mine");
+    succeed(workshop.path(), &[&demo[..], &["--force"]].concat());
+    assert!(workshop.read("d/README.txt").contains("simulated"));
+
+    workshop.write("map.json", "mine");
+    let map = "inspect a.csv --write-map map.json";
+    refused(&workshop, map, &["map.json", "--force"]);
+    let forced: Vec<&str> = map.split(' ').chain(["--force"]).collect();
+    succeed(workshop.path(), &forced);
+    assert!(workshop.read("map.json").contains("column map"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_nothing_is_not_replaced_without_force() {
+    let workshop = Workshop::with_recordings();
+    let link = workshop.file("c.json");
+    std::os::unix::fs::symlink("gone.json", &link).unwrap();
+    refused(&workshop, "fit --train a.csv --export c.json", &["already"]);
+    assert!(link.is_symlink());
+}
+
+/// Waits for the end of a program that must not wait for anybody; longer than this it would wait for ever.
+#[cfg(unix)]
+#[track_caller]
+fn in_time(mut child: Child) -> Output {
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed() > Duration::from_secs(60) {
+            child.kill().unwrap();
+            panic!("it hangs");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_are_neither_waited_for_nor_replaced() {
+    use std::os::unix::fs::FileTypeExt as _;
+    let workshop = Workshop::with_recordings();
+    let path = workshop.file("pipe.json");
+    if !Command::new("mkfifo")
+        .arg(&path)
+        .status()
+        .is_ok_and(|made| made.success())
+    {
+        eprintln!("skipped: there is no mkfifo");
+        return;
+    }
+    for arguments in [
+        "apply pipe.json a.csv --out .",
+        "fit --train a.csv --columns pipe.json",
+        "fit --train a.csv --factory pipe.json",
+        "fit --train pipe.json",
+        "inspect pipe.json",
+        "metrology a.csv --calibration pipe.json",
+        "fit --train a.csv --export pipe.json --force",
+    ] {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let mut job = program(workshop.path(), &arguments);
+        let job = job.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let output = in_time(job.spawn().unwrap());
+        let told = stderr(&output);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(
+            told.contains("pipe.json") && told.contains("a pipe or a device"),
+            "{told}"
+        );
+    }
+    assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
+}
+
+/// A limit of half a kilobyte on files is as good as a disk that is full.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
+    let workshop = Workshop::with_recordings();
+    let limited = "trap '' XFSZ; ulimit -f 1; exec \"$0\" fit --train a.csv --export c.json";
+    let output = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_loopscope")])
+        .current_dir(workshop.path())
+        .output()
+        .unwrap();
+    let told = stderr(&output);
+    assert!(!output.status.success(), "{told}");
+    assert!(
+        told.contains("cannot write c.json: File too large"),
+        "{told}"
+    );
+    assert!(!told.contains(".part"), "{told}");
+    assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "test.csv"]);
+}
+
+/// Sends a signal.
+#[cfg(target_os = "linux")]
+fn signal(child: &Child, name: &str) {
+    let kill = format!("kill -{name} {}", child.id());
+    assert!(
+        Command::new("sh")
+            .args(["-c", &kill])
+            .status()
+            .unwrap()
+            .success()
+    );
+}
+
+/// The program, stopped in the midst of writing.
+#[cfg(target_os = "linux")]
+fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
+    let mut child = program(workshop.path(), arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let is_writing = || names(workshop).iter().any(|name| name.ends_with(".part"));
+    while !is_writing() {
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "it ended before it was seen to write"
+        );
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    signal(&child, "STOP");
+    let is_stopped = || {
+        let state = fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
+        state.contains(") T ")
+    };
+    while !is_stopped() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(is_writing(), "it was too quick");
+    child
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_the_next_write() {
+    let workshop = Workshop::new();
+    workshop.write("t.csv", "old");
+    let traces = ["fit", "--look-back", "none", "--traces", "t.csv", "--force"];
+    // Whoever runs the tests may have arranged that programs do not hear of it.
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let ignored = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .unwrap();
+    let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
+    let (hang_up, interrupt) = (1, 2);
+    if ignored & (hang_up | interrupt) == 0 {
+        let child = stopped_while_writing(&workshop, &traces);
+        signal(&child, "TERM");
+        signal(&child, "CONT");
+        assert_eq!(in_time(child).status.code(), Some(130));
+        assert_eq!(names(&workshop), ["t.csv"]);
+        assert_eq!(workshop.read("t.csv"), "old");
+    }
+    let child = stopped_while_writing(&workshop, &traces);
+    signal(&child, "KILL");
+    in_time(child);
+    let left = names(&workshop);
+    assert!(
+        left.len() == 2 && left[0].starts_with(".loopscope-t.csv-"),
+        "{left:?}"
+    );
+    assert_eq!(workshop.read("t.csv"), "old");
+    succeed(
+        workshop.path(),
+        &["fit", "--decimate", "100", "--traces", "t.csv", "--force"],
+    );
+    assert_eq!(names(&workshop), ["t.csv"]);
+    assert_ne!(workshop.read("t.csv"), "old");
+}

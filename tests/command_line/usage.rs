@@ -1,0 +1,93 @@
+//! Slips of whoever types a command: each is answered with how it is meant to be.
+
+use crate::program::{run, stderr, succeed};
+use crate::workshop::{ALL_FILES, Workshop};
+
+/// The code by which scripts know that the arguments were wrong.
+const USAGE: i32 = 2;
+
+#[test]
+fn each_slip_is_answered_with_the_way_out() {
+    let workshop = Workshop::with_recordings();
+    std::fs::create_dir(workshop.file("runs")).unwrap();
+    workshop.write("runs/one.csv", "");
+    workshop.write("runs/two.csv", "");
+    succeed(
+        workshop.path(),
+        &[&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat(),
+    );
+    for (arguments, words) in [
+        ("fitt", &["'fitt'", "'fit'"][..]),
+        ("fitt --train a.csv", &["'fitt'", "'fit'"]),
+        ("swep", &["'sweep'"]),
+        ("gone.csv", &["gone.csv", "no such file"]),
+        ("fit a.csv", &["a.csv", "fit --train a.csv"]),
+        ("sweep a.csv", &["sweep --train a.csv"]),
+        ("fit --train runs", &["runs", "one.csv, two.csv", "*.csv"]),
+        ("fit --train -", &["standard input", "name a file"]),
+        ("apply c.json - --out .", &["standard input"]),
+        (
+            "apply a.csv c.json --out .",
+            &["a.csv is no calibration", "apply c.json a.csv"],
+        ),
+        ("fit --train a.csv --f-th 3,5", &["--look-back 3,5"]),
+        ("fit --train a.csv b.csv ./a.csv", &["a.csv and ./a.csv"]),
+        (
+            "fit --train a.csv --test a.csv",
+            &["same recording", "--test"],
+        ),
+        ("metrology a.csv a.csv", &["same recording"]),
+        ("fit --test test.csv", &["--train <FILE>"]),
+    ] {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let output = run(workshop.path(), &arguments);
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(USAGE), "{arguments:?}: {told}");
+        for word in words {
+            assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+        }
+    }
+}
+
+#[test]
+fn a_recording_that_is_given_as_a_column_map_is_told_from_one() {
+    let workshop = Workshop::with_recordings();
+    let output = run(
+        workshop.path(),
+        &["fit", "--train", "a.csv", "--columns", "b.csv"],
+    );
+    let told = stderr(&output);
+    assert!(
+        told.contains("b.csv") && told.contains("--write-map"),
+        "{told}"
+    );
+    assert!(!told.contains("expected"), "{told}");
+}
+
+/// A terminal acts upon escapes, and a reader is led astray by marks that turn the direction of writing.
+#[test]
+fn names_from_files_are_shown_by_their_codes() {
+    let workshop = Workshop::new();
+    workshop.write(
+        "a.csv",
+        "t,S1,\"\u{1b}[2J\u{202e}\",Fz [x\u{7}]\n0,1,2,3\n0.1,2,3,4\n",
+    );
+    workshop.write(
+        "c.json",
+        "{\"format\": \"loopscope calibration\", \"\u{9b}2J\u{202e}\": 1}",
+    );
+    let sensor = "<?xml version=\"1.0\"?><FTSensor NumGages=\"\u{202e}&#27;]0;\"/><Calibration/>";
+    workshop.write("c.cal", sensor);
+    for arguments in [
+        &["inspect", "a.csv"][..],
+        &["fit", "--train", "a.csv"],
+        &["apply", "c.json", "a.csv", "--out", "."],
+        &["apply", "c.cal", "a.csv", "--out", "."],
+        &["apply", "\u{1b}[2J.json", "a.csv", "--out", "."],
+    ] {
+        let output = run(workshop.path(), arguments);
+        let told = stderr(&output) + &String::from_utf8(output.stdout).unwrap();
+        let is_hidden = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!told.contains(is_hidden), "{arguments:?}: {told:?}");
+    }
+}
