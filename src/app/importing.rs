@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
 use crate::evaluation::numbers::significant;
-use crate::recording::columns::{ColumnMap, TextLayout};
+use crate::recording::columns::{ColumnMap, ColumnRole, TableMap, TextLayout};
 use crate::recording::delimited::inspect::Inspection;
 use crate::recording::pose::WeightEstimate;
 
@@ -186,13 +186,38 @@ impl AppState {
             return Vec::new();
         };
         let maps = &mut self.preferences.maps;
-        maps.retain(|other| other.table.shape != map.table.shape);
+        let is_other = |other: &ColumnMap| {
+            let (other, this) = (&other.table, &map.table);
+            // Without names, how it is cut is a part of what a file looks like.
+            let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
+            other.shape != this.shape || !is_cut_so
+        };
+        maps.retain(is_other);
         maps.insert(0, map.clone());
         maps.truncate(MOST_MAPS);
         let mut paths = vec![path.clone()];
         paths.extend(waiting);
         self.maps.insert(path, map);
         vec![self.read(paths)]
+    }
+
+    /// Says of files that nobody said anything about by which remembered maps they were read.
+    pub(super) fn tell_remembered(&mut self, mut files: Vec<(PathBuf, ColumnMap)>) {
+        while let Some((_, map)) = files.first().cloned() {
+            let (by_it, others): (Vec<_>, Vec<_>) =
+                files.into_iter().partition(|(_, other)| *other == map);
+            files = others;
+            let name = by_it[0].0.file_name().unwrap_or_default().to_string_lossy();
+            let more = match by_it.len() - 1 {
+                0 => String::new(),
+                n_more => format!(" and {n_more} more"),
+            };
+            let text = format!(
+                "{name}{more}: read by the column map of an earlier file like it: {}. If that is wrong, close it and say what its columns are with File > Import",
+                roles_in_words(&map.table)
+            );
+            self.tell(Notice::new(Level::Info, text));
+        }
     }
 
     /// Reads files: by the maps that they were read by before, or by remembered ones where their names do not say enough.
@@ -203,6 +228,20 @@ impl AppState {
         });
         Effect::Read(files.collect(), self.preferences.maps.clone())
     }
+}
+
+/// Which columns a table takes, in few words.
+fn roles_in_words(table: &TableMap) -> String {
+    let rules = || table.columns.iter();
+    let n_gauges = rules().filter(|rule| rule.is == ColumnRole::Gauge).count();
+    let others = rules().filter(|rule| ![ColumnRole::Gauge, ColumnRole::Ignore].contains(&rule.is));
+    let others = others.map(|rule| format!("{} is column {}", rule.is, rule.column));
+    let mut parts: Vec<String> = others.collect();
+    parts.push(match n_gauges {
+        1 => "1 gauge".to_owned(),
+        n_gauges => format!("{n_gauges} gauges"),
+    });
+    parts.join(", ")
 }
 
 /// What was found, with how well it explains the measured load.

@@ -103,7 +103,7 @@ fn body(
     ));
     if !importing.waiting.is_empty() {
         ui.label(format!(
-            "{} more files want a map; those of the same shape take this one",
+            "{} more files want a map; those like this one take the same",
             importing.waiting.len()
         ));
     }

@@ -49,6 +49,41 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     settle(&mut window);
     assert_eq!(names(&window), ["first", "test_second"]);
     assert!(state(&window).importing.is_none());
+    told(
+        &window,
+        Level::Info,
+        "test_second.dat: read by the column map of an earlier file like it: time is column 1, Fx is column 4, 2 gauges",
+    );
+}
+
+/// As many columns say nothing: here the time stands elsewhere, or the cells end with another character.
+#[test]
+fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
+    let files = Files::new();
+    let first = files.write("first.dat", &headerless(400));
+    let mut window = window(vec![first]);
+    for (column, role) in [(2, "gauge"), (3, "gauge"), (4, "Fx")] {
+        choose(&mut window, column, role);
+    }
+    click(&mut window, Role::Button, "Load it");
+    let turned = headerless(100).lines().fold(String::new(), |text, line| {
+        let cells: Vec<&str> = line.split(';').collect();
+        text + &format!("{};{};{};{}\n", cells[3], cells[1], cells[0], cells[2])
+    });
+    let others = [
+        ("turned.dat", turned),
+        ("commas.dat", headerless(100).replace(';', ",")),
+        ("named.dat", format!("a;b;c;d\n{}", headerless(100))),
+    ];
+    for (name, text) in others {
+        let path = files.write(name, &text);
+        let send = window.state_mut().as_mut().unwrap();
+        send.send(Command::OpenFiles(vec![path]));
+        settle(&mut window);
+        assert!(has(&window, &format!("Import {name}")));
+        assert_eq!(names(&window), ["first"]);
+        click(&mut window, Role::Button, "Cancel import");
+    }
 }
 
 /// A spreadsheet's export: units in brackets, semicolons, decimal commas. The force is twice the first channel.

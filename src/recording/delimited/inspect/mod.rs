@@ -168,6 +168,43 @@ fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
     (ColumnMap::of_table(table), hints)
 }
 
+/// The first of the maps that is for files like this one, if any is.
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be opened, or if `progress` is cancelled.
+pub fn map_for<'a>(
+    path: &Path,
+    maps: &'a [ColumnMap],
+    progress: &Progress,
+) -> Result<Option<&'a ColumnMap>, ReadError> {
+    let reading = Reading {
+        progress,
+        block_bytes: BLOCK_BYTES,
+        limit_bytes: Some(SAMPLE_BYTES),
+    };
+    let opened = reading.open(path)?;
+    Ok(maps.iter().find(|map| is_for(&opened, &map.table)))
+}
+
+/// Whether a map was made for files like this one: the header is the same, name by name. Without a header there are as
+/// many columns, looking finds that they are cut as the map says, and in each stands what the map takes from it.
+fn is_for(opened: &Opened, table: &TableMap) -> bool {
+    let table = opened.fitting(table);
+    let Some(start) = opened.located(&table.text) else {
+        return false;
+    };
+    let has_shape = start.n_columns == table.shape.columns && start.names == table.shape.names;
+    if !has_shape || table.text.header {
+        return has_shape;
+    }
+    let rows = opened.first_rows(&table.text, &start);
+    let columns = columns::reports(&table, &start, &rows);
+    let is_cut_so = opened
+        .detected()
+        .is_some_and(|detected| detected.text == table.text);
+    is_cut_so && columns.iter().all(ColumnReport::can_be_what_it_is)
+}
+
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
     let start = opened.located(&table.text);
     let rows = match &start {
