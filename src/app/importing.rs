@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
 use crate::evaluation::numbers::significant;
 use crate::recording::columns::{ColumnMap, ColumnRole, TableMap, TextLayout};
-use crate::recording::delimited::inspect::Inspection;
+use crate::recording::delimited::inspect::{Inspection, Question};
 use crate::recording::pose::WeightEstimate;
 
 /// So many maps are remembered.
@@ -52,6 +52,8 @@ pub enum ImportCommand {
     WriteMap(PathBuf),
     /// Load the file with the map, and remember the map.
     Load,
+    /// This question is decided, or not yet.
+    Decide(usize, bool),
     /// Leave it.
     Cancel,
 }
@@ -69,6 +71,10 @@ pub struct Importing {
     pub problem: Option<String>,
     /// Whether an answer is awaited.
     pub looking: bool,
+    /// What a person has to decide about the last proposal, and whether they say that they have.
+    pub questions: Vec<(Question, bool)>,
+    /// Whether the answer that is awaited is a proposal.
+    proposes: bool,
     /// Other files that want a map; those of the same shape take this one.
     pub waiting: Vec<PathBuf>,
 }
@@ -81,6 +87,8 @@ impl Importing {
             map: ColumnMap::default(),
             problem: None,
             looking: true,
+            questions: Vec::new(),
+            proposes: true,
             waiting,
         }
     }
@@ -140,6 +148,7 @@ impl AppState {
                 };
                 let known = KnownOf::Map(Box::new(importing.map.clone()));
                 importing.looking = true;
+                importing.proposes = false;
                 let inspect = Effect::Inspect(importing.path.clone(), known);
                 self.tell(said);
                 return vec![inspect];
@@ -149,15 +158,19 @@ impl AppState {
                 importing.map.table.text = text.clone();
                 KnownOf::Layout(text)
             }
-            ImportCommand::SetMap(map) | ImportCommand::MapRead(Ok(map)) => {
+            ImportCommand::Decide(at, is_decided) => {
+                if let Some((_, decided)) = importing.questions.get_mut(at) {
+                    *decided = is_decided;
+                }
+                return Vec::new();
+            }
+            ImportCommand::SetMap(map) => {
                 importing.map = *map;
                 KnownOf::Map(Box::new(importing.map.clone()))
             }
+            ImportCommand::MapRead(Ok(map)) => importing.take_map(*map),
             ImportCommand::TakeMap(at) => match self.preferences.maps.get(at).cloned() {
-                Some(map) => {
-                    importing.map = map;
-                    KnownOf::Map(Box::new(importing.map.clone()))
-                }
+                Some(map) => importing.take_map(map),
                 None => return Vec::new(),
             },
             ImportCommand::ReadMap(path) => return vec![Effect::ReadMap(path)],
@@ -174,6 +187,7 @@ impl AppState {
             _ => return Vec::new(),
         };
         importing.looking = true;
+        importing.proposes = !matches!(known, KnownOf::Map(_));
         vec![Effect::Inspect(importing.path.clone(), known)]
     }
 
@@ -269,6 +283,15 @@ impl Importing {
         weight.centre_m = estimate.centre_m.or(weight.centre_m);
     }
 
+    /// A map that somebody made answers whatever was open.
+    fn take_map(&mut self, map: ColumnMap) -> KnownOf {
+        for (_, is_decided) in &mut self.questions {
+            *is_decided = true;
+        }
+        self.map = map;
+        KnownOf::Map(Box::new(self.map.clone()))
+    }
+
     fn take_answer(&mut self, path: &Path, answer: Result<Box<Inspection>, String>) {
         if path != self.path {
             return;
@@ -276,6 +299,10 @@ impl Importing {
         self.looking = false;
         match answer {
             Ok(inspection) => {
+                if self.proposes {
+                    let questions = inspection.questions.iter().cloned();
+                    self.questions = questions.map(|question| (question, false)).collect();
+                }
                 self.map = inspection.map.clone();
                 self.inspection = Some(Arc::new(*inspection));
                 self.problem = None;

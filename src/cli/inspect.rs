@@ -71,8 +71,8 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     }
     writeln!(out)?;
     print_check(&inspection.check, out)?;
-    for hint in &inspection.hints {
-        writeln!(out, "to decide: {hint}")?;
+    for question in &inspection.questions {
+        writeln!(out, "to decide: {question}")?;
     }
     Ok(())
 }

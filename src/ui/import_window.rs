@@ -107,9 +107,7 @@ fn body(
             importing.waiting.len()
         ));
     }
-    for hint in &inspection.hints {
-        ui.colored_label(ui.visuals().warn_fg_color, format!("To decide: {hint}"));
-    }
+    questions(ui, importing, inspection, out);
     remembered(ui, state, importing, out);
     ui.separator();
     let mut text = importing.map.table.text.clone();
@@ -127,6 +125,33 @@ fn body(
     }
     ui.separator();
     preview(ui, table);
+}
+
+/// What is to be decided. A line stays where it is when it is decided, so that nothing below it moves.
+fn questions(
+    ui: &mut egui::Ui,
+    importing: &Importing,
+    inspection: &Inspection,
+    out: &mut Vec<Command>,
+) {
+    for (at, (question, said)) in importing.questions.iter().enumerate() {
+        let open = question.still_open(&importing.map, &inspection.table.columns);
+        let is_answered = open.is_none();
+        let color = if is_answered || *said {
+            ui.visuals().weak_text_color()
+        } else {
+            ui.visuals().warn_fg_color
+        };
+        let text = format!("To decide: {}", open.as_ref().unwrap_or(question));
+        let mut decided = is_answered || *said;
+        let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
+        let tick = ui.add_enabled(!is_answered, tick);
+        let explanation =
+            "Ticked by itself once the columns below say it, or by you: it is as you want it";
+        if tick.on_hover_text(explanation).changed() {
+            send(out, ImportCommand::Decide(at, decided));
+        }
+    }
 }
 
 /// Maps of before that are for files of this shape.
@@ -390,6 +415,7 @@ fn optional(
 
 /// One row a column: what it is, its name and unit, its sign and scale, what it holds.
 fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
+    let header = Header::new(reports.iter().map(|report| report.header.as_str()));
     let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
     egui::ScrollArea::horizontal()
         .id_salt(id)
@@ -423,7 +449,6 @@ fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut Ta
                         });
                     }
                 })
-    let header = Header::new(reports.iter().map(|report| report.header.as_str()));
                 .body(|body| {
                     body.rows(24.0, reports.len(), |mut row| {
                         let report = &reports[row.index()];

@@ -113,6 +113,50 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
 }
 
 #[test]
+fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
+    let files = Files::new();
+    let text = headerless(100).lines().fold(String::new(), |text, line| {
+        let (time, rest) = line.split_once(';').unwrap();
+        text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
+    });
+    let mut window = window(vec![files.write("two_clocks.dat", &text)]);
+    let questions = [
+        "other columns that run like a clock: 5",
+        "which columns are gauges",
+    ];
+    let is_ticked = |window: &Window, at: usize| {
+        let question = window.get_by_label_contains(questions[at]);
+        question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
+    };
+    let place = |window: &Window| {
+        let combo = window.get_by_label_contains("Column 4 is ");
+        combo.rect().min
+    };
+    let before = place(&window);
+    let check = |window: &Window, expected: [bool; 2], why: &str| {
+        assert_eq!([0, 1].map(|at| is_ticked(window, at)), expected, "{why}");
+        let moved = place(window).distance(before);
+        assert!(moved < 2.0, "{why}: {moved} px");
+    };
+    check(&window, [false, false], "nothing is said");
+    choose(&mut window, 3, "ignore");
+    check(&window, [false, false], "one gauge less answers neither");
+    choose(&mut window, 4, "Fx");
+    check(
+        &window,
+        [false, true],
+        "one axis answers what the reference is",
+    );
+    choose(&mut window, 5, "time_reference");
+    check(&window, [true, true], "the reference has a clock");
+    choose(&mut window, 5, "ignore");
+    check(&window, [false, true], "it is open again");
+    window.get_by_label_contains(questions[0]).click();
+    settle(&mut window);
+    check(&window, [true, true], "a person says that there is none");
+}
+
+#[test]
 fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
     let files = Files::new();
     let mut window = window(files.three());

@@ -564,7 +564,7 @@ fn inspection_says_what_names_do_not() {
         (4, Some(1))
     );
     assert_eq!(inspection.table.columns[0].max, Some(7.0));
-    assert_eq!(inspection.hints.len(), 1);
+    assert_eq!(inspection.questions.len(), 1);
     let check = &inspection.check;
     assert_eq!(
         (check.error.as_ref(), check.recordings[0].n_samples),

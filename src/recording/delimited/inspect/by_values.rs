@@ -5,6 +5,7 @@ use super::super::layout::Start;
 use super::super::names::{form_of_column, key};
 use super::super::times::TimeForm;
 use super::columns::{ColumnReport, Content};
+use super::question::Question;
 use crate::recording::columns::{ColumnRole, ColumnRule, TableMap};
 
 /// More are no gauges of one sensor.
@@ -16,14 +17,11 @@ pub(super) fn fill_in(
     start: &Start,
     rows: &[Vec<&[u8]>],
     reports: &[ColumnReport],
-) -> Vec<String> {
-    let mut hints = Vec::new();
+) -> Vec<Question> {
+    let mut questions = Vec::new();
     if table.text.preamble.is_some() {
-        hints.push(
-            "this log of ATI's Net F/T holds the reference alone: put this table under \"reference\" in the map of the file with the gauges"
-                .to_owned(),
-        );
-        return hints;
+        questions.push(Question::ReferenceAlone);
+        return questions;
     }
     let is_free = |table: &TableMap, report: &ColumnReport| {
         let key = key(start, report.number - 1);
@@ -36,43 +34,40 @@ pub(super) fn fill_in(
             .find(|report| report.runs_like_clock && is_free(table, report));
         match clock {
             Some(clock) => add_time(table, start, rows, clock.number - 1),
-            None => hints.push(
-                "no column runs like a clock: say which is the time, or give \"sample_rate_hz\""
-                    .to_owned(),
-            ),
+            None => questions.push(Question::Time),
         }
     }
-    let clocks: Vec<String> = reports
+    let clocks: Vec<usize> = reports
         .iter()
         .filter(|report| report.runs_like_clock && is_free(table, report))
-        .map(|report| report.number.to_string())
+        .map(|report| report.number)
         .collect();
     if !clocks.is_empty() {
-        hints.push(format!(
-            "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
-            clocks.join(", ")
-        ));
+        questions.push(Question::ReferenceClock(clocks));
     }
     if !table.has_role(ColumnRole::Gauge) {
-        let mut gauges: Vec<ColumnRule> = reports
+        let proposed: Vec<usize> = reports
             .iter()
             .filter(|report| may_be_gauge(report) && is_free(table, report))
-            .map(|report| ColumnRule::new(key(start, report.number - 1), ColumnRole::Gauge))
+            .map(|report| report.number)
+            .take(GAUGE_LIMIT)
             .collect();
-        gauges.truncate(GAUGE_LIMIT);
-        if !gauges.is_empty() {
-            hints.push(
-                "which columns are gauges and which the reference is not written in the file: all numbers that change are proposed as gauges; make the reference's columns \"Fx\" to \"Mz\" with their unit, and \"ignore\" the others"
-                    .to_owned(),
-            );
+        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
+        let has_loads = table.columns.iter().any(is_load);
+        let rule = |number: &usize| ColumnRule::new(key(start, number - 1), ColumnRole::Gauge);
+        table.columns.extend(proposed.iter().map(rule));
+        if !proposed.is_empty() {
+            questions.push(Question::Gauges {
+                proposed,
+                has_loads,
+            });
         }
-        table.columns.append(&mut gauges);
     }
     table.columns.sort_by_key(|rule| {
         let is_it = |report: &&ColumnReport| key(start, report.number - 1) == rule.column;
         reports.iter().find(is_it).map(|report| report.number)
     });
-    hints
+    questions
 }
 
 fn may_be_gauge(report: &ColumnReport) -> bool {

@@ -5,12 +5,14 @@
 
 mod by_values;
 mod columns;
+mod question;
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 pub use columns::{ColumnReport, Content};
+pub use question::Question;
 
 use super::layout::Detected;
 use super::load::Reading;
@@ -49,7 +51,8 @@ pub struct Inspection {
     /// The map that was given, or a proposal.
     pub map: ColumnMap,
     /// What a person should decide about a proposal.
-    pub hints: Vec<String>,
+    #[serde(rename = "hints")]
+    pub questions: Vec<Question>,
     /// What would be loaded.
     pub check: Check,
 }
@@ -118,7 +121,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         limit_bytes: Some(SAMPLE_BYTES),
     };
     let opened = reading.open(path)?;
-    let (map, hints) = match known {
+    let (map, questions) = match known {
         Known::Map(map) => (map.clone(), Vec::new()),
         Known::Layout(text) => propose(
             &opened,
@@ -147,13 +150,13 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         table,
         reference,
         map,
-        hints,
+        questions,
         check,
     })
 }
 
 /// A map by the names of a table, and where they leave something open by its values.
-fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
+fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<Question>) {
     let Some(start) = opened.located(&detected.text) else {
         let table = TableMap {
             text: detected.text,
@@ -164,8 +167,8 @@ fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
     let rows = opened.first_rows(&detected.text, &start);
     let mut table = names::by_names(&detected, &start, &rows).table;
     let reports = columns::reports(&table, &start, &rows);
-    let hints = by_values::fill_in(&mut table, &start, &rows, &reports);
-    (ColumnMap::of_table(table), hints)
+    let questions = by_values::fill_in(&mut table, &start, &rows, &reports);
+    (ColumnMap::of_table(table), questions)
 }
 
 /// The first of the maps that is for files like this one, if any is.
