@@ -54,8 +54,10 @@ pub enum ImportCommand {
     Load,
     /// This question is decided, or not yet.
     Decide(usize, bool),
-    /// Leave it.
+    /// Leave it, and go on to the next that waits.
     Cancel,
+    /// Leave it and all that wait.
+    CancelAll,
 }
 
 /// A file that is being imported.
@@ -120,6 +122,10 @@ impl AppState {
             ImportCommand::Cancel => {
                 let waiting = self.importing.take().map(|importing| importing.waiting);
                 return self.import(waiting.unwrap_or_default());
+            }
+            ImportCommand::CancelAll => {
+                self.importing = None;
+                return Vec::new();
             }
             _ => {}
         }

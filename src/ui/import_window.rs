@@ -23,12 +23,15 @@ const NO_VALUE: &str = "A number that means that there is none";
 #[derive(Debug)]
 pub struct ImportFields {
     map_path: String,
+    /// Whether a key went into a text field before this frame: Escape has taken the focus away by then.
+    is_typing: bool,
 }
 
 impl Default for ImportFields {
     fn default() -> Self {
         Self {
             map_path: "columns.json".to_owned(),
+            is_typing: false,
         }
     }
 }
@@ -43,7 +46,11 @@ pub fn import_window(
     let Some(importing) = &state.importing else {
         return;
     };
-    let mut open = true;
+    // Whatever is open within the window, or is being typed, ends first.
+    let ends_by_key = !egui::Popup::is_any_open(context)
+        && !fields.is_typing
+        && context.input(|input| input.key_pressed(egui::Key::Escape));
+    let mut open = !ends_by_key;
     let screen = context.content_rect();
     let name = importing
         .path
@@ -77,8 +84,9 @@ pub fn import_window(
                     .show(ui, |ui| body(ui, state, importing, inspection, out));
             });
         });
+    fields.is_typing = context.text_edit_focused();
     if !open {
-        send(out, ImportCommand::Cancel);
+        send(out, ImportCommand::CancelAll);
     }
 }
 
@@ -738,6 +746,13 @@ fn foot(
         let cancel = cancel.on_hover_text("Nothing is loaded, nothing is lost");
         if cancel.clicked() {
             send(out, ImportCommand::Cancel);
+        }
+        if !importing.waiting.is_empty() {
+            let cancel = ui.button("Cancel all");
+            let explanation = "None of the files that want a map is loaded";
+            if cancel.on_hover_text(explanation).clicked() {
+                send(out, ImportCommand::CancelAll);
+            }
         }
         ui.separator();
         let label = ui.label("Column map");

@@ -157,6 +157,35 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
 }
 
 #[test]
+fn a_row_of_imports_ends_at_once() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let paths: Vec<PathBuf> = (0..3)
+        .map(|at| files.write(&format!("bare{at}.dat"), &headerless(50)))
+        .collect();
+    for ends in 0..2 {
+        let send = window.state_mut().as_mut().unwrap();
+        send.send(Command::OpenFiles(paths.clone()));
+        settle(&mut window);
+        assert!(has(&window, "2 more files want a map"));
+        click(&mut window, Role::Button, "Cancel import");
+        assert!(has(&window, "Import bare1"));
+        if ends == 0 {
+            click(&mut window, Role::Button, "Cancel all");
+        } else {
+            type_into(&mut window, "Column map", "other.json");
+            window.key_press(Key::Escape);
+            settle(&mut window);
+            assert!(has(&window, "Import bare1"), "the field alone was left");
+            window.key_press(Key::Escape);
+            settle(&mut window);
+        }
+        assert!(state(&window).importing.is_none());
+    }
+    assert_eq!(names(&window), ["a", "b", "test_c"]);
+}
+
+#[test]
 fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
     let files = Files::new();
     let mut window = window(files.three());
