@@ -146,7 +146,7 @@ fn questions(
         let open = question.still_open(&importing.map, &inspection.table.columns);
         let is_answered = open.is_none();
         let color = if is_answered || *said {
-            ui.visuals().weak_text_color()
+            ui.visuals().text_color()
         } else {
             ui.visuals().warn_fg_color
         };
