@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
 use crate::evaluation::numbers::significant;
-use crate::recording::columns::{ColumnMap, TextLayout};
-use crate::recording::delimited::inspect::Inspection;
+use crate::recording::columns::{ColumnMap, ColumnRole, TableMap, TextLayout};
+use crate::recording::delimited::inspect::{Inspection, Question};
 use crate::recording::pose::WeightEstimate;
 
 /// So many maps are remembered.
@@ -52,8 +52,12 @@ pub enum ImportCommand {
     WriteMap(PathBuf),
     /// Load the file with the map, and remember the map.
     Load,
-    /// Leave it.
+    /// This question is decided, or not yet.
+    Decide(usize, bool),
+    /// Leave it, and go on to the next that waits.
     Cancel,
+    /// Leave it and all that wait.
+    CancelAll,
 }
 
 /// A file that is being imported.
@@ -69,6 +73,10 @@ pub struct Importing {
     pub problem: Option<String>,
     /// Whether an answer is awaited.
     pub looking: bool,
+    /// What a person has to decide about the last proposal, and whether they say that they have.
+    pub questions: Vec<(Question, bool)>,
+    /// Whether the answer that is awaited is a proposal.
+    proposes: bool,
     /// Other files that want a map; those of the same shape take this one.
     pub waiting: Vec<PathBuf>,
 }
@@ -81,6 +89,8 @@ impl Importing {
             map: ColumnMap::default(),
             problem: None,
             looking: true,
+            questions: Vec::new(),
+            proposes: true,
             waiting,
         }
     }
@@ -113,6 +123,10 @@ impl AppState {
                 let waiting = self.importing.take().map(|importing| importing.waiting);
                 return self.import(waiting.unwrap_or_default());
             }
+            ImportCommand::CancelAll => {
+                self.importing = None;
+                return Vec::new();
+            }
             _ => {}
         }
         let Some(importing) = &mut self.importing else {
@@ -140,6 +154,7 @@ impl AppState {
                 };
                 let known = KnownOf::Map(Box::new(importing.map.clone()));
                 importing.looking = true;
+                importing.proposes = false;
                 let inspect = Effect::Inspect(importing.path.clone(), known);
                 self.tell(said);
                 return vec![inspect];
@@ -149,15 +164,19 @@ impl AppState {
                 importing.map.table.text = text.clone();
                 KnownOf::Layout(text)
             }
-            ImportCommand::SetMap(map) | ImportCommand::MapRead(Ok(map)) => {
+            ImportCommand::Decide(at, is_decided) => {
+                if let Some((_, decided)) = importing.questions.get_mut(at) {
+                    *decided = is_decided;
+                }
+                return Vec::new();
+            }
+            ImportCommand::SetMap(map) => {
                 importing.map = *map;
                 KnownOf::Map(Box::new(importing.map.clone()))
             }
+            ImportCommand::MapRead(Ok(map)) => importing.take_map(*map),
             ImportCommand::TakeMap(at) => match self.preferences.maps.get(at).cloned() {
-                Some(map) => {
-                    importing.map = map;
-                    KnownOf::Map(Box::new(importing.map.clone()))
-                }
+                Some(map) => importing.take_map(map),
                 None => return Vec::new(),
             },
             ImportCommand::ReadMap(path) => return vec![Effect::ReadMap(path)],
@@ -174,6 +193,7 @@ impl AppState {
             _ => return Vec::new(),
         };
         importing.looking = true;
+        importing.proposes = !matches!(known, KnownOf::Map(_));
         vec![Effect::Inspect(importing.path.clone(), known)]
     }
 
@@ -186,13 +206,38 @@ impl AppState {
             return Vec::new();
         };
         let maps = &mut self.preferences.maps;
-        maps.retain(|other| other.table.shape != map.table.shape);
+        let is_other = |other: &ColumnMap| {
+            let (other, this) = (&other.table, &map.table);
+            // Without names, how it is cut is a part of what a file looks like.
+            let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
+            other.shape != this.shape || !is_cut_so
+        };
+        maps.retain(is_other);
         maps.insert(0, map.clone());
         maps.truncate(MOST_MAPS);
         let mut paths = vec![path.clone()];
         paths.extend(waiting);
         self.maps.insert(path, map);
         vec![self.read(paths)]
+    }
+
+    /// Says of files that nobody said anything about by which remembered maps they were read.
+    pub(super) fn tell_remembered(&mut self, mut files: Vec<(PathBuf, ColumnMap)>) {
+        while let Some((_, map)) = files.first().cloned() {
+            let (by_it, others): (Vec<_>, Vec<_>) =
+                files.into_iter().partition(|(_, other)| *other == map);
+            files = others;
+            let name = by_it[0].0.file_name().unwrap_or_default().to_string_lossy();
+            let more = match by_it.len() - 1 {
+                0 => String::new(),
+                n_more => format!(" and {n_more} more"),
+            };
+            let text = format!(
+                "{name}{more}: read by the column map of an earlier file like it: {}. If that is wrong, close it and say what its columns are with File > Import",
+                roles_in_words(&map.table)
+            );
+            self.tell(Notice::new(Level::Info, text));
+        }
     }
 
     /// Reads files: by the maps that they were read by before, or by remembered ones where their names do not say enough.
@@ -203,6 +248,20 @@ impl AppState {
         });
         Effect::Read(files.collect(), self.preferences.maps.clone())
     }
+}
+
+/// Which columns a table takes, in few words.
+fn roles_in_words(table: &TableMap) -> String {
+    let rules = || table.columns.iter();
+    let n_gauges = rules().filter(|rule| rule.is == ColumnRole::Gauge).count();
+    let others = rules().filter(|rule| ![ColumnRole::Gauge, ColumnRole::Ignore].contains(&rule.is));
+    let others = others.map(|rule| format!("{} is column {}", rule.is, rule.column));
+    let mut parts: Vec<String> = others.collect();
+    parts.push(match n_gauges {
+        1 => "1 gauge".to_owned(),
+        n_gauges => format!("{n_gauges} gauges"),
+    });
+    parts.join(", ")
 }
 
 /// What was found, with how well it explains the measured load.
@@ -230,6 +289,15 @@ impl Importing {
         weight.centre_m = estimate.centre_m.or(weight.centre_m);
     }
 
+    /// A map that somebody made answers whatever was open.
+    fn take_map(&mut self, map: ColumnMap) -> KnownOf {
+        for (_, is_decided) in &mut self.questions {
+            *is_decided = true;
+        }
+        self.map = map;
+        KnownOf::Map(Box::new(self.map.clone()))
+    }
+
     fn take_answer(&mut self, path: &Path, answer: Result<Box<Inspection>, String>) {
         if path != self.path {
             return;
@@ -237,6 +305,10 @@ impl Importing {
         self.looking = false;
         match answer {
             Ok(inspection) => {
+                if self.proposes {
+                    let questions = inspection.questions.iter().cloned();
+                    self.questions = questions.map(|question| (question, false)).collect();
+                }
                 self.map = inspection.map.clone();
                 self.inspection = Some(Arc::new(*inspection));
                 self.problem = None;

@@ -391,6 +391,7 @@ impl AppState {
         let mut session = None;
         let mut factory = None;
         let mut to_import = Vec::new();
+        let mut by_remembered = Vec::new();
         for (path, opened) in files {
             if opened.is_ok() {
                 self.preferences.remember(&path);
@@ -398,6 +399,9 @@ impl AppState {
             match opened {
                 Ok(Opened::Recordings(recordings, map)) => {
                     if let Some(map) = map {
+                        if self.maps.get(&path) != Some(&*map) {
+                            by_remembered.push((path.clone(), (*map).clone()));
+                        }
                         self.maps.insert(path, *map);
                     }
                     loaded.push(recordings);
@@ -412,6 +416,7 @@ impl AppState {
                 Err(error) => self.tell(Notice::new(Level::Error, error)),
             }
         }
+        self.tell_remembered(by_remembered);
         let mut effects = self.import(to_import);
         if let Some((path, opened)) = session {
             effects.extend(self.take_session(Some(path), opened));

@@ -77,8 +77,8 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     }
     writeln!(out)?;
     print_check(&inspection.check, out)?;
-    for hint in &inspection.hints {
-        writeln!(out, "to decide: {}", message(hint))?;
+    for question in &inspection.questions {
+        writeln!(out, "to decide: {}", message(question))?;
     }
     Ok(())
 }

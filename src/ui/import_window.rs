@@ -23,12 +23,15 @@ const NO_VALUE: &str = "A number that means that there is none";
 #[derive(Debug)]
 pub struct ImportFields {
     map_path: String,
+    /// Whether a key went into a text field before this frame: Escape has taken the focus away by then.
+    is_typing: bool,
 }
 
 impl Default for ImportFields {
     fn default() -> Self {
         Self {
             map_path: "columns.json".to_owned(),
+            is_typing: false,
         }
     }
 }
@@ -43,7 +46,11 @@ pub fn import_window(
     let Some(importing) = &state.importing else {
         return;
     };
-    let mut open = true;
+    // Whatever is open within the window, or is being typed, ends first.
+    let ends_by_key = !egui::Popup::is_any_open(context)
+        && !fields.is_typing
+        && context.input(|input| input.key_pressed(egui::Key::Escape));
+    let mut open = !ends_by_key;
     let screen = context.content_rect();
     let name = importing
         .path
@@ -77,8 +84,9 @@ pub fn import_window(
                     .show(ui, |ui| body(ui, state, importing, inspection, out));
             });
         });
+    fields.is_typing = context.text_edit_focused();
     if !open {
-        send(out, ImportCommand::Cancel);
+        send(out, ImportCommand::CancelAll);
     }
 }
 
@@ -103,13 +111,11 @@ fn body(
     ));
     if !importing.waiting.is_empty() {
         ui.label(format!(
-            "{} more files want a map; those of the same shape take this one",
+            "{} more files want a map; those like this one take the same",
             importing.waiting.len()
         ));
     }
-    for hint in &inspection.hints {
-        ui.colored_label(ui.visuals().warn_fg_color, format!("To decide: {hint}"));
-    }
+    questions(ui, importing, inspection, out);
     remembered(ui, state, importing, out);
     ui.separator();
     let mut text = importing.map.table.text.clone();
@@ -127,6 +133,33 @@ fn body(
     }
     ui.separator();
     preview(ui, table);
+}
+
+/// What is to be decided. A line stays where it is when it is decided, so that nothing below it moves.
+fn questions(
+    ui: &mut egui::Ui,
+    importing: &Importing,
+    inspection: &Inspection,
+    out: &mut Vec<Command>,
+) {
+    for (at, (question, said)) in importing.questions.iter().enumerate() {
+        let open = question.still_open(&importing.map, &inspection.table.columns);
+        let is_answered = open.is_none();
+        let color = if is_answered || *said {
+            ui.visuals().text_color()
+        } else {
+            ui.visuals().warn_fg_color
+        };
+        let text = format!("To decide: {}", open.as_ref().unwrap_or(question));
+        let mut decided = is_answered || *said;
+        let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
+        let tick = ui.add_enabled(!is_answered, tick);
+        let explanation =
+            "Ticked by itself once the columns below say it, or by you: it is as you want it";
+        if tick.on_hover_text(explanation).changed() {
+            send(out, ImportCommand::Decide(at, decided));
+        }
+    }
 }
 
 /// Maps of before that are for files of this shape.
@@ -723,6 +756,13 @@ fn foot(
         let cancel = cancel.on_hover_text("Nothing is loaded, nothing is lost");
         if cancel.clicked() {
             send(out, ImportCommand::Cancel);
+        }
+        if !importing.waiting.is_empty() {
+            let cancel = ui.button("Cancel all");
+            let explanation = "None of the files that want a map is loaded";
+            if cancel.on_hover_text(explanation).clicked() {
+                send(out, ImportCommand::CancelAll);
+            }
         }
         ui.separator();
         let label = ui.label("Column map");

@@ -49,6 +49,41 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     settle(&mut window);
     assert_eq!(names(&window), ["first", "test_second"]);
     assert!(state(&window).importing.is_none());
+    told(
+        &window,
+        Level::Info,
+        "test_second.dat: read by the column map of an earlier file like it: time is column 1, Fx is column 4, 2 gauges",
+    );
+}
+
+/// As many columns say nothing: here the time stands elsewhere, or the cells end with another character.
+#[test]
+fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
+    let files = Files::new();
+    let first = files.write("first.dat", &headerless(400));
+    let mut window = window(vec![first]);
+    for (column, role) in [(2, "gauge"), (3, "gauge"), (4, "Fx")] {
+        choose(&mut window, column, role);
+    }
+    click(&mut window, Role::Button, "Load it");
+    let turned = headerless(100).lines().fold(String::new(), |text, line| {
+        let cells: Vec<&str> = line.split(';').collect();
+        text + &format!("{};{};{};{}\n", cells[3], cells[1], cells[0], cells[2])
+    });
+    let others = [
+        ("turned.dat", turned),
+        ("commas.dat", headerless(100).replace(';', ",")),
+        ("named.dat", format!("a;b;c;d\n{}", headerless(100))),
+    ];
+    for (name, text) in others {
+        let path = files.write(name, &text);
+        let send = window.state_mut().as_mut().unwrap();
+        send.send(Command::OpenFiles(vec![path]));
+        settle(&mut window);
+        assert!(has(&window, &format!("Import {name}")));
+        assert_eq!(names(&window), ["first"]);
+        click(&mut window, Role::Button, "Cancel import");
+    }
 }
 
 /// A spreadsheet's export: units in brackets, semicolons, decimal commas. The force is twice the first channel.
@@ -75,6 +110,79 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
     assert!(has(&window, "gauges Kanal 1 Kanal 2, reference Fx"));
     click(&mut window, Role::Button, "Load it");
     assert!(train_rmse(&window)[0][0] < 1e-9);
+}
+
+#[test]
+fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
+    let files = Files::new();
+    let text = headerless(100).lines().fold(String::new(), |text, line| {
+        let (time, rest) = line.split_once(';').unwrap();
+        text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
+    });
+    let mut window = window(vec![files.write("two_clocks.dat", &text)]);
+    let questions = [
+        "other columns that run like a clock: 5",
+        "which columns are gauges",
+    ];
+    let is_ticked = |window: &Window, at: usize| {
+        let question = window.get_by_label_contains(questions[at]);
+        question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
+    };
+    let place = |window: &Window| {
+        let combo = window.get_by_label_contains("Column 4 is ");
+        combo.rect().min
+    };
+    let before = place(&window);
+    let check = |window: &Window, expected: [bool; 2], why: &str| {
+        assert_eq!([0, 1].map(|at| is_ticked(window, at)), expected, "{why}");
+        let moved = place(window).distance(before);
+        assert!(moved < 2.0, "{why}: {moved} px");
+    };
+    check(&window, [false, false], "nothing is said");
+    choose(&mut window, 3, "ignore");
+    check(&window, [false, false], "one gauge less answers neither");
+    choose(&mut window, 4, "Fx");
+    check(
+        &window,
+        [false, true],
+        "one axis answers what the reference is",
+    );
+    choose(&mut window, 5, "time_reference");
+    check(&window, [true, true], "the reference has a clock");
+    choose(&mut window, 5, "ignore");
+    check(&window, [false, true], "it is open again");
+    window.get_by_label_contains(questions[0]).click();
+    settle(&mut window);
+    check(&window, [true, true], "a person says that there is none");
+}
+
+#[test]
+fn a_row_of_imports_ends_at_once() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let paths: Vec<PathBuf> = (0..3)
+        .map(|at| files.write(&format!("bare{at}.dat"), &headerless(50)))
+        .collect();
+    for ends in 0..2 {
+        let send = window.state_mut().as_mut().unwrap();
+        send.send(Command::OpenFiles(paths.clone()));
+        settle(&mut window);
+        assert!(has(&window, "2 more files want a map"));
+        click(&mut window, Role::Button, "Cancel import");
+        assert!(has(&window, "Import bare1"));
+        if ends == 0 {
+            click(&mut window, Role::Button, "Cancel all");
+        } else {
+            type_into(&mut window, "Column map", "other.json");
+            window.key_press(Key::Escape);
+            settle(&mut window);
+            assert!(has(&window, "Import bare1"), "the field alone was left");
+            window.key_press(Key::Escape);
+            settle(&mut window);
+        }
+        assert!(state(&window).importing.is_none());
+    }
+    assert_eq!(names(&window), ["a", "b", "test_c"]);
 }
 
 #[test]

@@ -510,6 +510,42 @@ fn a_proposed_map_reads_its_file_like_its_names_do() {
     }
 }
 
+/// What a map was made for is seen by the header; without one by how the file is cut and what stands in its columns.
+#[test]
+fn a_map_is_for_files_that_look_like_its_own() {
+    let rows = "0;1,5;2;3\n10;-2;1;4,25\n20;2,5;0;3\n30;1,5;1;5\n";
+    let own = |content: &str| {
+        let folder = Folder::with(&[("run.csv", content)]);
+        let path = folder.path("run.csv");
+        let inspected = inspect::inspect(&path, inspect::Known::Nothing, &Progress::default());
+        inspected.unwrap().map
+    };
+    let maps = [own(rows), own(&format!("a;b [N];c;d\n{rows}"))];
+    let found = |content: &str| {
+        let folder = Folder::with(&[("run.csv", content)]);
+        let found = inspect::map_for(&folder.path("run.csv"), &maps, &Progress::default());
+        found
+            .unwrap()
+            .map(|map| maps.iter().position(|other| other == map).unwrap())
+    };
+    let fewer = rows.replace("0;1,5", "5;1,5").replace("10;", "15;");
+    assert_eq!(found(&fewer), Some(0));
+    assert_eq!(found(&format!("a;b [N];c;d\n{fewer}")), Some(1));
+    for other in [
+        rows.replace(';', "\t"),
+        rows.replace(',', "."),
+        format!("Logger 7\n\n{rows}"),
+        rows.replace("10;", "-10;"),
+        rows.replace(";3\n", ";on\n").replace(";5\n", ";off\n"),
+        rows.replace('\n', ";1\n"),
+        format!("a;b [kN];c;d\n{rows}"),
+        format!("b [N];a;c;d\n{rows}"),
+        "a;b [N];c\n0;1;2\n10;1;2\n".to_owned(),
+    ] {
+        assert_eq!(found(&other), None, "{other}");
+    }
+}
+
 #[test]
 fn inspection_says_what_names_do_not() {
     let content = "5;0;10,5;7\n6;0,5;10,5;8\n5;1;10,5;9\n7;1,5;10,5;7\n";
@@ -528,7 +564,7 @@ fn inspection_says_what_names_do_not() {
         (4, Some(1))
     );
     assert_eq!(inspection.table.columns[0].max, Some(7.0));
-    assert_eq!(inspection.hints.len(), 1);
+    assert_eq!(inspection.questions.len(), 1);
     let check = &inspection.check;
     assert_eq!(
         (check.error.as_ref(), check.recordings[0].n_samples),

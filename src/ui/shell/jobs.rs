@@ -18,7 +18,7 @@ use crate::export::{
 use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::inspect::{Known, inspect};
+use crate::recording::delimited::inspect::{Known, inspect, map_for};
 use crate::recording::delimited::{self, ReadError};
 use crate::recording::{Recording, RecordingSet, Source, Tare, simulated};
 use crate::ui::SaveAs;
@@ -426,7 +426,7 @@ fn read_files(
     read
 }
 
-/// Reads by the file's own map, else by its names, else by the remembered map for files of its shape.
+/// Reads by the file's own map, else by its names, else by a remembered map for files like it.
 fn read_recordings(
     path: &Path,
     map: Option<ColumnMap>,
@@ -445,8 +445,7 @@ fn read_recordings(
         Err(error) if error.wants_a_map() => error,
         Err(error) => return Err(error),
     };
-    let shape = inspect(path, Known::Nothing, progress)?.map.table.shape;
-    match remembered.iter().find(|map| map.table.shape == shape) {
+    match map_for(path, remembered, progress)? {
         Some(map) => by_map(map.clone()),
         None => Ok(Opened::WantsMap(error.to_string())),
     }

@@ -2,10 +2,10 @@
 
 use super::super::column_name::is_load_unit;
 use super::super::layout::Start;
-use super::super::listed;
 use super::super::names::{Named, form_of_column};
 use super::super::times::TimeForm;
 use super::columns::{ColumnReport, Content};
+use super::question::Question;
 use crate::recording::columns::{ColumnRole, ColumnRule, Header};
 
 /// More are no gauges of one sensor.
@@ -17,21 +17,19 @@ pub(super) fn fill_in(
     start: &Start,
     rows: &[Vec<&[u8]>],
     reports: &[ColumnReport],
-) -> Vec<String> {
-    let mut hints = Vec::new();
+    let mut questions = Vec::new();
     let Named { table, indices, .. } = named;
     if table.text.preamble.is_some() {
-        hints.push(
-            "this log of ATI's Net F/T holds the reference alone: put this table under \"reference\" in the map of the file with the gauges"
-                .to_owned(),
-        );
-        return hints;
+        questions.push(Question::ReferenceAlone);
+        return questions;
     }
     let keys = start.header();
     let mut is_free = vec![true; reports.len()];
     indices.iter().for_each(|index| is_free[*index] = false);
     let needs_time = !table.has_role(ColumnRole::Time);
     let needs_gauges = !table.has_role(ColumnRole::Gauge);
+    let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
+    let has_loads = table.columns.iter().any(is_load);
     let rules = indices.drain(..).zip(table.columns.drain(..));
     let mut rules: Vec<(usize, ColumnRule)> = rules.collect();
     let mut add = |(index, rule): (usize, ColumnRule), is_free: &mut [bool]| {
@@ -48,44 +46,38 @@ pub(super) fn fill_in(
                     add(rule, &mut is_free);
                 }
             }
-            None => hints.push(
-                "no column runs like a clock: say which is the time, or give \"sample_rate_hz\""
-                    .to_owned(),
-            ),
+            None => questions.push(Question::Time),
         }
     }
-    let clocks: Vec<String> = reports
+    let clocks: Vec<usize> = reports
         .iter()
         .filter(|report| is_clock(report, &is_free))
-        .map(|report| report.number.to_string())
+        .map(|report| report.number)
         .collect();
     if !clocks.is_empty() {
-        hints.push(format!(
-            "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
-            listed(&clocks)
-        ));
+        questions.push(Question::ReferenceClock(clocks));
     }
     if needs_gauges {
-        let gauges: Vec<usize> = reports
+        let proposed: Vec<usize> = reports
             .iter()
             .filter(|report| may_be_gauge(report) && is_free[report.number - 1])
-            .map(|report| report.number - 1)
+            .map(|report| report.number)
             .take(GAUGE_LIMIT)
             .collect();
-        if !gauges.is_empty() {
-            hints.push(
-                "which columns are gauges and which the reference is not written in the file: all numbers that change are proposed as gauges; make the reference's columns \"Fx\" to \"Mz\" with their unit, and \"ignore\" the others"
-                    .to_owned(),
-            );
-        }
-        for index in gauges {
+        for index in proposed.iter().map(|number| number - 1) {
             let rule = ColumnRule::new(keys.key(index), ColumnRole::Gauge);
             add((index, rule), &mut is_free);
+        }
+        if !proposed.is_empty() {
+            questions.push(Question::Gauges {
+                proposed,
+                has_loads,
+            });
         }
     }
     rules.sort_by_key(|(index, _)| *index);
     (*indices, table.columns) = rules.into_iter().unzip();
-    hints
+    questions
 }
 
 fn may_be_gauge(report: &ColumnReport) -> bool {

@@ -40,6 +40,20 @@ pub struct ColumnReport {
     pub is: ColumnRole,
 }
 
+impl ColumnReport {
+    /// Whether what the map takes from the column stands in it.
+    pub(super) fn can_be_what_it_is(&self) -> bool {
+        match self.is {
+            ColumnRole::Ignore | ColumnRole::Status | ColumnRole::Mount => true,
+            ColumnRole::Date => self.content == Content::Times,
+            ColumnRole::Time | ColumnRole::TimeReference => self.runs_like_clock,
+            ColumnRole::Gauge | ColumnRole::Load(_) | ColumnRole::Pose(_) => {
+                self.content == Content::Numbers
+            }
+        }
+    }
+}
+
 /// What most cells of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

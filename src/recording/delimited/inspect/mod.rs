@@ -5,12 +5,14 @@
 
 mod by_values;
 mod columns;
+mod question;
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 pub use columns::{ColumnReport, Content};
+pub use question::Question;
 
 use super::layout::Detected;
 use super::load::Reading;
@@ -49,7 +51,8 @@ pub struct Inspection {
     /// The map that was given, or a proposal.
     pub map: ColumnMap,
     /// What a person should decide about a proposal.
-    pub hints: Vec<String>,
+    #[serde(rename = "hints")]
+    pub questions: Vec<Question>,
     /// What would be loaded.
     pub check: Check,
 }
@@ -120,7 +123,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         limit_bytes: Some(SAMPLE_BYTES),
     };
     let opened = reading.open(path)?;
-    let (map, hints) = match known {
+    let (map, questions) = match known {
         Known::Map(map) => (map.clone(), Vec::new()),
         Known::Layout(text) => propose(
             &opened,
@@ -149,13 +152,13 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         table,
         reference,
         map,
-        hints,
+        questions,
         check,
     })
 }
 
 /// A map by the names of a table, and where they leave something open by its values.
-fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
+fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<Question>) {
     let Some(start) = opened.located(&detected.text) else {
         let table = TableMap {
             text: detected.text,
@@ -166,8 +169,45 @@ fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<String>) {
     let rows = opened.first_rows(&detected.text, &start);
     let mut named = names::by_names(&detected, &start, &rows);
     let reports = columns::reports(&named.table, &start, &rows);
-    let hints = by_values::fill_in(&mut named, &start, &rows, &reports);
-    (ColumnMap::of_table(named.table), hints)
+    let questions = by_values::fill_in(&mut named, &start, &rows, &reports);
+    (ColumnMap::of_table(named.table), questions)
+}
+
+/// The first of the maps that is for files like this one, if any is.
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be opened, or if `progress` is cancelled.
+pub fn map_for<'a>(
+    path: &Path,
+    maps: &'a [ColumnMap],
+    progress: &Progress,
+) -> Result<Option<&'a ColumnMap>, ReadError> {
+    let reading = Reading {
+        progress,
+        block_bytes: BLOCK_BYTES,
+        limit_bytes: Some(SAMPLE_BYTES),
+    };
+    let opened = reading.open(path)?;
+    Ok(maps.iter().find(|map| is_for(&opened, &map.table)))
+}
+
+/// Whether a map was made for files like this one: the header is the same, name by name. Without a header there are as
+/// many columns, looking finds that they are cut as the map says, and in each stands what the map takes from it.
+fn is_for(opened: &Opened, table: &TableMap) -> bool {
+    let table = opened.fitting(table);
+    let Some(start) = opened.located(&table.text) else {
+        return false;
+    };
+    let has_shape = start.n_columns == table.shape.columns && start.names == table.shape.names;
+    if !has_shape || table.text.header {
+        return has_shape;
+    }
+    let rows = opened.first_rows(&table.text, &start);
+    let columns = columns::reports(&table, &start, &rows);
+    let is_cut_so = opened
+        .detected()
+        .is_some_and(|detected| detected.text == table.text);
+    is_cut_so && columns.iter().all(ColumnReport::can_be_what_it_is)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
