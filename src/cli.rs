@@ -457,6 +457,12 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                     path.display()
                 ));
             }
+            if !names_gauges && let Some(None) = recordings.first().map(Recording::tare) {
+                tell(&format_args!(
+                    "note: {}: not tared, and a calibration in .cal has no offset; add --tare",
+                    path.display()
+                ));
+            }
             if let Some(output) = outputs.get(at) {
                 write_atomically_applied(&calibration, path, &recordings, output)?;
                 print_path(output)?;

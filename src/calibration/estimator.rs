@@ -1,7 +1,7 @@
 //! A calibration at work: one sample in, one load out, as a robot runs it.
 //!
-//! Guarantees: the numbers are those of [`Calibration::apply`] on the whole recording (features to the last bit; a
-//! network's sums may round differently); memory is bounded by the longest t_th and lag; a bad sample is refused and leaves
+//! Guarantees: the numbers are those of [`Calibration::apply`] on the whole recording, as far as its clock does not leap
+//! (features to the last bit; a network's sums may round differently); memory is bounded by the longest t_th and lag; a bad sample is refused and leaves
 //! no trace in what follows; a clock that was set anew starts the history anew within [`STRAYS`] samples, so no load is
 //! ever that of an older sample. Exported code does the same.
 

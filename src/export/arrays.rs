@@ -22,8 +22,12 @@ pub(super) enum Content {
 
 /// Everything that a fit leaves behind but the kernel's band.
 ///
-/// Weights of layers stand input by input: `values @ weights + biases`.
-pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Array> {
+/// `units` are those of the axes, in characters that readers know. Weights of layers stand input by input: `values @ weights + biases`.
+pub(super) fn arrays(
+    calibration: &Calibration,
+    facts: &[Fact],
+    units: impl Iterator<Item = String>,
+) -> Vec<Array> {
     let features = &calibration.features;
     let scale = &calibration.gauge_scale;
     let about = facts.iter().map(|(name, text)| format!("{name}: {text}"));
@@ -34,7 +38,7 @@ pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Array> {
         texts("about", about),
         texts("gauges", calibration.gauges.iter().cloned()),
         texts("axes", symbols),
-        texts("units", calibration.units.iter().cloned()),
+        texts("units", units),
         vector("full_scale", &calibration.full_scale),
         vector("offset", &[f64::from(u8::from(calibration.offset))]),
         vector("distance_weights", &calibration.distance_weights()),

@@ -33,7 +33,9 @@ pub(super) fn write(
     header.extend([0x00, 0x01]); // version, little-endian like all that follows
     header.extend(b"IM");
     out.write_all(&header)?;
-    for array in arrays(calibration, facts) {
+    // Octave reads no character beyond ASCII.
+    let units = calibration.units.iter().map(|unit| unit.replace('·', "."));
+    for array in arrays(calibration, facts, units) {
         out.write_all(&variable(&array)?)?;
     }
     Ok(())

@@ -14,10 +14,11 @@ pub(super) fn write(
     facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let files: Vec<(String, Vec<u8>)> = arrays(calibration, facts)
-        .into_iter()
-        .map(|array| (format!("{}.npy", array.name), npy(&array)))
-        .collect();
+    let files: Vec<(String, Vec<u8>)> =
+        arrays(calibration, facts, calibration.units.iter().cloned())
+            .into_iter()
+            .map(|array| (format!("{}.npy", array.name), npy(&array)))
+            .collect();
     out.write_all(&zip(&files)?)
 }
 

@@ -71,6 +71,7 @@ fn scipy_reads_every_array() {
     }
     let directory = exported(&odd_names(), "c.mat");
     let texts = "assert [t.rstrip() for t in read['gauges']] == truth['gauges']\n\
+                 assert all(ord(c) < 128 for t in read['units'] for c in t)\n\
                  assert [t.rstrip(' ') for t in read['trained_on']] == truth['trained_on']\n";
     let load = "import scipy.io\nread = scipy.io.loadmat('c.mat')\n";
     python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
