@@ -337,7 +337,6 @@ mod tests {
         for content in [
             "# t S1 S2 Fx\nab  1 2 3\n0c\n0 1 2 3\n0",
             "# t S1 S2 Fx\nab  S1 S2 Fx\nac\n0 1 2",
-            "# t S1 S2 Fx\n0 1 2 3\n0 1 2\n1 1 2\n2 1 2\n",
         ] {
             let detected = detect(content.as_bytes()).unwrap();
             assert!(!detected.text.header);
