@@ -17,6 +17,7 @@ pub(super) fn fill_in(
     start: &Start,
     rows: &[Vec<&[u8]>],
     reports: &[ColumnReport],
+) -> Vec<Question> {
     let mut questions = Vec::new();
     let Named { table, indices, .. } = named;
     if table.text.preamble.is_some() {
