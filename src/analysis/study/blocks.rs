@@ -68,7 +68,6 @@ pub struct BlockSuggestion {
 /// Any choice of the candidates, scored.
 struct Bench {
     sums: Sums,
-    design: Design,
     kinds: Vec<ColumnKind>,
     /// The conventional map, which the targets lack.
     known: Vec<f64>,
@@ -200,7 +199,6 @@ impl Bench {
             part_samples,
             kinds: design.kinds(),
             known: ground.map.standardised(&design),
-            design,
         })
     }
 

@@ -216,6 +216,7 @@ mod tests {
     use super::super::plan::Use;
     use super::super::tests::plan_and_notes;
     use super::*;
+    use crate::recording::columns::ColumnKey;
 
     #[test]
     fn the_first_time_wins_and_the_rest_is_noted() {
