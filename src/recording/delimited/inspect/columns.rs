@@ -46,7 +46,11 @@ impl ColumnReport {
         match self.is {
             ColumnRole::Ignore | ColumnRole::Status | ColumnRole::Mount => true,
             ColumnRole::Date => self.content == Content::Times,
-            ColumnRole::Time | ColumnRole::TimeReference => self.runs_like_clock,
+            ColumnRole::Time => self.runs_like_clock,
+            // Beside faster gauges it stands still for most rows.
+            ColumnRole::TimeReference => {
+                matches!(self.content, Content::Numbers | Content::Times)
+            }
             ColumnRole::Gauge | ColumnRole::Load(_) | ColumnRole::Pose(_) => {
                 self.content == Content::Numbers
             }
