@@ -127,7 +127,7 @@ fn farthest(places: &[[f64; 2]], steps: &[[[f64; 2]; 2]]) -> f64 {
     places.iter().map(distance).fold(0.0, f64::max)
 }
 
-/// Of 6,000 noisy samples, on a whole picture and on a twentieth of it.
+/// Of 5,000 noisy samples, on the whole picture and on a tenth of it across and up.
 #[test]
 fn loops_of_a_stretch_sensor_are_drawn_to_the_pixel() {
     let Some(folder) = recordings_of("stretch") else {

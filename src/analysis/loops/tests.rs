@@ -319,4 +319,9 @@ fn a_cancelled_look_says_so() {
     let request = request(&recordings, Question::Loops(loops(Up::Load, Span::All)));
     let looked = Viewer::default().look(&request, &progress);
     assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
+    // Where the loads are there already, too.
+    let mut viewer = Viewer::default();
+    viewer.look(&request, &Progress::default()).unwrap();
+    let looked = viewer.look(&request, &progress);
+    assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
 }
