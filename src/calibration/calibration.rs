@@ -202,7 +202,9 @@ impl Calibration {
             Some(Learned::Network(_)) => {
                 "a network would have to be trained anew for every recording that is left out"
             }
-            _ => "without a part of the training samples, fewer remain than there are coefficients",
+            _ => {
+                "there are too few training samples: without a part of them, fewer remain than there are coefficients"
+            }
         })
     }
 

@@ -57,15 +57,16 @@ pub fn import_window(
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
+    let size = egui::vec2(
+        screen.width().min(900.0),
+        (screen.height() - 160.0).min(620.0),
+    );
     egui::Window::new(format!("Import {name}"))
         .id(egui::Id::unique("import"))
         .open(&mut open)
-        .default_size([
-            screen.width().min(900.0),
-            (screen.height() - 160.0).min(620.0),
-        ])
-        .pivot(egui::Align2::CENTER_CENTER)
-        .default_pos(screen.center())
+        .default_size(size)
+        // Its corner stays where it is, whatever comes and goes within.
+        .default_pos(screen.center() - 0.5 * size)
         .show(context, |ui| {
             if let Some(problem) = &importing.problem {
                 ui.colored_label(ui.visuals().error_fg_color, problem);
