@@ -172,6 +172,21 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
+/// A name as it stands over a column; of a long one the middle is left out.
+fn elided(name: &str) -> String {
+    const LONGEST: usize = 24;
+    let n = name.chars().count();
+    if n <= LONGEST {
+        return name.to_owned();
+    }
+    let (start, end) = (LONGEST / 2, LONGEST / 2 - 1);
+    let start = name.chars().take(start);
+    start
+        .chain(['…'])
+        .chain(name.chars().skip(n - end))
+        .collect()
+}
+
 /// Draws a matrix between brackets, its blocks apart, its numbers under each other.
 fn matrix(
     ui: &mut egui::Ui,
@@ -187,10 +202,11 @@ fn matrix(
         .iter()
         .map(|row| row.iter().map(|value| significant(*value, 5)).collect())
         .collect();
+    let heads: Vec<String> = features.iter().map(|name| elided(name)).collect();
     let widths: Vec<usize> = (0..features.len())
         .map(|column| {
             let values = cells.iter().filter_map(|row| row.get(column));
-            let heads = std::iter::once(&features[column]);
+            let heads = std::iter::once(&heads[column]);
             let lengths = values.chain(heads).map(|text| text.chars().count());
             lengths.max().unwrap_or(0)
         })
@@ -213,12 +229,13 @@ fn matrix(
             }
             ui.end_row();
             ui.label("");
-            for (feature, width) in features.iter().zip(&widths) {
+            for ((head, feature), width) in heads.iter().zip(features).zip(&widths) {
                 ui.label(
-                    RichText::new(format!("{feature:>width$}"))
+                    RichText::new(format!("{head:>width$}"))
                         .monospace()
                         .strong(),
-                );
+                )
+                .on_hover_text(feature);
             }
             ui.end_row();
             for (axis, row) in axes.iter().zip(&cells) {
