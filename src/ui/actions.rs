@@ -346,8 +346,8 @@ pub fn text_scales() -> Vec<Action> {
 pub fn help() -> Vec<Action> {
     vec![
         wish(
-            "Keys and words",
-            "What can be pressed, what the abbreviations mean, and the paper's equations",
+            "Help",
+            "The guide, what can be pressed, what the abbreviations mean, and the paper's equations",
             alone(Key::F1),
             Wish::ToggleHelp,
         ),

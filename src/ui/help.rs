@@ -1,6 +1,7 @@
-//! Keys and words: what can be pressed, what the abbreviations mean, and the equations behind them.
+//! The guide, what can be pressed, what the abbreviations mean, and the equations behind them.
 
 use egui::RichText;
+use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
 use crate::ui::actions::Action;
 use crate::ui::equation::laid_out;
@@ -10,18 +11,23 @@ use crate::ui::equation::laid_out;
 pub struct Help {
     open: bool,
     page: Page,
+    /// Which page of the guide.
+    guide: usize,
+    laid_out: CommonMarkCache,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 enum Page {
     #[default]
+    Guide,
     Keys,
     Mouse,
     Words,
     Equations,
 }
 
-const PAGES: [(Page, &str, &str); 4] = [
+const PAGES: [(Page, &str, &str); 5] = [
+    (Page::Guide, "Guide", "What the program does, page by page"),
     (Page::Keys, "Keys", "What can be pressed"),
     (Page::Mouse, "Mouse", "What can be pointed at and dragged"),
     (Page::Words, "Words", "What the abbreviations mean"),
@@ -30,6 +36,26 @@ const PAGES: [(Page, &str, &str); 4] = [
         "Equations",
         "The paper's, by their numbers",
     ),
+];
+
+/// The pages that stand beside the README.
+const GUIDE: [(&str, &str); 7] = [
+    ("Window", include_str!("../../assets/guide/window.md")),
+    (
+        "Recordings",
+        include_str!("../../assets/guide/recordings.md"),
+    ),
+    (
+        "Command line",
+        include_str!("../../assets/guide/command-line.md"),
+    ),
+    ("Exports", include_str!("../../assets/guide/exports.md")),
+    ("Method", include_str!("../../assets/guide/method.md")),
+    (
+        "Built-in sensor",
+        include_str!("../../assets/guide/built-in-sensor.md"),
+    ),
+    ("Speed", include_str!("../../assets/guide/speed.md")),
 ];
 
 const MOUSE: [(&str, &str); 9] = [
@@ -189,9 +215,9 @@ impl Help {
         if open && is_on_top && context.input_mut(leaves) {
             open = false;
         }
-        egui::Window::new("Keys and words")
+        egui::Window::new("Help")
             .open(&mut open)
-            .default_size([560.0, 420.0])
+            .default_size([720.0, 480.0])
             .pivot(egui::Align2::CENTER_CENTER)
             .default_pos(context.content_rect().center())
             .show(context, |ui| {
@@ -201,10 +227,23 @@ impl Help {
                             .on_hover_text(explanation);
                     }
                 });
+                if self.page == Page::Guide {
+                    ui.horizontal_wrapped(|ui| {
+                        for (at, (title, _)) in GUIDE.iter().enumerate() {
+                            ui.selectable_value(&mut self.guide, at, *title)
+                                .on_hover_text("A page of the guide");
+                        }
+                    });
+                }
                 ui.separator();
+                let (page, guide) = (self.page, self.guide);
                 egui::ScrollArea::vertical()
+                    .id_salt((page, guide))
                     .auto_shrink([false, false])
-                    .show(ui, |ui| match self.page {
+                    .show(ui, |ui| match page {
+                        Page::Guide => {
+                            CommonMarkViewer::new().show(ui, &mut self.laid_out, GUIDE[guide].1);
+                        }
                         Page::Keys => keys(ui, &actions()),
                         Page::Mouse => rows(ui, "mouse", MOUSE.iter().copied()),
                         Page::Words => rows(ui, "words", WORDS.iter().copied()),
