@@ -615,8 +615,8 @@ mod tests {
     fn explicit_fit(rows: &[&Vec<f64>], in_order: &[usize]) -> Vec<(usize, f64)> {
         let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        // Orthogonal columns, each with what it is made of.
-        let mut basis: Vec<(Vec<f64>, Vec<(usize, f64)>)> = Vec::new();
+        type MadeOf = Vec<(usize, f64)>;
+        let mut basis: Vec<(Vec<f64>, MadeOf)> = Vec::new(); // orthogonal, each with what it is made of
         for &at in in_order {
             let mut left = column(at);
             let length = dot(&left, &left).sqrt();

@@ -149,7 +149,7 @@ fn very_many_branches_are_all_drawn_in_few_points() {
                 let load = shown.loads.0 + share * (shown.loads.1 - shown.loads.0);
                 let reach = 0.1 * (shown.loads.1 - shown.loads.0);
                 let near = |point: &&[f64; 2]| (point[0] - load).abs() < reach;
-                assert!(points.iter().any(|point| near(point)), "nothing at {load}");
+                assert!(points.iter().any(near), "nothing at {load}");
             }
         }
     }
