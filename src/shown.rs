@@ -7,6 +7,10 @@ use std::fmt::Display;
 const MESSAGE_CHARS: usize = 1200;
 /// So much of it stands before what is left out.
 const START_CHARS: usize = 900;
+/// How many names a message lists before it only counts.
+const LISTED_NAMES: usize = 8;
+/// How many characters of a file's own text a message repeats.
+const SHOWN_CHARS: usize = 40;
 
 /// The text on one line without anything that cannot be seen: control and direction marks become their codes.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
@@ -42,6 +46,33 @@ pub(crate) fn message(text: &dyn Display) -> String {
     start.chain(['…']).chain(end).collect()
 }
 
+/// A file's own text as a message may repeat it: control characters escaped, and short.
+pub(crate) fn shown(text: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.escape_debug().len() == 1;
+    if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
+        return Cow::Borrowed(text);
+    }
+    let mut escaped = text.chars().flat_map(char::escape_debug);
+    let mut start: String = escaped.by_ref().take(SHOWN_CHARS).collect();
+    if escaped.next().is_some() {
+        start.push('…');
+    }
+    Cow::Owned(start)
+}
+
+/// The first few names, and how many more there are.
+pub(crate) fn listed(names: &[String]) -> String {
+    let first: Vec<_> = names
+        .iter()
+        .take(LISTED_NAMES)
+        .map(|name| shown(name))
+        .collect();
+    match names.len().saturating_sub(LISTED_NAMES) {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,5 +92,21 @@ mod tests {
         let long = message(&format!("begins {} ends", "力".repeat(20_000)));
         assert_eq!(long.chars().count(), MESSAGE_CHARS + 1);
         assert!(long.starts_with("begins") && long.ends_with("ends"));
+    }
+
+    #[test]
+    fn text_from_files_is_escaped_and_short() {
+        assert_eq!(shown("Fx µ"), "Fx µ");
+        assert_eq!(shown("a\u{1b}[2J\n"), "a\\u{1b}[2J\\n");
+        let long = shown(&"x".repeat(10_000)).into_owned();
+        assert_eq!(long.chars().count(), SHOWN_CHARS + 1);
+        assert!(shown(&"\0".repeat(10_000)).chars().count() <= SHOWN_CHARS + 1);
+    }
+
+    #[test]
+    fn long_lists_end_in_a_count() {
+        let names: Vec<_> = (0..10).map(|k| format!("c{k}")).collect();
+        assert_eq!(listed(&names[..2]), "c0, c1");
+        assert!(listed(&names).ends_with("c7 and 2 more"));
     }
 }

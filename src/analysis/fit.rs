@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::analysis::ground::{Errors, Ground, Past, in_role};
+use crate::analysis::ground::{Errors, Ground, in_role};
 use crate::calibration::{
-    Calibration, LinearMap, NormalEquations, Piece, Quality, Ridge, RidgeChoice, Scores, Terms,
-    condition_number, fit, fit_targets, recording_sums,
+    Calibration, LinearMap, NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores,
+    Terms, condition_number, fit, fit_targets, recording_sums,
 };
 use crate::evaluation::cross_validation::folds;
 use crate::evaluation::left_out::LeftOut;

@@ -9,7 +9,7 @@ use crate::analysis::factory::Factory;
 use crate::analysis::traces::{FixedTraces, TraceSet, View};
 use crate::analysis::{Analysis, AnalysisError, RecordingResult, Request};
 use crate::calibration::{
-    Calibration, Conventional, FORMAT, FitSettings, LinearMap, Quality, Scores, VERSION,
+    Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
     loads_from_gauges, past_samples,
 };
 use crate::evaluation::metrics;
@@ -19,9 +19,6 @@ use crate::recording::{Entry, Recording, RecordingSet, Role};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
-
-/// The past samples of one recording, for each look-back.
-pub(super) type Past = Vec<Vec<u32>>;
 
 #[derive(Debug)]
 pub(super) struct Ground {

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::analysis::factory::Factory;
-use crate::analysis::ground::Past;
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, Past};
 use crate::evaluation::Series;
 use crate::features::{Distance, Thresholds};
 use crate::recording::{Axis, Entry, Recording};

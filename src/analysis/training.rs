@@ -5,13 +5,13 @@
 
 use std::sync::Arc;
 
-use crate::analysis::ground::{Ground, Past};
+use crate::analysis::ground::Ground;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, NetworkError, Samples};
 use crate::calibration::{
-    Calibration, EpochReport, Learned, LearnedError, Learner, LinearMap, Piece, SettingsError,
-    learned_inputs, sample_row,
+    Calibration, EpochReport, Learned, LearnedError, Learner, LinearMap, Past, Piece,
+    SettingsError, learned_inputs, sample_row,
 };
 use crate::evaluation::cross_validation::FEWEST_RECORDINGS;
 use crate::evaluation::metrics::root_mean;

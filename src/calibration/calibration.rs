@@ -333,12 +333,15 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
     inputs.truncate(start + raw.len() - usize::from(design.offset));
 }
 
+/// The past samples of a recording, one list for each look-back.
+pub(crate) type Past = Vec<Vec<u32>>;
+
 /// The past samples of each look-back.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,
     recording: &Recording,
-) -> Vec<Vec<u32>> {
+) -> Past {
     features
         .look_backs
         .iter()

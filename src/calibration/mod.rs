@@ -25,7 +25,7 @@ pub use aged_sums::{AgedSums, ThresholdAges, aged_sums};
 pub use calibration::{
     AppliedLoads, Calibration, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
 };
-pub(crate) use calibration::{learned_inputs, past_samples};
+pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub use conventional::Conventional;
 pub use estimator::{Estimator, LEAP_SECS, STRAYS, SampleError, Taken};
 pub use file_form::CalibrationFile;

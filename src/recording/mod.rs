@@ -5,6 +5,7 @@
 mod arrays;
 mod axis;
 pub mod clock_offset;
+mod column_name;
 pub mod columns;
 pub mod delimited;
 pub mod join;

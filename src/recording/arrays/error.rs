@@ -2,9 +2,9 @@
 
 use std::io;
 
-use super::super::delimited::{listed, shown};
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
+use crate::shown::{listed, shown};
 
 /// Why a file of arrays gives no table.
 #[derive(Debug, thiserror::Error)]

@@ -13,9 +13,9 @@
 
 use std::collections::HashMap;
 
-use super::super::delimited::{is_gauge_name, is_time_name};
 use super::{Array, COLUMN_LIMIT, Column, Table};
 use crate::recording::Axis;
+use crate::recording::column_name::{is_gauge_name, is_time_name};
 
 /// What an array of gauges may be called besides what its columns may be called, in small letters.
 const GAUGES: [&str; 6] = [

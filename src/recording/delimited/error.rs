@@ -1,6 +1,5 @@
 //! Why a file gives no recording, in one sentence each.
 
-use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
 
@@ -8,16 +7,12 @@ use super::warning::LoadWarning;
 use crate::progress::Cancelled;
 use crate::recording::columns::{ColumnKey, ColumnRole, MapError};
 use crate::recording::{ArraysError, Axis, TareError};
+use crate::shown::{listed, shown};
 
 /// The way out where names settle too little.
 const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
 /// The way out where a map does not fit.
 const OTHER_MAP: &str = "take another map, or none; `loopscope inspect` shows what the file holds";
-/// How many names a message lists before it only counts.
-const LISTED_NAMES: usize = 8;
-/// How many characters of a file's own text a message repeats.
-const SHOWN_CHARS: usize = 40;
-
 /// Why a file gives no recording. Columns and lines are counted from 1.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -222,58 +217,10 @@ impl From<Cancelled> for ReadError {
     }
 }
 
-/// A file's own text as a message may repeat it: control characters escaped, and short.
-pub(in super::super) fn shown(text: &str) -> Cow<'_, str> {
-    let is_plain = |c: char| c.escape_debug().len() == 1;
-    if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
-        return Cow::Borrowed(text);
-    }
-    let mut escaped = text.chars().flat_map(char::escape_debug);
-    let mut start: String = escaped.by_ref().take(SHOWN_CHARS).collect();
-    if escaped.next().is_some() {
-        start.push('…');
-    }
-    Cow::Owned(start)
-}
-
 /// What a map calls a column.
 fn quoted(key: &ColumnKey) -> String {
     match key {
         ColumnKey::Number(number) => number.to_string(),
         ColumnKey::Name(name) => format!("\"{}\"", shown(name)),
-    }
-}
-
-/// The first few names, and how many more there are.
-pub(in super::super) fn listed(names: &[String]) -> String {
-    let first: Vec<_> = names
-        .iter()
-        .take(LISTED_NAMES)
-        .map(|name| shown(name))
-        .collect();
-    match names.len().saturating_sub(LISTED_NAMES) {
-        0 => first.join(", "),
-        more => format!("{} and {more} more", first.join(", ")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_from_files_is_escaped_and_short() {
-        assert_eq!(shown("Fx µ"), "Fx µ");
-        assert_eq!(shown("a\u{1b}[2J\n"), "a\\u{1b}[2J\\n");
-        let long = shown(&"x".repeat(10_000)).into_owned();
-        assert_eq!(long.chars().count(), SHOWN_CHARS + 1);
-        assert!(shown(&"\0".repeat(10_000)).chars().count() <= SHOWN_CHARS + 1);
-    }
-
-    #[test]
-    fn long_lists_end_in_a_count() {
-        let names: Vec<_> = (0..10).map(|k| format!("c{k}")).collect();
-        assert_eq!(listed(&names[..2]), "c0, c1");
-        assert!(listed(&names).ends_with("c7 and 2 more"));
     }
 }

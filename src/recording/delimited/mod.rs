@@ -8,7 +8,7 @@
 //! | `text`, `blocks` | a file as text, in blocks of whole lines |
 //! | `cells`, `times` | cells, numbers, dates |
 //! | `layout` | where the table stands and how it is cut |
-//! | `column_name`, `names`, `ati` | names to a [`ColumnMap`] |
+//! | `names`, `ati` | names to a [`ColumnMap`] |
 //! | `plan` | a map, brought to one file |
 //! | `opened` | a file, text or arrays, behind one face |
 //! | `rows`, `stream` | blocks to numbers, many at a time |
@@ -23,7 +23,6 @@ mod assemble;
 mod ati;
 mod blocks;
 mod cells;
-mod column_name;
 mod error;
 pub mod inspect;
 mod layout;
@@ -46,9 +45,6 @@ pub use error::ReadError;
 pub use text::Encoding;
 pub use warning::{Finding, LoadWarning};
 pub use weigh::estimate_weight;
-
-pub(super) use column_name::{is_gauge_name, is_time_name};
-pub(super) use error::{listed, shown};
 
 use crate::progress::Progress;
 use crate::recording::Recording;

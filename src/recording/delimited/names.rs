@@ -1,10 +1,10 @@
 //! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
 
 use super::ReadError;
-use super::column_name::{ColumnName, Kind};
 use super::layout::{Detected, Start, unbracketed};
 use super::times::TimeForm;
 use super::warning::Finding;
+use crate::recording::column_name::{ColumnName, Kind};
 use crate::recording::columns::{
     ColumnRole, ColumnRule, Header, Preamble, Shape, TableMap, TextLayout,
 };

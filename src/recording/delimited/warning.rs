@@ -4,9 +4,9 @@ use std::fmt;
 use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 
-use super::error::{listed, shown};
 use crate::recording::Axis;
 use crate::recording::units::TimeUnit;
+use crate::shown::{listed, shown};
 
 /// Something a person should know about a file that was read all the same. Lines are counted from 1.
 #[derive(Clone, Debug, PartialEq)]

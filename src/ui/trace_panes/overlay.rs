@@ -7,7 +7,6 @@ use crate::analysis::{AxisTraces, TraceSet};
 use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
 use crate::ui::palette::{self, Trace};
-use crate::ui::trace_panes::pane::Kind;
 
 /// Draws what is searched: t_th as a stretch of time, and in it F_th around the present load.
 pub fn thresholds(
@@ -60,7 +59,7 @@ pub fn samples(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
     axis: &AxisTraces,
-    kind: Kind,
+    is_load: bool,
     hovered: Option<usize>,
     visuals: &egui::Visuals,
 ) {
@@ -81,7 +80,7 @@ pub fn samples(
         return;
     }
     plot.vline(line(past, color, LineStyle::dashed_dense()));
-    if kind == Kind::Load {
+    if is_load {
         let ends = [past, k].map(|at| [traces.times[at], axis.conventional.value(at)]);
         let link = Line::new("", PlotPoints::from(ends.to_vec()))
             .color(color)

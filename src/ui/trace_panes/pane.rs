@@ -161,7 +161,7 @@ fn pane(
                 plot.line(line);
             }
         }
-        overlay::samples(plot, traces, axis, kind, hovered, &visuals);
+        overlay::samples(plot, traces, axis, kind == Kind::Load, hovered, &visuals);
         cursors.mark(plot, &visuals);
     });
     response

@@ -1,11 +1,11 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
-use super::super::column_name::is_load_unit;
 use super::super::layout::Start;
 use super::super::names::{Named, form_of_column};
 use super::super::times::TimeForm;
 use super::columns::{ColumnReport, Content};
 use super::question::Question;
+use crate::recording::column_name::is_load_unit;
 use crate::recording::columns::{ColumnRole, ColumnRule, Header};
 
 /// More are no gauges of one sensor.

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::super::cells::{decimal_comma_number, number};
-use super::super::column_name::ColumnName;
 use super::super::layout::{Start, unbracketed};
 use super::super::names::form_of_column;
+use crate::recording::column_name::ColumnName;
 use crate::recording::columns::{ColumnRole, ColumnRule, Delimiter, TableMap};
 
 /// How many values are shown.

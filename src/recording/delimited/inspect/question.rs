@@ -4,9 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::super::listed;
 use super::columns::ColumnReport;
 use crate::recording::columns::{ColumnMap, ColumnRole};
+use crate::shown::listed;
 
 /// What the file does not say; its text says what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -4,9 +4,9 @@ use super::super::ati;
 use super::super::cells::{
     Cells, Delimiter, decimal_comma_number, delimiter_of_header, is_skipped, number,
 };
-use super::super::column_name::{ColumnName, Kind, is_known_unit};
 use super::super::times::TimeForm;
 use super::{Line, first_lines, locate, names, unbracketed};
+use crate::recording::column_name::{ColumnName, Kind, is_known_unit};
 use crate::recording::columns::{self, Decimal, Preamble, TextLayout};
 
 /// A header stands among so many first lines.

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::super::ReadError;
 use super::super::ati::CountedUnit;
-use super::super::column_name::ColumnName;
 use super::super::layout::{Start, unbracketed};
 use super::super::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
 use super::{GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use crate::recording::column_name::ColumnName;
 use crate::recording::columns::{
     Attitude, ColumnKey, ColumnRole, ColumnRule, KeyError, PosePart, TableMap, WeightMap,
 };

@@ -49,7 +49,7 @@ const REFERENCES: [&str; 3] = ["ati", "reference", "ref"];
 
 /// What a column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(in crate::recording) enum Kind {
     Time,
     Gauge,
     Load(Axis),
@@ -57,17 +57,17 @@ pub(super) enum Kind {
 
 /// A column's name, understood.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ColumnName {
+pub(in crate::recording) struct ColumnName {
     /// As written, without the bracketed unit.
-    pub(super) name: String,
+    pub(in crate::recording) name: String,
     /// `None` for a column that is not used.
-    pub(super) kind: Option<Kind>,
+    pub(in crate::recording) kind: Option<Kind>,
     /// As written; a bracketed one may be anything, one after a separator is known for the kind.
-    pub(super) unit: Option<String>,
+    pub(in crate::recording) unit: Option<String>,
 }
 
 impl ColumnName {
-    pub(super) fn parse(cell: &str) -> Self {
+    pub(in crate::recording) fn parse(cell: &str) -> Self {
         let (name, bracketed) = split_brackets(cell.trim());
         let separators = name.match_indices(['_', ' ', '/']);
         let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
@@ -126,12 +126,12 @@ fn kind_of(name: &str) -> Option<Kind> {
 }
 
 /// Whether a column with this name is a gauge.
-pub(in super::super) fn is_gauge_name(name: &str) -> bool {
+pub(in crate::recording) fn is_gauge_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Gauge)
 }
 
 /// Whether a column with this name is the time.
-pub(in super::super) fn is_time_name(name: &str) -> bool {
+pub(in crate::recording) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
@@ -162,7 +162,7 @@ fn axis_of(plain: &str) -> Option<Axis> {
 }
 
 /// Whether this is a unit of any kind of column.
-pub(super) fn is_known_unit(unit: &str) -> bool {
+pub(in crate::recording) fn is_known_unit(unit: &str) -> bool {
     [
         Kind::Time,
         Kind::Gauge,
@@ -174,7 +174,7 @@ pub(super) fn is_known_unit(unit: &str) -> bool {
 }
 
 /// Whether this is a unit of a force or a moment, which no gauge has.
-pub(super) fn is_load_unit(unit: &str) -> bool {
+pub(in crate::recording) fn is_load_unit(unit: &str) -> bool {
     [Axis::Fx, Axis::Mx]
         .into_iter()
         .any(|axis| is_unit_of(Kind::Load(axis), unit))
