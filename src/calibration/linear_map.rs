@@ -5,6 +5,9 @@ use crate::recording::Recording;
 
 /// A load as a linear function of features: `load = matrix · features`.
 ///
+/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6; it is fitted as it stands, so more gauges
+/// than axes (Eq. 5) need no other rule than as many (Eq. 4).
+///
 /// **Shapes** `matrix` has one row per axis and one column per feature; [`Column::Offset`] is always 1.
 ///
 /// **Units** (N) or (N·m) per unit of the gauge; per 1 for monomials, which are made of standardised gauges.
@@ -23,7 +26,7 @@ impl LinearMap {
         Column::names(&self.columns, gauges)
     }
 
-    /// Writes the load of one sample; of a row without its last column, that is taken for an offset of 1.
+    /// Writes the load of one sample (Eq. 7); of a row without its last column, that is taken for an offset of 1.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
         for (load, row) in load.iter_mut().zip(&self.matrix) {

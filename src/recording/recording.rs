@@ -18,6 +18,8 @@ pub enum Source {
 
 /// One uninterrupted run: times, gauge channels, and the reference load where it is known.
 ///
+/// **Source** a row of loads is L (Eq. 1), a row of gauges S (Eq. 2).
+///
 /// **Shapes** times `n`, gauges `n × n_gauges` row-major, loads `n × n_axes` row-major (`n_axes` is 0 without a
 /// reference).
 ///

@@ -5,6 +5,10 @@
 //! every threshold; the cost of a sample grows with the logarithm of the window, not with its length, unless the load
 //! wanders along the threshold.
 //!
+//! In the paper's words: t_past lies t_interval before the present (Eq. 9); the present load is a function of the gauges then
+//! and now (Eq. 10); where the force never differed so much, of the present ones alone (Eq. 11); and where it did so longer
+//! ago than t_th, too (Eq. 12).
+//!
 //! How: samples stand in groups of eight that are measured at once. Over the groups stand bounding boxes, over those
 //! boxes larger ones. A box whose farthest corner is nearer than F_th holds no answer and is skipped whole.
 
