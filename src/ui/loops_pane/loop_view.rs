@@ -9,7 +9,7 @@ use crate::evaluation::metrics::percent_change;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
 use crate::ui::numbers::{percent, significant};
-use crate::ui::palette::look_back;
+use crate::ui::palette::{self, look_back};
 use crate::ui::plots;
 
 /// Height of the plot of widths.
@@ -216,16 +216,15 @@ impl<'a> View<'a> {
             .show(ui, |ui| {
                 ui.label("");
                 for (output, _) in &found {
-                    let [red, green, blue] = color(*output, ui.visuals());
-                    let name = name(*output);
-                    ui.label(RichText::new(name).color(egui::Color32::from_rgb(red, green, blue)));
+                    let color = palette::rgb(color(*output, ui.visuals()));
+                    ui.label(RichText::new(name(*output)).color(color));
                 }
                 if found.len() == 2 {
                     ui.label("change").on_hover_text("From Conv. to Comp.");
                 }
                 ui.end_row();
-                type Figure = fn(&LoopFigures) -> f64;
-                let rows: [(&str, &str, String, &str, f64, Figure); 3] = [
+                type Pick = fn(&LoopFigures) -> f64;
+                let rows: [(&str, &str, String, &str, f64, Pick); 3] = [
                     (
                         "Largest width",
                         "Largest |falling − rising| at equal load",
