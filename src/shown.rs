@@ -33,6 +33,12 @@ pub(crate) fn is_hidden(c: char) -> bool {
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
+/// Text between the tags or quotes of XML; what XML cannot hold at all becomes its code in words.
+pub(crate) fn for_xml(text: &str) -> String {
+    let text = printable(text).replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
+    quick_xml::escape::escape(text).into_owned()
+}
+
 /// A message as a person gets it, in a terminal or in the window: [`printable`], and not without end.
 pub(crate) fn message(text: &dyn Display) -> String {
     let text = text.to_string();
@@ -84,6 +90,14 @@ mod tests {
             "a\\u{1b}[2J\\u{d}\\u{a}\\u{202e}b 力"
         );
         assert!(matches!(printable("Fx [N·m]"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn text_cannot_become_markup() {
+        assert_eq!(
+            for_xml("a<b> & \"c\" 'd'\u{7}\u{ffff}N·m"),
+            "a&lt;b&gt; &amp; &quot;c&quot; &apos;d&apos;\\u{7}\u{fffd}N·m"
+        );
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! All that a report says of a calibration, gathered: fit, errors over the thresholds, loops, figures, traces.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::SystemTime;
 
@@ -16,14 +15,14 @@ use crate::evaluation::Series;
 use crate::evaluation::metrology::{Metrology, MetrologySettings};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
-use crate::export::svg::CurvePlot;
 use crate::export::{
-    Drawing, DrawnLine, PICTURE_SIZE, ReportCurves, ReportData, ReportErrors, ReportRecording,
-    Scale, curves_over_f_th, curves_over_t_th, f_th_label, print_color, used_recordings,
+    ReportCurves, ReportData, ReportErrors, ReportRecording, curves_over_f_th, curves_over_t_th,
+    f_th_label, used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::report::figure::{self, Figure, Line, Scale, color};
 
 /// F_th and t_th that the curves are computed at, beside those of the fit.
 const CURVE_POINTS: (usize, usize) = (29, 9);
@@ -95,7 +94,7 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
         errors: shown.map(|(at, chosen)| ReportErrors {
             recording: applied.recordings.entries()[at].recording.name().to_owned(),
             chosen,
-            drawings: error_drawings(&analysis.traces),
+            figures: error_figures(&analysis.traces),
         }),
         metrology,
         warnings,
@@ -276,7 +275,7 @@ fn curves(
     let groups = groups.filter(|group| group.weights(&map.scale).is_some());
     let settings = &request.settings;
     let has_look_back = !settings.features.look_backs.is_empty();
-    let marked = |plot: CurvePlot, at: f64| CurvePlot {
+    let marked = |plot: Figure<'static>, at: f64| Figure {
         marked: has_look_back.then_some(at),
         ..plot
     };
@@ -360,18 +359,18 @@ impl<'a> Looker<'a> {
         }
     }
 
-    fn loops(&mut self, axis: Axis) -> Result<Result<Drawing<'static>, String>, AnalysisError> {
+    fn loops(&mut self, axis: Axis) -> Result<Result<Figure<'static>, String>, AnalysisError> {
         let question = Question::Loops(LoopQuestion {
             axis,
             up: Up::Error,
             span: Span::All,
             dead_band: None,
             frame: None,
-            pixels: PICTURE_SIZE.into(),
+            pixels: figure::STANDS_ALONE.into(),
         });
         let look = self.look(question)?;
         Ok(look.and_then(|look| match look {
-            Look::Loops(picture) => Ok(loop_drawing(&picture)),
+            Look::Loops(picture) => Ok(loop_figure(&picture)),
             _ => Err("There are no loops.".to_owned()),
         }))
     }
@@ -401,114 +400,82 @@ fn name(output: Output) -> &'static str {
 }
 
 /// A line in its colour; Conv. is dashed, so that the two are told apart without it.
-fn line(output: Output, name: String, pieces: Vec<Cow<'static, [[f64; 2]]>>) -> DrawnLine<'static> {
-    let is_conventional = output == Output::Conventional;
-    DrawnLine {
-        name,
-        color: match output {
-            Output::Conventional => print_color::CONVENTIONAL,
-            Output::Compensated => print_color::COMPENSATED,
-        },
-        opacity: 1.0,
-        width: 2.4,
-        dashed: is_conventional,
-        pieces,
+fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> Line<'static> {
+    let (color, dash) = match output {
+        Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),
+        Output::Compensated => (color::COMPENSATED, None),
+    };
+    Line {
+        dash,
+        ..Line::new(name, color, pieces)
     }
 }
 
-fn loop_drawing(picture: &LoopPicture) -> Drawing<'static> {
+fn loop_figure(picture: &LoopPicture) -> Figure<'static> {
     let axis = picture.question.axis;
     let curves = || {
         let curves = picture.curves.iter();
         curves.filter_map(|curve| Some((curve.output?, curve)))
     };
     let branches = curves().map(|(output, curve)| {
-        let strokes = curve.strokes.iter();
-        let pieces = strokes.map(|stroke| stroke.points.clone().into()).collect();
-        DrawnLine {
+        let pieces = curve.strokes.iter().map(|stroke| stroke.points.clone());
+        Line {
             opacity: 0.25,
             width: 0.8,
-            dashed: false,
-            ..line(output, String::new(), pieces)
+            dash: None,
+            ..line(output, "", pieces.collect())
         }
     });
     let means = curves().filter_map(|(output, curve)| {
         let mean = curve.mean.as_ref().ok()?;
-        let pieces = mean.branches.iter().map(|branch| branch.clone().into());
         let width = significant(mean.mean_width, 3);
         let name = format!("{}, mean width {width} {}", name(output), axis.unit());
-        Some(line(output, name, pieces.collect()))
+        Some(Line {
+            width: 2.4,
+            ..line(output, name, mean.branches.to_vec())
+        })
     });
     let (full, all) = (picture.n_full_cycles, picture.n_cycles);
-    Drawing {
+    let label = |what: &str| format!("{} {what} [{}]", axis.symbol(), axis.unit());
+    Figure {
         title: format!("{}: {full} full of {all} cycles", axis.symbol()),
-        across: Scale {
-            label: format!("{} Calc. [{}]", axis.symbol(), axis.unit()),
-            range: picture.whole.loads,
-        },
-        up: Scale {
-            label: format!("{} error [{}]", axis.symbol(), axis.unit()),
-            range: picture.whole.outputs,
-        },
+        across: Scale::new(label("Calc."), picture.whole.loads),
+        up: Scale::new(label("error"), picture.whole.outputs),
         lines: branches.chain(means).collect(),
+        ..Figure::default()
     }
 }
 
-fn error_drawings(traces: &TraceSet) -> Vec<Drawing<'static>> {
-    let drawings = traces.axes.iter();
-    drawings
-        .filter_map(|axis| error_drawing(traces, axis))
-        .collect()
+fn error_figures(traces: &TraceSet) -> Vec<Figure<'static>> {
+    let axes = traces.axes.iter();
+    axes.filter_map(|axis| error_figure(traces, axis)).collect()
 }
 
-fn error_drawing(traces: &TraceSet, axis: &AxisTraces) -> Option<Drawing<'static>> {
+fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>> {
     let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
     let errors = [
-        (Output::Conventional, axis.conventional_error.as_ref()?),
-        (Output::Compensated, axis.compensated_error.as_ref()?),
+        (Output::Conventional, axis.conventional_error.as_ref()?, 1.0),
+        (Output::Compensated, axis.compensated_error.as_ref()?, 1.6),
     ];
-    let own = errors.map(|(output, series)| DrawnLine {
-        width: if output == Output::Conventional {
-            1.0
-        } else {
-            1.6
-        },
-        ..line(
-            output,
-            name(output).to_owned(),
-            vec![points(traces, series).into()],
-        )
+    let own = errors.map(|(output, series, width)| Line {
+        width,
+        ..line(output, name(output), vec![points(traces, series)])
     });
-    let factory = axis.factory_error.as_ref().map(|series| DrawnLine {
-        name: "Factory".to_owned(),
-        color: print_color::FACTORY,
-        opacity: 1.0,
+    let factory = axis.factory_error.as_ref().map(|series| Line {
         width: 1.0,
-        dashed: true,
-        pieces: vec![points(traces, series).into()],
+        dash: Some(figure::DASHED),
+        ..Line::new("Factory", color::FACTORY, [points(traces, series)])
     });
-    let lines: Vec<DrawnLine<'static>> = factory.into_iter().chain(own).collect();
-    let heights = || {
-        lines
-            .iter()
-            .flat_map(|line| &line.pieces[0][..])
-            .map(|[_, up]| *up)
-    };
-    let low = heights().fold(0.0, f64::min);
-    let high = heights().fold(0.0, f64::max);
-    let margin = (MARGIN * (high - low)).max(1e-12);
+    let lines: Vec<_> = factory.into_iter().chain(own).collect();
+    let errors = lines.iter().flat_map(|line| line.pieces[0].iter());
+    let heights = errors.map(|[_, up]| *up).chain([0.0]);
     let end = traces.times.last().copied().unwrap_or(0.0);
-    Some(Drawing {
+    Some(Figure {
         title: symbol.to_owned(),
-        across: Scale {
-            label: "time [s]".to_owned(),
-            range: (0.0, end),
-        },
-        up: Scale {
-            label: format!("{symbol} error [{unit}]"),
-            range: (low - margin, high + margin),
-        },
+        across: Scale::new("time [s]", (0.0, end)),
+        up: Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN),
         lines,
+        ..Figure::default()
     })
 }
 

@@ -20,8 +20,9 @@ use crate::evaluation::threshold_study::{
     FlatRange, GridError, Measure, MeasureScale, ScoreSet, Suggestion, ThresholdGrid, ThresholdMap,
     Touch, even_values,
 };
-use crate::export::svg::write_heat_map_svg;
-use crate::export::{check_targets, threshold_heat_map, write_atomically, write_threshold_csv};
+use crate::export::{
+    check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
+};
 use crate::features::{Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::Axis;
@@ -196,7 +197,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
     if let Some(path) = &args.svg {
         let (map, suggestion) = (&sweep.map, Some(&sweep.suggestion));
         let picture = threshold_heat_map(map, ScoreSet::LeftOut, sweep.measure, suggestion);
-        write_atomically(path, |out| write_heat_map_svg(&picture, out))?;
+        write_threshold_svg(&picture, path)?;
     }
     let mut out = io::stdout().lock();
     if args.json {

@@ -30,24 +30,36 @@ pub fn round_step(step: f64) -> f64 {
         .unwrap_or(step)
 }
 
-/// The least of 1, 2 and 5 times a power of ten that is at least this; `None` where there is none.
-///
-/// What the marks of an axis are apart.
+/// How many decimals a number has when it is written out.
 #[must_use]
-pub fn mark_step(least: f64) -> Option<f64> {
-    let power = 10_f64.powf(least.log10().floor());
-    let steps = [1.0, 2.0, 5.0].map(|step| step * power);
-    let found = steps.into_iter().find(|step| *step >= least);
-    let step = found.unwrap_or(10.0 * power);
-    (step.is_finite() && step > 0.0).then_some(step)
+pub fn decimals(value: f64) -> usize {
+    let text = value.to_string();
+    text.split_once('.').map_or(0, |(_, after)| after.len())
 }
 
-/// A multiple of `step` with as many decimals as the step needs.
+/// What an axis names within its range: multiples of a [`round_step`] that is at least `least`, after that step. None where
+/// there is no such step.
 #[must_use]
-pub fn mark_label(value: f64, step: f64) -> String {
-    let decimals = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
-    // Adding zero turns −0 into 0.
-    format!("{:.decimals$}", value + 0.0)
+pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
+    if !(least > 0.0 && least.is_finite()) {
+        return (0.0, Vec::new());
+    }
+    let step = round_step(least);
+    // Rounding must not cost a tick that stands at the very end.
+    let first = (low / step - 1e-9).ceil() as i64;
+    let last = (high / step + 1e-9).floor() as i64;
+    (step, (first..=last).map(|at| at as f64 * step).collect())
+}
+
+/// A multiple of `step` with as many decimals as that needs.
+#[must_use]
+pub fn tick_text(tick: f64, step: f64) -> String {
+    // Zero is zero: neither a remainder of the last digit nor negative.
+    let tick = if tick.abs() < step / 2.0 { 0.0 } else { tick };
+    match (1e-6..1e7).contains(&step) {
+        true => format!("{tick:.*}", decimals(step)),
+        false => significant(tick, 3),
+    }
 }
 
 #[cfg(test)]
@@ -71,6 +83,7 @@ mod tests {
             (2.1, 2.5),
             (6.0, 10.0),
             (0.026, 0.05),
+            (0.03, 0.05),
             (1.0, 1.0),
         ] {
             assert_eq!(round_step(step), expected, "{step}");
@@ -78,12 +91,19 @@ mod tests {
     }
 
     #[test]
-    fn marks_stand_at_ones_twos_and_fives() {
-        assert_eq!(mark_step(0.03), Some(0.05));
-        assert_eq!(mark_step(1.0), Some(1.0));
-        assert_eq!(mark_step(6.0), Some(10.0));
-        assert_eq!(mark_step(0.0), None);
-        assert_eq!(mark_label(-0.0, 0.05), "0.00");
-        assert_eq!(mark_label(20.0, 10.0), "20");
+    fn ticks_are_round_and_within_the_range() {
+        let texts = |range: (f64, f64), most: f64| -> Vec<String> {
+            let (step, ticks) = ticks(range, (range.1 - range.0) / most);
+            ticks.iter().map(|tick| tick_text(*tick, step)).collect()
+        };
+        let expected = ["0.0", "2.5", "5.0", "7.5", "10.0", "12.5"];
+        assert_eq!(texts((0.0, 14.0), 6.0), expected);
+        assert_eq!(texts((-0.1, 0.1), 6.0).len(), 5);
+        assert_eq!(texts((-0.1, 0.1), 6.0)[2], "0.00");
+        assert_eq!(texts((0.0, 0.3), 3.0), ["0.0", "0.1", "0.2", "0.3"]);
+        assert!(texts((-1e300, 1e300), 6.0).len() > 2);
+        assert!(ticks((0.0, 0.0), 0.0).1.is_empty());
+        assert_eq!(tick_text(-0.0, 0.05), "0.00");
+        assert_eq!(tick_text(20.0, 10.0), "20");
     }
 }

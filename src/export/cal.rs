@@ -11,10 +11,11 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
 use super::facts::Fact;
-use super::text::{for_xml, for_xml_comment};
+use super::text::for_xml_comment;
 use crate::calibration::{Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION};
 use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::Axis;
+use crate::shown::for_xml;
 
 /// Why a `.cal` file could not be read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -11,15 +11,12 @@ mod comparison_csv;
 mod facts;
 mod format;
 mod hash;
-mod loop_svg;
 mod mat;
 mod metrology_csv;
 mod npz;
 mod onnx;
-pub mod print_color;
 mod report;
 mod sources;
-pub mod svg;
 mod targets;
 mod text;
 mod threshold_csv;
@@ -33,7 +30,6 @@ pub use calibration_file::{ReadCalibrationError, read_calibration, write_calibra
 pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv};
 pub use format::{CalibrationFormat, FormatError};
 pub use hash::sha256;
-pub use loop_svg::{Drawing, DrawnLine, PICTURE_SIZE, Scale, write_drawing_svg};
 pub use metrology_csv::write_metrology_csv;
 pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, utc, write_report};
 pub use sources::{used_recordings, with_sources};
@@ -41,6 +37,6 @@ pub use targets::{TargetError, check_targets};
 pub use threshold_csv::write_threshold_csv;
 pub use threshold_pictures::{
     curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, threshold_map_files,
-    write_threshold_map,
+    write_threshold_map, write_threshold_svg,
 };
 pub use traces::{Stretch, TraceFormat, write_loads_csv, write_traces};

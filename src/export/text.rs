@@ -1,6 +1,6 @@
 //! Text from files (names of gauges and recordings) made harmless where it is written.
 
-use crate::shown::{is_hidden, printable};
+use crate::shown::{for_xml, is_hidden, printable};
 
 /// [`printable`] text that neither opens nor ends a comment of C, and makes no trigraph.
 pub(super) fn for_block_comment(text: &str) -> String {
@@ -26,23 +26,6 @@ pub(super) fn identifier(name: &str) -> String {
         .collect();
     if !out.starts_with(|c: char| c.is_ascii_alphabetic()) {
         out.insert_str(0, "cal_");
-    }
-    out
-}
-
-/// Text between the tags or quotes of XML; what XML cannot hold at all becomes its code in words.
-pub(super) fn for_xml(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in printable(text).chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&apos;"),
-            '\u{fffe}' | '\u{ffff}' => out.push('?'),
-            c => out.push(c),
-        }
     }
     out
 }
@@ -103,7 +86,6 @@ mod tests {
 
     #[test]
     fn quotes_and_hidden_characters_are_escaped() {
-        assert_eq!(for_xml("<\"&'>"), "&lt;&quot;&amp;&apos;&gt;");
         assert_eq!(for_yaml("a\"b\\c\n力"), "\"a\\\"b\\\\c\\U0000000a力\"");
     }
 }

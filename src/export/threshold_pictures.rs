@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
-use crate::export::svg::{CurvePlot, HeatMap, Labels, Line, write_curves_svg, write_heat_map_svg};
 use crate::export::{WriteError, write_atomically, write_threshold_csv};
 use crate::features::Distance;
+use crate::report::figure::{self, Figure, HeatMap, Line, Scale, color};
 
 /// The name of F_th with its unit.
 #[must_use]
@@ -16,6 +16,10 @@ pub fn f_th_label(distance: Distance) -> &'static str {
     }
 }
 
+/// Width and height of the pictures.
+const SIZE: (f64, f64) = (720.0, 440.0);
+/// Room above and below curves, as a share of their range.
+const ROOM: f64 = 0.06;
 const T_TH_LABEL: &str = "t_th [s]";
 
 fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
@@ -33,17 +37,15 @@ pub fn curves_over_f_th(
     measure: Measure,
     t_at: usize,
     suggestion: Option<&Suggestion>,
-) -> CurvePlot {
+) -> Figure<'static> {
     let t_th = map.grid.t_ths_secs()[t_at];
-    CurvePlot {
-        labels: Labels {
-            title: format!("{} at t_th {t_th} s", measure.label(&map.scale)),
-            x: f_th_label(map.distance).to_owned(),
-            y: rmse_label(map, measure),
-        },
-        lines: lines(|set| map.curve_over_f_th(set, measure, t_at)),
+    Figure {
+        title: format!("{} at t_th {t_th} s", measure.label(&map.scale)),
         shaded: suggestion.map(|found| (found.f_th_range.from, found.f_th_range.to)),
         marked: suggestion.map(|found| found.thresholds.f_th),
+        ..curves(f_th_label(map.distance), rmse_label(map, measure), |set| {
+            map.curve_over_f_th(set, measure, t_at)
+        })
     }
 }
 
@@ -57,32 +59,48 @@ pub fn curves_over_t_th(
     measure: Measure,
     f_at: usize,
     suggestion: Option<&Suggestion>,
-) -> CurvePlot {
-    let f_th = map.grid.f_ths()[f_at];
-    CurvePlot {
-        labels: Labels {
-            title: format!(
-                "{} at {} = {f_th}",
-                measure.label(&map.scale),
-                f_th_label(map.distance)
-            ),
-            x: T_TH_LABEL.to_owned(),
-            y: rmse_label(map, measure),
-        },
-        lines: lines(|set| map.curve_over_t_th(set, measure, f_at)),
+) -> Figure<'static> {
+    let (f_th, f_th_label) = (map.grid.f_ths()[f_at], f_th_label(map.distance));
+    Figure {
+        title: format!("{} at {f_th_label} = {f_th}", measure.label(&map.scale)),
         shaded: suggestion.map(|found| (found.t_th_range.from, found.t_th_range.to)),
         marked: suggestion.map(|found| found.thresholds.t_th_secs),
+        ..curves(T_TH_LABEL, rmse_label(map, measure), |set| {
+            map.curve_over_t_th(set, measure, f_at)
+        })
     }
 }
 
-/// One line for every set that has scores.
-fn lines(curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>) -> Vec<Line> {
-    let lines = ScoreSet::ALL.into_iter().map(|set| Line {
-        label: set.label().to_owned(),
-        points: curve(set),
-        dashed: set == ScoreSet::Train,
+/// One line for every set that has scores. As in the window the one to choose by is solid; the others are seen on top of it.
+fn curves(
+    across: &str,
+    up: String,
+    curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>,
+) -> Figure<'static> {
+    let lines = ScoreSet::ALL.into_iter().rev().map(|set| {
+        let points: Vec<[f64; 2]> = curve(set).into_iter().map(Into::into).collect();
+        let (color, dash) = match set {
+            ScoreSet::Train => (color::BLUE, Some(figure::DOTTED)),
+            ScoreSet::Test => (color::VERMILION, Some(figure::DASHED)),
+            ScoreSet::LeftOut => (color::GREEN, None),
+        };
+        Line {
+            dash,
+            ..Line::new(set.label(), color, [points])
+        }
     });
-    lines.filter(|line| !line.points.is_empty()).collect()
+    let lines: Vec<_> = lines.filter(|line| !line.pieces[0].is_empty()).collect();
+    let along = |at: usize| {
+        lines
+            .iter()
+            .flat_map(move |line| line.pieces[0].iter().map(move |point| point[at]))
+    };
+    Figure {
+        across: Scale::spanning(across, along(0), 0.0),
+        up: Scale::spanning(up, along(1), ROOM),
+        lines,
+        ..Figure::default()
+    }
 }
 
 /// The map of one number, a suggested pair marked.
@@ -92,19 +110,28 @@ pub fn threshold_heat_map(
     set: ScoreSet,
     measure: Measure,
     suggestion: Option<&Suggestion>,
-) -> HeatMap {
-    HeatMap {
-        labels: Labels {
-            title: format!("{}, {}", measure.label(&map.scale), set.label()),
-            x: f_th_label(map.distance).to_owned(),
-            y: T_TH_LABEL.to_owned(),
-        },
-        value_label: rmse_label(map, measure),
-        xs: map.grid.f_ths().to_vec(),
-        ys: map.grid.t_ths_secs().to_vec(),
-        values: map.values(set, measure),
-        marked: suggestion.map(|found| found.at),
+) -> Figure<'static> {
+    let values = map.values(set, measure);
+    let known = values.iter().copied().flatten();
+    Figure {
+        title: format!("{}, {}", measure.label(&map.scale), set.label()),
+        across: Scale::of_cells(f_th_label(map.distance), map.grid.f_ths()),
+        up: Scale::of_cells(T_TH_LABEL, map.grid.t_ths_secs()),
+        heat_map: Some(HeatMap {
+            shades: Scale::spanning(rmse_label(map, measure), known, 0.0),
+            marked: suggestion.map(|found| found.at),
+            values,
+        }),
+        ..Figure::default()
     }
+}
+
+/// Writes such a figure as SVG.
+///
+/// # Errors
+/// [`WriteError`] if the file cannot be written.
+pub fn write_threshold_svg(figure: &Figure<'_>, path: &Path) -> Result<(), WriteError> {
+    write_atomically(path, |out| out.write_all(figure.svg(SIZE).as_bytes()))
 }
 
 /// The files that [`write_threshold_map`] writes: this one, and the two beside a picture.
@@ -140,14 +167,9 @@ pub fn write_threshold_map(
     };
     let suggestion = map.suggestion(measure).ok();
     let found = suggestion.as_ref();
-    let picture = threshold_heat_map(map, ScoreSet::LeftOut, measure, found);
-    write_atomically(path, |out| write_heat_map_svg(&picture, out))?;
     let (f_at, t_at) = found.map_or((0, 0), |found| found.at);
-    for (file, curves) in [
-        (over_f_th, curves_over_f_th(map, measure, t_at, found)),
-        (over_t_th, curves_over_t_th(map, measure, f_at, found)),
-    ] {
-        write_atomically(file, |out| write_curves_svg(&curves, out))?;
-    }
-    Ok(())
+    let heat_map = threshold_heat_map(map, ScoreSet::LeftOut, measure, found);
+    write_threshold_svg(&heat_map, path)?;
+    write_threshold_svg(&curves_over_f_th(map, measure, t_at, found), over_f_th)?;
+    write_threshold_svg(&curves_over_t_th(map, measure, f_at, found), over_t_th)
 }

@@ -11,8 +11,8 @@ use crate::analysis::loops::{
     Channel, CrossQuestion, LoadKind, LoopQuestion, Output, Question, RestQuestion, Span, Up,
 };
 use crate::app::{AppState, Command};
-use crate::export::{Drawing, PICTURE_SIZE};
 use crate::recording::Axis;
+use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::context_menu::item;
 use crate::ui::dead_band::dead_band;
 use crate::ui::looking::Looking;
@@ -123,7 +123,7 @@ impl Default for LoopsPane {
             rest: None,
             hold_secs: 5.0,
             zooms: Zooms::default(),
-            pixels: PICTURE_SIZE.into(),
+            pixels: STANDS_ALONE.into(),
             path: "loops.svg".to_owned(),
         }
     }
@@ -179,8 +179,8 @@ impl LoopsPane {
         let seen = &looking.seen;
         let on_screen = ui.pixels_per_point() * plot_size(ui);
         self.pixels = [
-            PICTURE_SIZE.0.max(on_screen.x.into()),
-            PICTURE_SIZE.1.max(on_screen.y.into()),
+            STANDS_ALONE.0.max(on_screen.x.into()),
+            STANDS_ALONE.1.max(on_screen.y.into()),
         ];
         match self.mode {
             Mode::Loops => loop_view::show(ui, self, state, seen.loops.as_ref(), out),
@@ -356,8 +356,8 @@ impl LoopsPane {
     fn lay_out(
         &mut self,
         ui: &mut egui::Ui,
-        drawing: &Drawing<'_>,
-        print: &Drawing<'_>,
+        drawing: &Figure<'_>,
+        print: &Figure<'_>,
         out: &mut Vec<Command>,
         figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
     ) {

@@ -3,7 +3,7 @@
 use egui::{Color32, Stroke, Visuals};
 
 use crate::calibration::Regressor;
-use crate::export::print_color;
+use crate::report::figure::color;
 
 /// One of the three loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,13 +52,13 @@ impl Trace {
     pub fn color(self, visuals: &Visuals) -> Color32 {
         match (self, visuals.dark_mode) {
             (Self::Calculated, true) => Color32::from_gray(215),
-            (Self::Calculated, false) => on_light(print_color::CALCULATED),
+            (Self::Calculated, false) => rgb(color::CALCULATED),
             (Self::Conventional, true) => Color32::from_rgb(240, 165, 40),
-            (Self::Conventional, false) => on_light(print_color::CONVENTIONAL),
-            (Self::Factory, true) => Color32::from_rgb(204, 121, 167),
-            (Self::Factory, false) => on_light(print_color::FACTORY),
-            (Self::Compensated, true) => Color32::from_rgb(86, 180, 233),
-            (Self::Compensated, false) => on_light(print_color::COMPENSATED),
+            (Self::Conventional, false) => rgb(color::CONVENTIONAL),
+            (Self::Factory, true) => rgb(color::PURPLE),
+            (Self::Factory, false) => rgb(color::FACTORY),
+            (Self::Compensated, true) => rgb(color::SKY),
+            (Self::Compensated, false) => rgb(color::COMPENSATED),
         }
     }
 
@@ -77,28 +77,25 @@ impl Trace {
     }
 }
 
-fn on_light([red, green, blue]: [u8; 3]) -> Color32 {
+/// A colour of the figures as egui has it.
+pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
 /// The colour of a regressor in tables and bars.
 pub fn regressor(regressor: Regressor, visuals: &Visuals) -> Color32 {
-    let (r, g, b) = match regressor {
-        Regressor::Linear => (0, 114, 178),
-        Regressor::Network => (213, 94, 0),
-        Regressor::Kernel => (0, 158, 115),
-        Regressor::HybridNetwork => (204, 121, 167),
-        Regressor::HybridKernel => (190, 160, 20),
+    let color = match regressor {
+        Regressor::Linear => color::BLUE,
+        Regressor::Network => color::VERMILION,
+        Regressor::Kernel => color::GREEN,
+        Regressor::HybridNetwork => color::PURPLE,
+        Regressor::HybridKernel => [190, 160, 20],
     };
     // Lighter on a dark ground.
-    let lighter = |value: u8| {
-        if visuals.dark_mode {
-            value / 4 * 3 + 64
-        } else {
-            value
-        }
-    };
-    Color32::from_rgb(lighter(r), lighter(g), lighter(b))
+    rgb(match visuals.dark_mode {
+        true => color.map(|value| value / 4 * 3 + 64),
+        false => color,
+    })
 }
 
 /// What marks the look-back.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use egui::{ColorImage, Pos2, Rect};
 
 use crate::app::{Command, Existing, FileContent, Level, Notice, PictureTo, ScreenPart, Wish};
-use crate::export::{Drawing, PICTURE_SIZE, write_drawing_svg};
+use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::appearance::focus_ring;
 use crate::ui::context_menu::context_menu;
 use crate::ui::dialogs::Reply;
@@ -22,7 +22,7 @@ pub struct Pictures(Vec<(u32, ScreenPart, PictureTo)>);
 pub fn menu<'a>(
     response: &egui::Response,
     part: Rect,
-    print: Option<&dyn Fn() -> Drawing<'a>>,
+    print: Option<&dyn Fn() -> Figure<'a>>,
     out: &mut Vec<Command>,
 ) {
     if response.has_focus() {
@@ -51,21 +51,16 @@ pub fn menu<'a>(
             let button = button.on_hover_text("The lines themselves, dark on light, for print");
             if button.clicked() {
                 ui.close();
-                out.push(match svg(&print()) {
-                    Ok(content) => Command::ChooseFileFor(content, "plot.svg"),
-                    Err(failed) => Command::Tell(Notice::new(Level::Error, failed.to_string())),
-                });
+                out.push(Command::ChooseFileFor(svg(&print()), "plot.svg"));
             }
         }
         first
     });
 }
 
-/// The lines of a drawing as an SVG file.
-pub fn svg(print: &Drawing<'_>) -> std::io::Result<FileContent> {
-    let mut bytes = Vec::new();
-    write_drawing_svg(print, PICTURE_SIZE, &mut bytes)?;
-    Ok(FileContent::Bytes(bytes.into()))
+/// A figure as an SVG file.
+pub fn svg(print: &Figure<'_>) -> FileContent {
+    FileContent::Bytes(print.svg(STANDS_ALONE).into_bytes().into())
 }
 
 /// The rectangle without egui's type.

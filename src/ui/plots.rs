@@ -8,9 +8,10 @@ use egui_plot::{
 
 use crate::app::Command;
 use crate::evaluation::loops::Frame;
-use crate::evaluation::numbers::{mark_label, mark_step};
-use crate::export::{Drawing, DrawnLine};
+use crate::evaluation::numbers::{tick_text, ticks};
+use crate::report::figure::{Figure, Line};
 use crate::ui::numbers::significant;
+use crate::ui::palette::rgb;
 use crate::ui::picture;
 
 /// The plot hands its grid the width of this many points as `base_step_size`; set so that both agree.
@@ -26,25 +27,19 @@ const KEY_ZOOM: f64 = 0.8;
 /// Room for the labels of the value axis.
 const VALUE_AXIS_WIDTH: f32 = 48.0;
 
-/// Grid lines at multiples of 1, 2 or 5 times a power of ten, at least `least_points` apart on screen.
+/// Grid lines at [`ticks`], at least `least_points` apart on screen.
 pub fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
     let least = input.base_step_size / GRID_BASE_POINTS * least_points;
-    let Some(step_size) = mark_step(least) else {
-        return Vec::new();
-    };
-    let first = (input.bounds.0 / step_size).ceil() as i64;
-    let last = (input.bounds.1 / step_size).floor() as i64;
-    (first..=last)
-        .map(|at| GridMark {
-            value: at as f64 * step_size,
-            step_size,
-        })
-        .collect()
+    let (step_size, values) = ticks(input.bounds, least);
+    let marks = values
+        .into_iter()
+        .map(|value| GridMark { value, step_size });
+    marks.collect()
 }
 
 /// As many decimals as the step needs.
 pub fn tick_label(mark: GridMark) -> String {
-    mark_label(mark.value, mark.step_size)
+    tick_text(mark.value, mark.step_size)
 }
 
 /// A plot that shows all of it and leaves press and drag to whoever draws it.
@@ -69,7 +64,7 @@ pub fn plot(
     ui: &mut egui::Ui,
     id: &str,
     height: f32,
-    [drawing, print]: [&Drawing<'_>; 2],
+    [drawing, print]: [&Figure<'_>; 2],
     zoom: &mut Zoom,
     out: &mut Vec<Command>,
 ) {
@@ -234,14 +229,13 @@ fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, 
 /// All pieces of a line as one item: a plot with thousands of items is slow.
 struct Pieces<'a> {
     base: PlotItemBase,
-    line: &'a DrawnLine<'a>,
+    line: &'a Line<'a>,
     stroke: Stroke,
 }
 
 impl<'a> Pieces<'a> {
-    fn of(line: &'a DrawnLine<'a>) -> Self {
-        let [red, green, blue] = line.color;
-        let color = Color32::from_rgb(red, green, blue).gamma_multiply(line.opacity);
+    fn of(line: &'a Line<'a>) -> Self {
+        let color = rgb(line.color).gamma_multiply(line.opacity);
         Self {
             base: PlotItemBase::new(line.name.clone()),
             line,
@@ -256,10 +250,11 @@ impl PlotItem for Pieces<'_> {
             let points: Vec<egui::Pos2> = (piece.iter())
                 .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
                 .collect();
-            if self.line.dashed {
-                shapes.extend(Shape::dashed_line(&points, self.stroke, 7.0, 4.0));
-            } else {
-                shapes.push(Shape::line(points, self.stroke));
+            match self.line.dash {
+                Some([dash, gap]) => {
+                    shapes.extend(Shape::dashed_line(&points, self.stroke, dash, gap));
+                }
+                None => shapes.push(Shape::line(points, self.stroke)),
             }
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Guarantees: values of a [`ThresholdGrid`] are finite, from zero up, and rise; there is at least one of each.
 
-use crate::evaluation::numbers::round_step;
+use crate::evaluation::numbers::{decimals, round_step};
 
 /// More values of one threshold than this are refused: nobody can tell them apart.
 pub const MOST_VALUES: usize = 2000;
@@ -91,11 +91,7 @@ fn rounded(value: f64, decimals: Option<usize>) -> f64 {
 
 /// How many decimals a number is written with; `None` if that is no short number.
 fn decimals_of(value: f64) -> Option<usize> {
-    let text = value.to_string();
-    let decimals = text
-        .split_once('.')
-        .map_or(0, |(_, decimals)| decimals.len());
-    (decimals <= 9).then_some(decimals)
+    Some(decimals(value)).filter(|decimals| *decimals <= 9)
 }
 
 fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {

@@ -1,19 +1,17 @@
-//! The pictures of a report.
-
-use std::io;
+//! The figures of a report.
 
 use super::ReportData;
 use super::markup::Markup;
-use crate::export::svg::write_curves_svg;
-use crate::export::write_drawing_svg;
+use crate::report::figure::Figure;
 
+/// Curves stand beside each other where the page is wide.
+const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 /// Two loops stand beside each other.
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
 /// Time goes across the whole page.
 const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
-pub(super) fn thresholds(report: &ReportData, page: &mut Markup) -> io::Result<()> {
-    let mut done = Ok(());
+pub(super) fn thresholds(report: &ReportData, page: &mut Markup) {
     page.section(
         "thresholds",
         "page",
@@ -23,18 +21,16 @@ pub(super) fn thresholds(report: &ReportData, page: &mut Markup) -> io::Result<(
             Ok(curves) => {
                 page.element("p", &curves.about);
                 page.within("div", "class=\"curves\"", |page| {
-                    let mut plots = curves.plots.iter();
-                    done =
-                        plots.try_for_each(|plot| picture(page, |out| write_curves_svg(plot, out)));
+                    for plot in &curves.plots {
+                        picture(page, plot, CURVES_SIZE);
+                    }
                 });
             }
         },
     );
-    done
 }
 
-pub(super) fn loops(report: &ReportData, page: &mut Markup) -> io::Result<()> {
-    let mut done = Ok(());
+pub(super) fn loops(report: &ReportData, page: &mut Markup) {
     page.section("loops", "page", "Hysteresis loops", |page| {
         page.element(
             "p",
@@ -45,24 +41,20 @@ pub(super) fn loops(report: &ReportData, page: &mut Markup) -> io::Result<()> {
             ),
         );
         page.within("div", "class=\"pictures\"", |page| {
-            done = (report.loops.iter().zip(&report.calibration.axes))
-                .try_for_each(|(drawing, axis)| match drawing {
-                    Ok(drawing) => picture(page, |out| write_drawing_svg(drawing, LOOP_SIZE, out)),
-                    Err(reason) => {
-                        page.within("figure", "", |page| {
-                            page.element("h3", axis.symbol());
-                            page.element("figcaption", reason);
-                        });
-                        Ok(())
-                    }
-                });
+            for (figure, axis) in report.loops.iter().zip(&report.calibration.axes) {
+                match figure {
+                    Ok(figure) => picture(page, figure, LOOP_SIZE),
+                    Err(reason) => page.within("figure", "", |page| {
+                        page.element("h3", axis.symbol());
+                        page.element("figcaption", reason);
+                    }),
+                }
+            }
         });
     });
-    done
 }
 
-pub(super) fn errors(report: &ReportData, page: &mut Markup) -> io::Result<()> {
-    let mut done = Ok(());
+pub(super) fn errors(report: &ReportData, page: &mut Markup) {
     page.section("errors", "page", "Errors over time", |page| {
         let Some(errors) = &report.errors else {
             page.element("p", "No recording has a reference load to compare with.");
@@ -70,20 +62,12 @@ pub(super) fn errors(report: &ReportData, page: &mut Markup) -> io::Result<()> {
         };
         let about = format!("{}: {}.", errors.recording, errors.chosen);
         page.element("p", &about);
-        done = (errors.drawings.iter()).try_for_each(|drawing| {
-            picture(page, |out| write_drawing_svg(drawing, TRACE_SIZE, out))
-        });
+        for figure in &errors.figures {
+            picture(page, figure, TRACE_SIZE);
+        }
     });
-    done
 }
 
-fn picture(
-    page: &mut Markup,
-    write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut svg = Vec::new();
-    write(&mut svg)?;
-    let svg = String::from_utf8(svg).map_err(io::Error::other)?;
-    page.within("figure", "", |page| page.raw(&svg));
-    Ok(())
+fn picture(page: &mut Markup, figure: &Figure<'_>, size: (f64, f64)) {
+    page.within("figure", "", |page| page.raw(&figure.svg(size)));
 }

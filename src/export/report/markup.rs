@@ -2,7 +2,7 @@
 //!
 //! Guarantees: every text is escaped; a table's rows are as wide as its head.
 
-use crate::export::text::for_xml;
+use crate::shown::for_xml;
 
 /// A page, or a part of one, that is being written.
 #[derive(Default)]

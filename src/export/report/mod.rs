@@ -9,17 +9,16 @@ mod markup;
 mod metrology;
 mod tables;
 
-use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
 
 pub use self::date::utc;
 use self::markup::Markup;
-use super::svg::CurvePlot;
-use super::{Drawing, WriteError, write_atomically};
+use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, FactoryScores, UsedRecording};
 use crate::evaluation::metrology::Metrology;
+use crate::report::figure::Figure;
 
 /// Everything that a report says.
 ///
@@ -43,7 +42,7 @@ pub struct ReportData {
     /// Which recordings loops and figures are of, in words.
     pub measured: String,
     /// Per axis of the calibration: its loops, or a sentence that says why there are none.
-    pub loops: Vec<Result<Drawing<'static>, String>>,
+    pub loops: Vec<Result<Figure<'static>, String>>,
     /// The errors over time of the recording that came out worst.
     pub errors: Option<ReportErrors>,
     /// The table of figures, or a sentence that says why it is missing.
@@ -73,7 +72,7 @@ pub struct ReportRecording {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportCurves {
     /// Over F_th and over t_th, for forces and moments.
-    pub plots: Vec<CurvePlot>,
+    pub plots: Vec<Figure<'static>>,
     /// What they show.
     pub about: String,
 }
@@ -86,7 +85,7 @@ pub struct ReportErrors {
     /// Why it is this one.
     pub chosen: &'static str,
     /// One per axis that has a reference.
-    pub drawings: Vec<Drawing<'static>>,
+    pub figures: Vec<Figure<'static>>,
 }
 
 /// Writes a report, whole or not at all.
@@ -94,16 +93,15 @@ pub struct ReportErrors {
 /// # Errors
 /// [`WriteError`] if the file cannot be written.
 pub fn write_report(path: &Path, report: &ReportData) -> Result<(), WriteError> {
-    write_atomically(path, |out| out.write_all(html(report)?.as_bytes()))
+    write_atomically(path, |out| out.write_all(html(report).as_bytes()))
 }
 
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
-fn html(report: &ReportData) -> io::Result<String> {
+fn html(report: &ReportData) -> String {
     let mut page = Markup::default();
     page.raw("<!DOCTYPE html>");
-    let mut pictures = Ok(());
     page.within("html", "lang=\"en\"", |page| {
         page.within("head", "", |head| {
             head.raw("<meta charset=\"utf-8\"/>");
@@ -111,22 +109,21 @@ fn html(report: &ReportData) -> io::Result<String> {
             head.element("title", "LoopScope calibration report");
             head.within("style", "", |style| style.raw(STYLE));
         });
-        page.within("body", "", |body| pictures = contents(report, body));
+        page.within("body", "", |body| contents(report, body));
     });
-    pictures.map(|()| page.into_string())
+    page.into_string()
 }
 
-fn contents(report: &ReportData, page: &mut Markup) -> io::Result<()> {
+fn contents(report: &ReportData, page: &mut Markup) {
     tables::head(report, page);
     tables::notes(report, page);
     tables::warnings(report, page);
     tables::scores(report, page);
     tables::settings(report, page);
-    figures::thresholds(report, page)?;
-    figures::loops(report, page)?;
-    figures::errors(report, page)?;
+    figures::thresholds(report, page);
+    figures::loops(report, page);
+    figures::errors(report, page);
     metrology::section(report, page);
     tables::matrices(report, page);
     tables::recordings(report, page);
-    Ok(())
 }

@@ -3,7 +3,7 @@
 use super::{LoopsPane, channel_name, channel_unit, for_print, rgb};
 use crate::analysis::loops::{Channel, CrossPicture};
 use crate::app::{AppState, Command};
-use crate::export::{Drawing, DrawnLine, Scale};
+use crate::report::figure::{Figure, Line, Scale};
 use crate::ui::palette::look_back;
 use crate::ui::plots::Zoom;
 
@@ -41,32 +41,23 @@ fn drawing<'a>(
     gauges: &[String],
     visuals: &egui::Visuals,
     zoom: Zoom,
-) -> Drawing<'a> {
+) -> Figure<'a> {
     let frame = zoom.unwrap_or(picture.whole);
     let label = |channel: Channel| {
         let name = channel_name(channel, gauges);
         format!("{name} [{}]", channel_unit(channel))
     };
     let (across, up) = (label(picture.question.across), label(picture.question.up));
-    Drawing {
+    let pieces = picture.strokes.iter().map(|stroke| &stroke.points[..]);
+    Figure {
         title: format!("{up} over {across}"),
-        across: Scale {
-            label: across,
-            range: frame.loads,
-        },
-        up: Scale {
-            label: up,
-            range: frame.outputs,
-        },
-        lines: vec![DrawnLine {
-            name: String::new(),
-            color: rgb(look_back(visuals)),
+        across: Scale::new(across, frame.loads),
+        up: Scale::new(up, frame.outputs),
+        lines: vec![Line {
             opacity: 0.75,
             width: 1.1,
-            dashed: false,
-            pieces: (picture.strokes.iter())
-                .map(|stroke| stroke.points[..].into())
-                .collect(),
+            ..Line::new("", rgb(look_back(visuals)), pieces)
         }],
+        ..Figure::default()
     }
 }

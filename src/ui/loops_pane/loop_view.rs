@@ -7,9 +7,9 @@ use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPicture, Output, Up};
 use crate::app::{AppState, Command};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::metrology::Reason;
-use crate::export::{Drawing, DrawnLine, Scale};
+use crate::report::figure::{DASHED, Figure, Line, Scale};
 use crate::ui::numbers::{percent, significant};
-use crate::ui::palette::look_back;
+use crate::ui::palette::{self, look_back};
 use crate::ui::plots;
 
 /// Height of the plot of widths.
@@ -90,81 +90,66 @@ impl<'a> View<'a> {
     }
 
     /// All branches thin, the loop that the figures are of above them.
-    fn loops(&self, visuals: &egui::Visuals, zoom: plots::Zoom) -> Drawing<'a> {
+    fn loops(&self, visuals: &egui::Visuals, zoom: plots::Zoom) -> Figure<'a> {
         let frame = zoom.unwrap_or(self.picture.whole);
         let points = |curve: &&LoopCurve| curve.strokes.iter().map(|one| one.points.len()).sum();
         let opacity = thin_opacity(self.shown.iter().map(points).max().unwrap_or(0));
         let branches = self.shown.iter().flat_map(|curve| {
-            [true, false].map(|rising| DrawnLine {
-                name: String::new(),
-                color: color(curve.output, visuals),
-                opacity: if rising { opacity } else { 0.5 * opacity },
-                width: 1.0,
-                dashed: false,
-                pieces: (curve.strokes.iter())
-                    .filter(|stroke| stroke.rising == rising)
-                    .map(|stroke| stroke.points[..].into())
-                    .collect(),
+            [(true, opacity), (false, 0.5 * opacity)].map(|(rising, opacity)| {
+                let strokes = curve
+                    .strokes
+                    .iter()
+                    .filter(|stroke| stroke.rising == rising);
+                let pieces = strokes.map(|stroke| &stroke.points[..]);
+                Line {
+                    opacity,
+                    width: 1.0,
+                    ..Line::new("", color(curve.output, visuals), pieces)
+                }
             })
         });
         let loops = self.shown.iter().flat_map(|curve| {
             let figures = self.of(curve).into_iter();
             figures.flat_map(|figures| {
-                let ways = [("rising", false), ("falling", true)];
+                let ways = [("rising", None), ("falling", Some(DASHED))];
                 let ways = figures.branches.iter().zip(ways);
-                ways.map(|(branch, (way, dashed))| DrawnLine {
-                    name: format!("{} {way}", name(curve.output)),
-                    color: color(curve.output, visuals),
-                    opacity: 1.0,
-                    width: 2.4,
-                    dashed,
-                    pieces: vec![branch[..].into()],
+                ways.map(|(branch, (way, dash))| {
+                    let name = format!("{} {way}", name(curve.output));
+                    Line {
+                        width: 2.4,
+                        dash,
+                        ..Line::new(name, color(curve.output, visuals), [&branch[..]])
+                    }
                 })
             })
         });
-        Drawing {
+        Figure {
             title: format!("{} over {}", self.up, self.across()),
-            across: Scale {
-                label: self.across(),
-                range: frame.loads,
-            },
-            up: Scale {
-                label: self.up.clone(),
-                range: frame.outputs,
-            },
+            across: Scale::new(self.across(), frame.loads),
+            up: Scale::new(&self.up, frame.outputs),
             lines: branches.chain(loops).collect(),
+            ..Figure::default()
         }
     }
 
     /// The width over the load.
-    fn widths(&self, visuals: &egui::Visuals) -> Drawing<'a> {
+    fn widths(&self, visuals: &egui::Visuals) -> Figure<'a> {
         let found: Vec<_> = (self.shown.iter())
             .filter_map(|curve| Some((curve.output, self.of(curve).ok()?)))
             .collect();
-        let widths = || found.iter().flat_map(|(_, figures)| &figures.widths);
-        let low = widths().map(|point| point[1]).fold(0.0, f64::min);
-        let high = widths().map(|point| point[1]).fold(0.0, f64::max);
-        let margin = 0.06 * (high - low).max(1e-12);
-        Drawing {
+        let widths = found.iter().flat_map(|(_, figures)| &figures.widths);
+        let heights = widths.map(|point| point[1]).chain([0.0]);
+        Figure {
             title: "Width over load".to_owned(),
-            across: Scale {
-                label: self.across(),
-                range: self.picture.whole.loads,
-            },
-            up: Scale {
-                label: format!("width [{}]", self.unit()),
-                range: (low - margin, high + margin),
-            },
+            across: Scale::new(self.across(), self.picture.whole.loads),
+            up: Scale::spanning(format!("width [{}]", self.unit()), heights, 0.06),
             lines: (found.iter())
-                .map(|(output, figures)| DrawnLine {
-                    name: String::new(),
-                    color: color(*output, visuals),
-                    opacity: 1.0,
+                .map(|(output, figures)| Line {
                     width: 1.6,
-                    dashed: false,
-                    pieces: vec![figures.widths[..].into()],
+                    ..Line::new("", color(*output, visuals), [&figures.widths[..]])
                 })
                 .collect(),
+            ..Figure::default()
         }
     }
 
@@ -231,16 +216,15 @@ impl<'a> View<'a> {
             .show(ui, |ui| {
                 ui.label("");
                 for (output, _) in &found {
-                    let [red, green, blue] = color(*output, ui.visuals());
-                    let name = name(*output);
-                    ui.label(RichText::new(name).color(egui::Color32::from_rgb(red, green, blue)));
+                    let color = palette::rgb(color(*output, ui.visuals()));
+                    ui.label(RichText::new(name(*output)).color(color));
                 }
                 if found.len() == 2 {
                     ui.label("change").on_hover_text("From Conv. to Comp.");
                 }
                 ui.end_row();
-                type Figure = fn(&LoopFigures) -> f64;
-                let rows: [(&str, &str, String, &str, f64, Figure); 3] = [
+                type Pick = fn(&LoopFigures) -> f64;
+                let rows: [(&str, &str, String, &str, f64, Pick); 3] = [
                     (
                         "Largest width",
                         "Largest |falling − rising| at equal load",

@@ -6,7 +6,7 @@ use super::{LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{Output, RestCurve, RestPicture};
 use crate::app::Command;
 use crate::evaluation::holds::Drift;
-use crate::export::{Drawing, DrawnLine, Scale};
+use crate::report::figure::{Figure, Line, Scale};
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 
@@ -152,38 +152,35 @@ fn drawing<'a>(
     shown: &[Output],
     visuals: &egui::Visuals,
     zoom: Zoom,
-) -> Drawing<'a> {
+) -> Figure<'a> {
     let axis = picture.question.axis;
     let frame = zoom.unwrap_or(curve.whole);
     let lines = Output::ALL.into_iter().zip(&curve.outputs);
     let lines = lines.filter(|(output, _)| shown.contains(output));
-    Drawing {
+    Figure {
         title: format!("{} drift [{}]", axis.symbol(), axis.unit()),
-        across: Scale {
-            label: "time at rest [s]".to_owned(),
-            range: frame.loads,
-        },
-        up: Scale {
-            label: format!("{} error [{}]", axis.symbol(), axis.unit()),
-            range: frame.outputs,
-        },
+        across: Scale::new("time at rest [s]", frame.loads),
+        up: Scale::new(
+            format!("{} error [{}]", axis.symbol(), axis.unit()),
+            frame.outputs,
+        ),
         lines: lines
             .flat_map(|(output, own)| {
                 let color = rgb(trace_of(output).color(visuals));
                 let name = trace_of(output).label();
-                let line = |name: String, points: &'a [[f64; 2]], fitted: bool| DrawnLine {
-                    name,
-                    color,
-                    opacity: if fitted { 1.0 } else { 0.45 },
-                    width: if fitted { 2.2 } else { 1.0 },
-                    dashed: false,
-                    pieces: vec![points.into()],
-                };
                 [
-                    line(name.to_owned(), &own.points, false),
-                    line(format!("{name} fitted"), &own.fit, true),
+                    Line {
+                        opacity: 0.45,
+                        width: 1.0,
+                        ..Line::new(name, color, [&own.points[..]])
+                    },
+                    Line {
+                        width: 2.2,
+                        ..Line::new(format!("{name} fitted"), color, [&own.fit[..]])
+                    },
                 ]
             })
             .collect(),
+        ..Figure::default()
     }
 }

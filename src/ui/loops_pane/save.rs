@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use crate::app::{Command, Existing, Level, Notice, PictureTo, Wish};
-use crate::export::Drawing;
+use crate::report::figure::Figure;
 use crate::ui::picture::{screen_part, svg};
 
 /// Draws the field for the path with its button; `picture` is where the plot stands on screen.
 pub(super) fn row(
     ui: &mut egui::Ui,
     path: &mut String,
-    print: &Drawing<'_>,
+    print: &Figure<'_>,
     picture: egui::Rect,
     out: &mut Vec<Command>,
 ) {
@@ -28,25 +28,19 @@ pub(super) fn row(
             return;
         }
         match ending(Path::new(path)).as_deref() {
-            Some("svg") => out.push(match svg(print) {
-                Ok(content) => Command::Save(content, path.into(), Existing::Ask),
-                Err(failed) => error(format!("{path}: {failed}")),
-            }),
+            Some("svg") => out.push(Command::Save(svg(print), path.into(), Existing::Ask)),
             Some("png") => {
                 let to = PictureTo::Path(path.into());
                 out.push(Command::Wish(Wish::Picture(screen_part(picture), to)));
             }
-            _ => out.push(error(format!(
-                "{path}: the ending says no format; use .svg or .png"
-            ))),
+            _ => {
+                let told = format!("{path}: the ending says no format; use .svg or .png");
+                out.push(Command::Tell(Notice::new(Level::Error, told)));
+            }
         }
     });
 }
 
 fn ending(path: &Path) -> Option<String> {
     Some(path.extension()?.to_str()?.to_lowercase())
-}
-
-fn error(text: String) -> Command {
-    Command::Tell(Notice::new(Level::Error, text))
 }

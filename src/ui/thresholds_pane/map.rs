@@ -9,7 +9,9 @@ use super::{pair_text, pressed};
 use crate::app::{AppState, Command, StudyCommand};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::features::{Distance, Thresholds};
+use crate::report::figure::color::shade;
 use crate::ui::numbers::significant;
+use crate::ui::palette::rgb;
 use crate::ui::{picture, plots};
 
 /// The picture, with what it was made of.
@@ -205,30 +207,11 @@ fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) 
         for t_at in 0..n_t {
             if let Some(value) = values[near * n_t + t_at] {
                 let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
-                pixels[(n_t - 1 - t_at) * n_f + f_at] = color(share);
+                pixels[(n_t - 1 - t_at) * n_f + f_at] = rgb(shade(share));
             }
         }
     }
     ColorImage::new([n_f, n_t], pixels)
-}
-
-/// From small (dark blue) to large (yellow), ever lighter, so that it reads without colour too.
-fn color(share: f64) -> Color32 {
-    const STOPS: [[f64; 3]; 5] = [
-        [30.0, 20.0, 80.0],
-        [45.0, 80.0, 140.0],
-        [30.0, 145.0, 140.0],
-        [120.0, 200.0, 90.0],
-        [250.0, 230.0, 60.0],
-    ];
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let at = (place as usize).min(STOPS.len() - 2);
-    let part = place - at as f64;
-    let [r, g, b] = [0, 1, 2].map(|channel| {
-        let (from, to) = (STOPS[at][channel], STOPS[at + 1][channel]);
-        (from + part * (to - from)) as u8
-    });
-    Color32::from_rgb(r, g, b)
 }
 
 fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: f64, greatest: f64, unit: &str) {
@@ -244,25 +227,8 @@ fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: f64, greatest: f64, un
                 Vec2::new(rect.width(), rect.height() / steps as f32 + 0.5),
             );
             let share = 1.0 - f64::from(from);
-            ui.painter().rect_filled(slice, 0.0, color(share));
+            ui.painter().rect_filled(slice, 0.0, rgb(shade(share)));
         }
         ui.small(format!("{} {unit}", significant(least, 3)));
     });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn colours_grow_lighter_from_end_to_end() {
-        let light = |share: f64| {
-            let [r, g, b, _] = color(share).to_array();
-            0.3 * f64::from(r) + 0.6 * f64::from(g) + 0.1 * f64::from(b)
-        };
-        let lights: Vec<f64> = (0..=20).map(|at| light(f64::from(at) / 20.0)).collect();
-        assert!(lights.is_sorted());
-        assert_eq!(color(-1.0), color(0.0));
-        assert_eq!(color(7.0), color(1.0));
-    }
 }

@@ -10,8 +10,8 @@ use egui_plot::{
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::app::Command;
 use crate::evaluation::Series;
-use crate::export::{Drawing, DrawnLine, Scale};
 use crate::recording::Axis;
+use crate::report::figure::{self, Figure, Scale};
 use crate::ui::palette::{self, Trace};
 use crate::ui::plots::{Asked, GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
 use crate::ui::trace_panes::{TracePanes, overlay};
@@ -170,20 +170,15 @@ fn pane(
     follow_gestures(ui, &response, bounds, key, traces, panes);
     put_cursor(ui, &response, panes);
     let part = plots::with_labels(response.response.rect);
-    let print = || Drawing {
+    let print = || Figure {
         title: match kind {
             Kind::Load => title.clone(),
             Kind::Error => format!("{} {title}", axis.axis.symbol()),
         },
-        across: Scale {
-            label: "time [s]".to_owned(),
-            range: visible.time,
-        },
-        up: Scale {
-            label: title.clone(),
-            range: values,
-        },
+        across: Scale::new("time [s]", visible.time),
+        up: Scale::new(&title, values),
         lines: printed(&shown, traces, &visible.samples, buckets),
+        ..Figure::default()
     };
     picture::menu(&response.response, part, Some(&print), out);
     let sample = sample_under_pointer(&response, traces);
@@ -313,20 +308,17 @@ fn printed(
     traces: &TraceSet,
     samples: &Range<usize>,
     buckets: usize,
-) -> Vec<DrawnLine<'static>> {
+) -> Vec<figure::Line<'static>> {
     let light = egui::Visuals::light();
     let line = |(trace, series): &(Trace, &Series)| {
         let [red, green, blue, _] = trace.color(&light).to_array();
         let pieces = polylines(series, traces, samples, buckets).into_iter();
-        DrawnLine {
-            name: trace.label().to_owned(),
-            color: [red, green, blue],
-            opacity: 1.0,
+        let pieces = pieces
+            .map(|points| -> Vec<_> { points.iter().map(|point| [point.x, point.y]).collect() });
+        figure::Line {
             width: trace.stroke(&light).width,
-            dashed: trace.is_dashed(),
-            pieces: pieces
-                .map(|points| points.iter().map(|point| [point.x, point.y]).collect())
-                .collect(),
+            dash: trace.is_dashed().then_some(figure::DASHED),
+            ..figure::Line::new(trace.label(), [red, green, blue], pieces)
         }
     };
     shown.iter().map(line).collect()

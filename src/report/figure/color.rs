@@ -1,0 +1,45 @@
+//! Colours that eyes of every kind can tell apart, the same in files and in the window. All are red, green, blue.
+
+// Okabe and Ito (2008).
+/// Blue.
+pub const BLUE: [u8; 3] = [0, 114, 178];
+/// A red towards orange.
+pub const VERMILION: [u8; 3] = [213, 94, 0];
+/// A green towards blue.
+pub const GREEN: [u8; 3] = [0, 158, 115];
+/// A light purple.
+pub const PURPLE: [u8; 3] = [204, 121, 167];
+/// A light blue.
+pub const SKY: [u8; 3] = [86, 180, 233];
+
+/// Calc. on a light ground.
+pub const CALCULATED: [u8; 3] = [60, 60, 60];
+/// Conv. on a light ground.
+pub const CONVENTIONAL: [u8; 3] = VERMILION;
+/// Comp. on a light ground.
+pub const COMPENSATED: [u8; 3] = BLUE;
+/// Factory on a light ground.
+pub const FACTORY: [u8; 3] = [160, 70, 120];
+
+/// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
+#[must_use]
+pub fn shade(share: f64) -> [u8; 3] {
+    colorous::VIRIDIS.eval_continuous(share).as_array()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_grow_lighter_from_end_to_end() {
+        let light = |share: f64| {
+            let [r, g, b] = shade(share).map(f64::from);
+            0.3 * r + 0.6 * g + 0.1 * b
+        };
+        let lights: Vec<f64> = (0..=20).map(|at| light(f64::from(at) / 20.0)).collect();
+        assert!(lights.is_sorted());
+        assert_eq!(shade(-1.0), shade(0.0));
+        assert_eq!(shade(7.0), shade(1.0));
+    }
+}

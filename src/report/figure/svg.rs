@@ -1,0 +1,389 @@
+//! A figure as a picture that stays sharp at any size (SVG 1.1), one file that needs nothing beside it.
+//!
+//! Guarantees: text is escaped, whatever it says; numbers that are not finite are left out; the same figure gives the same
+//! file.
+
+use std::fmt;
+
+use super::{Figure, HeatMap, Line, Scale, color};
+use crate::evaluation::numbers::{tick_text, ticks};
+use crate::shown::for_xml;
+
+/// What is left free around the plot: left, top, right, bottom.
+const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];
+/// And to the right for the scale of the colours.
+const ROOM_FOR_SHADES: f64 = 120.0;
+/// About so far apart ticks stand at least, across and up.
+const APART: (f64, f64) = (80.0, 45.0);
+/// At most so many cells are named along a scale.
+const MOST_NAMED_CELLS: usize = 12;
+/// Steps of the scale of the colours.
+const SHADE_STEPS: usize = 64;
+
+impl Figure<'_> {
+    /// The figure as SVG of this width and height, with ticks, labels and a legend.
+    #[must_use]
+    pub fn svg(&self, (width, height): (f64, f64)) -> String {
+        let [left, top, mut right, bottom] = ROOM;
+        if self.heat_map.is_some() {
+            right = ROOM_FOR_SHADES;
+        }
+        let (plot, size) = ([left, top, width - right, height - bottom], (width, height));
+        let svg = Svg {
+            figure: self,
+            size,
+            plot,
+        };
+        svg.to_string()
+    }
+}
+
+/// A figure with its size and the place of its plot: left, top, right, bottom.
+struct Svg<'a> {
+    figure: &'a Figure<'a>,
+    size: (f64, f64),
+    plot: [f64; 4],
+}
+
+impl fmt::Display for Svg<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ((width, height), [left, top, right, bottom]) = (self.size, self.plot);
+        let (across, up) = ((left + right) / 2.0, (top + bottom) / 2.0);
+        let figure = self.figure;
+        writeln!(
+            out,
+            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="sans-serif" font-size="13">"#
+        )?;
+        writeln!(out, r#"<rect width="100%" height="100%" fill="white"/>"#)?;
+        if let Some((from, to)) = figure.shaded {
+            let from = self.x(from);
+            let width = (self.x(to) - from).max(1.0);
+            rect(out, [from, top, width, bottom - top], r##"fill="#e8e8e8""##)?;
+        }
+        match &figure.heat_map {
+            Some(map) => self.cells(map, out)?,
+            None => self.grid(out)?,
+        }
+        if let Some(marked) = figure.marked.map(|marked| self.x(marked)) {
+            let style = r##"stroke="#666" stroke-dasharray="2 3""##;
+            writeln!(out, r#"<path d="M{marked:.1} {top}V{bottom}" {style}/>"#)?;
+        }
+        for line in &figure.lines {
+            self.line(line, out)?;
+        }
+        // What runs out of the plot is covered rather than clipped: every reader of SVG can do that.
+        writeln!(
+            out,
+            r#"<path fill="white" fill-rule="evenodd" d="M0 0H{width}V{height}H0ZM{left} {top}H{right}V{bottom}H{left}Z"/>"#
+        )?;
+        writeln!(out, r#"<g font-size="15">"#)?;
+        text(out, (across, 20.0), "middle", &figure.title)?;
+        writeln!(out, "</g>")?;
+        self.ticks(out)?;
+        let frame = [left, top, right - left, bottom - top];
+        rect(out, frame, r##"fill="none" stroke="#444""##)?;
+        text(out, (across, height - 16.0), "middle", &figure.across.label)?;
+        upright(out, (20.0, up), &figure.up.label)?;
+        if let Some(map) = &figure.heat_map {
+            self.shades(&map.shades, out)?;
+        }
+        self.legend(out)?;
+        writeln!(out, "</svg>")
+    }
+}
+
+impl Svg<'_> {
+    fn x(&self, value: f64) -> f64 {
+        place(value, self.figure.across.range, self.plot[0], self.plot[2])
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        place(value, self.figure.up.range, self.plot[3], self.plot[1])
+    }
+
+    /// What both scales name, and where.
+    fn named(&self) -> [Vec<(f64, String)>; 2] {
+        let [left, top, right, bottom] = self.plot;
+        let across = named(&self.figure.across, (right - left) / APART.0).into_iter();
+        let up = named(&self.figure.up, (bottom - top) / APART.1).into_iter();
+        [
+            across.map(|(value, name)| (self.x(value), name)).collect(),
+            up.map(|(value, name)| (self.y(value), name)).collect(),
+        ]
+    }
+
+    fn grid(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [left, top, right, bottom] = self.plot;
+        let [across, up] = self.named();
+        let across = across
+            .iter()
+            .map(|(x, _)| format!("M{x:.1} {top}V{bottom}"));
+        let up = up.iter().map(|(y, _)| format!("M{left} {y:.1}H{right}"));
+        let lines: String = across.chain(up).collect();
+        writeln!(out, r##"<path d="{lines}" stroke="#ddd"/>"##)
+    }
+
+    fn ticks(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [left, _, _, bottom] = self.plot;
+        let [across, up] = self.named();
+        for (x, name) in across {
+            writeln!(out, r##"<path d="M{x:.1} {bottom}v4" stroke="#444"/>"##)?;
+            text(out, (x, bottom + 18.0), "middle", &name)?;
+        }
+        for (y, name) in up {
+            writeln!(out, r##"<path d="M{left} {y:.1}h-4" stroke="#444"/>"##)?;
+            text(out, (left - 8.0, y + 4.0), "end", &name)?;
+        }
+        Ok(())
+    }
+
+    fn line(&self, line: &Line<'_>, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, r#"<path {} d=""#, style(line))?;
+        for piece in &line.pieces {
+            let finite = piece.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
+            for (at, [across, up]) in finite.enumerate() {
+                let letter = if at == 0 { 'M' } else { 'L' };
+                write!(out, "{letter}{:.1} {:.1}", self.x(*across), self.y(*up))?;
+            }
+        }
+        writeln!(out, r#""/>"#)
+    }
+
+    /// One row of named lines above the plot.
+    fn legend(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = self.figure.lines.iter();
+        let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
+        let [left, top, right, _] = self.plot;
+        let room = (right - left) / named.len().max(1) as f64;
+        for (at, line) in named.into_iter().enumerate() {
+            let (start, row) = (left + room * at as f64, top - 10.0);
+            writeln!(out, r#"<path {} d="M{start:.1} {row}h26"/>"#, style(line))?;
+            text(out, (start + 32.0, row + 4.0), "start", &line.name)?;
+        }
+        Ok(())
+    }
+
+    fn cells(&self, map: &HeatMap, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n_up = self.figure.up.cells.len().max(1);
+        let (width, height) = (self.x(1.0) - self.x(0.0), self.y(0.0) - self.y(1.0));
+        let cell = |(across, up): (usize, usize)| {
+            [
+                self.x(across as f64),
+                self.y((up + 1) as f64),
+                width,
+                height,
+            ]
+        };
+        writeln!(out, r#"<g shape-rendering="crispEdges">"#)?;
+        for (at, value) in map.values.iter().enumerate() {
+            let fill = match value.filter(|value| value.is_finite()) {
+                Some(value) => hex(color::shade(place(value, map.shades.range, 0.0, 1.0))),
+                None => "#d0d0d0".to_owned(),
+            };
+            rect(
+                out,
+                cell((at / n_up, at % n_up)),
+                &format!(r#"fill="{fill}""#),
+            )?;
+        }
+        writeln!(out, "</g>")?;
+        let Some(marked) = map.marked.map(cell) else {
+            return Ok(());
+        };
+        rect(
+            out,
+            marked,
+            r#"fill="none" stroke="white" stroke-width="4""#,
+        )?;
+        rect(
+            out,
+            marked,
+            r#"fill="none" stroke="black" stroke-width="2""#,
+        )
+    }
+
+    /// The scale of the colours, beside the plot.
+    fn shades(&self, scale: &Scale, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [_, top, right, bottom] = self.plot;
+        let (left, width) = (right + 22.0, 18.0);
+        let height = (bottom - top) / SHADE_STEPS as f64;
+        for at in 0..SHADE_STEPS {
+            let y = bottom - (at + 1) as f64 * height;
+            let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
+            // A little higher than they are apart, so that no seam shines through.
+            rect(
+                out,
+                [left, y, width, height + 0.5],
+                &format!(r#"fill="{fill}""#),
+            )?;
+        }
+        for (value, name) in named(scale, (bottom - top) / APART.1) {
+            let y = place(value, scale.range, bottom, top);
+            text(out, (left + width + 6.0, y + 4.0), "start", &name)?;
+        }
+        upright(
+            out,
+            (self.size.0 - 10.0, (top + bottom) / 2.0),
+            &scale.label,
+        )
+    }
+}
+
+/// What a scale names: its cells, at most about `most` round numbers where it has none.
+fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
+    let (low, high) = scale.range;
+    let (step, ticks) = ticks((low, high), (high - low) / most);
+    if scale.cells.is_empty() {
+        let texts = ticks.iter().map(|tick| (*tick, tick_text(*tick, step)));
+        return texts.collect();
+    }
+    let every = scale.cells.len().div_ceil(MOST_NAMED_CELLS);
+    let cells = scale.cells.iter().enumerate().step_by(every);
+    cells
+        .map(|(at, value)| (at as f64 + 0.5, value.to_string()))
+        .collect()
+}
+
+/// A value's place on the picture; kept where a reader of SVG still computes well.
+fn place(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
+    let share = if high > low {
+        (value - low) / (high - low)
+    } else {
+        0.5
+    };
+    (start + (end - start) * share).clamp(-1e4, 1e4)
+}
+
+fn rect(out: &mut fmt::Formatter<'_>, [x, y, width, height]: [f64; 4], style: &str) -> fmt::Result {
+    writeln!(
+        out,
+        r#"<rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}" {style}/>"#
+    )
+}
+
+fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str) -> fmt::Result {
+    writeln!(
+        out,
+        r#"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
+        at.0,
+        at.1,
+        for_xml(words)
+    )
+}
+
+/// Text that runs upwards.
+fn upright(out: &mut fmt::Formatter<'_>, (x, y): (f64, f64), words: &str) -> fmt::Result {
+    writeln!(
+        out,
+        r#"<text transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{}</text>"#,
+        for_xml(words)
+    )
+}
+
+fn style(line: &Line<'_>) -> String {
+    let dash = line.dash.map_or_else(String::new, |[dash, gap]| {
+        format!(r#" stroke-dasharray="{dash} {gap}""#)
+    });
+    format!(
+        r#"fill="none" stroke="{}" stroke-opacity="{}" stroke-width="{}" stroke-linejoin="round"{dash}"#,
+        hex(line.color),
+        line.opacity,
+        line.width
+    )
+}
+
+fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::DASHED;
+    use super::*;
+
+    const SIZE: (f64, f64) = (800.0, 600.0);
+
+    fn figure(title: &str, range: (f64, f64)) -> Figure<'static> {
+        let points = vec![[0.0, 0.0], [5.0, f64::NAN], [10.0, 1.0]];
+        Figure {
+            title: title.to_owned(),
+            across: Scale::new("Fx [N]", range),
+            up: Scale::new("error [N]", range),
+            lines: vec![Line {
+                dash: Some(DASHED),
+                ..Line::new("Conv.", [213, 94, 0], [points])
+            }],
+            ..Figure::default()
+        }
+    }
+
+    /// 0 to 10 goes from 80 to 776 across and from 540 to 50 up, so the point (10, 1) stands at (776, 491).
+    #[test]
+    fn points_stand_where_the_scales_say() {
+        let svg = figure("Loops", (0.0, 10.0)).svg(SIZE);
+        assert!(svg.contains(r#"d="M80.0 540.0L776.0 491.0""#), "{svg}");
+        assert!(svg.contains("#d55e00") && svg.contains("stroke-dasharray"));
+        assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Conv.</text>"));
+        assert!(svg.contains(">10</text>") && !svg.contains("NaN"));
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    }
+
+    /// As above: 2 stands at 219.2 across, 4 at 358.4.
+    #[test]
+    fn a_stretch_is_shaded_and_a_place_marked() {
+        let svg = Figure {
+            shaded: Some((2.0, 4.0)),
+            marked: Some(2.0),
+            ..figure("", (0.0, 10.0))
+        }
+        .svg(SIZE);
+        assert!(svg.contains(r#"<rect x="219.20" y="50.00" width="139.20" height="490.00""#));
+        assert!(svg.contains(r#"<path d="M219.2 50V540""#), "{svg}");
+    }
+
+    #[test]
+    fn names_cannot_break_the_picture() {
+        let svg = figure("a<b>&\"c\"\u{1}", (0.0, 1.0)).svg(SIZE);
+        let safe = r"a&lt;b&gt;&amp;&quot;c&quot;\u{1}</text>";
+        assert!(svg.contains(safe), "{svg}");
+    }
+
+    #[test]
+    fn an_empty_scale_gives_a_picture_without_numbers_that_are_none() {
+        let empty = Figure {
+            heat_map: Some(HeatMap::default()),
+            ..Figure::default()
+        };
+        for figure in [figure("", (1.0, 1.0)), Figure::default(), empty] {
+            let svg = figure.svg(SIZE);
+            assert!(!svg.contains("inf") && !svg.contains("NaN"), "{svg}");
+            assert!(svg.ends_with("</svg>\n"));
+        }
+    }
+
+    /// Two by two cells between 80 and 680 across and between 540 and 50 up.
+    #[test]
+    fn least_and_greatest_have_the_ends_of_the_colours_and_gaps_are_grey() {
+        let values = vec![Some(1.0), Some(3.0), None, Some(f64::NAN)];
+        let known = values.iter().copied().flatten();
+        let svg = Figure {
+            across: Scale::of_cells("F_th [N]", &[0.0, 1.5]),
+            up: Scale::of_cells("t_th [s]", &[1.0, 2.0]),
+            heat_map: Some(HeatMap {
+                shades: Scale::spanning("N & <m>", known, 0.0),
+                values,
+                marked: Some((0, 0)),
+            }),
+            ..Figure::default()
+        }
+        .svg(SIZE);
+        // The first pair stands below on the left, the second above it.
+        let cell = r#"width="300.00" height="245.00""#;
+        let below = format!(r##"x="80.00" y="295.00" {cell} fill="#440154""##);
+        let above = format!(r##"x="80.00" y="50.00" {cell} fill="#fde725""##);
+        assert!(svg.contains(&below) && svg.contains(&above), "{svg}");
+        assert_eq!(svg.matches("fill=\"#d0d0d0\"").count(), 2);
+        assert!(svg.contains(">1.5</text>") && svg.contains("N &amp; &lt;m&gt;"));
+        assert!(!svg.contains("NaN"));
+    }
+}

@@ -1,0 +1,3 @@
+//! What is shown, as plain data, and how it becomes text and pictures.
+
+pub mod figure;
