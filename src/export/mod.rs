@@ -13,7 +13,6 @@ mod format;
 mod hash;
 mod loop_svg;
 mod mat;
-mod metrology_csv;
 mod npz;
 mod onnx;
 pub mod print_color;
@@ -34,7 +33,6 @@ pub use comparison_csv::{ComparisonRow, comparison_records, write_comparison_csv
 pub use format::{CalibrationFormat, FormatError};
 pub use hash::sha256;
 pub use loop_svg::{Drawing, DrawnLine, PICTURE_SIZE, Scale, write_drawing_svg};
-pub use metrology_csv::write_metrology_csv;
 pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, utc, write_report};
 pub use sources::{used_recordings, with_sources};
 pub use targets::{TargetError, check_targets};

@@ -13,7 +13,7 @@ use crate::app::{
 use crate::export::{
     CalibrationFormat, ReportData, TargetError, WriteError, check_targets, read_calibration,
     threshold_map_files, with_sources, write_atomically, write_calibration, write_comparison_csv,
-    write_metrology_csv, write_report, write_threshold_map, write_traces,
+    write_report, write_threshold_map, write_traces,
 };
 use crate::panicked::caught;
 use crate::progress::Progress;
@@ -21,6 +21,7 @@ use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::inspect::{Known, inspect, map_for};
 use crate::recording::delimited::{self, ReadError};
 use crate::recording::{Recording, RecordingSet, Source, Tare, simulated};
+use crate::report::figure_records;
 use crate::ui::SaveAs;
 use crate::ui::recovery::drop_left;
 use crate::ui::shell::{Shell, sessions};
@@ -363,7 +364,7 @@ fn write_content(content: &FileContent, path: &Path, progress: &Progress) -> Res
             write_atomically(path, |out| write_comparison_csv(rows, out))
         }
         FileContent::Metrology(table) => {
-            write_atomically(path, |out| write_metrology_csv(table, out))
+            write_atomically(path, |out| figure_records(table).write_csv(out))
         }
         FileContent::Session(session, _) => {
             let session = sessions::with_hashes(session);

@@ -1,0 +1,14 @@
+//! What is shown, as plain data: a [`Table`] is described once, and window, command line, report, clipboard and files draw
+//! from it.
+//!
+//! Guarantees: knows nothing of windows, command lines, markup or files.
+
+mod errors;
+mod metrology;
+mod table;
+mod trace;
+
+pub use errors::{errors, factory_note};
+pub use metrology::{axis_figures, crosstalk, figure_records, overview};
+pub use table::{Align, Cell, Column, Table, Value};
+pub use trace::{Shown, Trace};
