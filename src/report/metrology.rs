@@ -138,7 +138,8 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
             rows.push(cells);
             continue;
         }
-        let outputs: [(Trace, fn(&metrology::Cell) -> &Figure); 2] = [
+        type Pick = fn(&metrology::Cell) -> &Figure;
+        let outputs: [(Trace, Pick); 2] = [
             (Trace::Conventional, |cell| &cell.conventional),
             (Trace::Compensated, |cell| &cell.compensated),
         ];

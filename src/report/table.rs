@@ -121,7 +121,7 @@ pub enum Value {
     Words,
     /// A number, in full.
     Number(f64),
-    /// No number; the reason is what the cell is [about](Cell::about).
+    /// No number; what the cell is about is the reason.
     Missing,
     /// A part of the cell to its left.
     Continued,
