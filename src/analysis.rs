@@ -29,7 +29,9 @@ use crate::recording::RecordingSet;
 
 use ground::Ground;
 
-pub use comparison::{Candidate, ComparedRow, RowEvent, compare, paper_candidates};
+pub use comparison::{
+    Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
+};
 pub use factory::read_factory;
 pub use report::report;
 pub use stretches::{stretches_on_screen, stretches_within};

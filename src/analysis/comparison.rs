@@ -8,11 +8,12 @@ use serde::Serialize;
 
 use crate::analysis::{AnalysisError, Request, train};
 use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, Scores};
-use crate::export::ComparisonRow;
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::FeatureSettings;
 use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::{Axis, RecordingSet};
+use crate::report::{Cell, Column, Table};
 
 /// One row of the table: a regressor on some blocks, trained on some of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,24 +72,45 @@ fn seconds<S: serde::Serializer>(elapsed: &Duration, serializer: S) -> Result<S:
     serializer.serialize_f64(elapsed.as_secs_f64())
 }
 
-impl ComparisonRow for ComparedRow {
-    fn labels(&self) -> [String; 3] {
-        let candidate = &self.candidate;
+/// One row per entry: what was fitted, how long that took, and RMSE per axis on these samples; empty where nothing could be
+/// scored.
+#[must_use]
+pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
+    let axes = rows.first().map_or(&[][..], |row| &row.axes);
+    let mut columns = ["regressor", "history", "data"].map(Column::words).to_vec();
+    columns.push(Column::numbers("seconds"));
+    for set in sets {
+        columns.extend(axes.iter().map(|axis| match sets.len() {
+            1 => Column::load(*axis),
+            _ => Column::numbers(format!(
+                "{} [{}] {}",
+                axis.symbol(),
+                axis.unit(),
+                set.label()
+            )),
+        }));
+    }
+    let cells = |row: &ComparedRow| {
+        let candidate = &row.candidate;
         let regressor = candidate.regressor.label().to_owned();
-        [regressor, candidate.history(), candidate.pattern()]
-    }
-
-    fn axes(&self) -> Vec<String> {
-        let label = |axis: &Axis| format!("{} [{}]", axis.symbol(), axis.unit());
-        self.axes.iter().map(label).collect()
-    }
-
-    fn scores(&self) -> &Scores {
-        &self.scores
-    }
-
-    fn seconds(&self) -> f64 {
-        self.elapsed.as_secs_f64()
+        let words = [regressor, candidate.history(), candidate.pattern()];
+        let mut cells = words.map(Cell::words).to_vec();
+        cells.push(Cell::words(format!("{:.3}", row.elapsed.as_secs_f64())));
+        for set in sets {
+            let rmse = set.rmse(&row.scores);
+            cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
+        }
+        cells
+    };
+    Table {
+        title: sets
+            .iter()
+            .map(|set| format!("RMSE, {}", set.label()))
+            .collect::<Vec<_>>()
+            .join("; "),
+        rows: rows.iter().map(cells).collect(),
+        columns,
+        ..Table::default()
     }
 }
 

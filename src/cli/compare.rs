@@ -9,9 +9,12 @@ use clap::Args;
 use super::choices::{FitChoices, RecordingArgs, RegressorArg};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
-use crate::analysis::{AnalysisError, Candidate, ComparedRow, RowEvent, compare, paper_candidates};
+use crate::analysis::{
+    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
+};
 use crate::calibration::Regressor;
-use crate::export::{check_targets, write_atomically, write_comparison_csv};
+use crate::evaluation::threshold_study::ScoreSet;
+use crate::export::{check_targets, write_atomically};
 use crate::progress::Progress;
 
 /// Arguments of `compare`.
@@ -103,70 +106,23 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
         }
     }
     if let Some(path) = &args.csv {
-        write_atomically(path, |out| write_comparison_csv(&rows, out))?;
+        write_atomically(path, |out| {
+            comparison_table(&rows, &ScoreSet::ALL).write_csv(out)
+        })?;
     }
     let mut out = io::stdout().lock();
     if args.json {
         serde_json::to_writer_pretty(&mut out, &rows).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
-        print_rows(&rows, &mut out)?;
+        for set in ScoreSet::ALL {
+            if rows.iter().any(|row| set.rmse(&row.scores).is_some()) {
+                writeln!(out, "{}", comparison_table(&rows, &[set]).text())?;
+            }
+        }
     }
     match failed {
         Some(error) => Err(error.into()),
         None => Ok(()),
     }
 }
-
-fn print_rows(rows: &[ComparedRow], out: &mut impl Write) -> io::Result<()> {
-    let Some(first) = rows.first() else {
-        return Ok(());
-    };
-    let history_width = rows
-        .iter()
-        .map(|row| row.candidate.history().chars().count())
-        .max();
-    let width = history_width.unwrap_or(0).max("history".len());
-    for (name, pick) in SETS {
-        if rows.iter().all(|row| pick(row).is_none()) {
-            continue;
-        }
-        writeln!(out, "RMSE, {name}")?;
-        write!(out, "  {:<17} {:<width$} data", "regressor", "history")?;
-        for axis in &first.axes {
-            write!(
-                out,
-                " {:>10}",
-                format!("{} [{}]", axis.symbol(), axis.unit())
-            )?;
-        }
-        writeln!(out, "     time")?;
-        for row in rows {
-            let candidate = &row.candidate;
-            write!(
-                out,
-                "  {:<17} {:<width$} {:<4}",
-                candidate.regressor.label(),
-                candidate.history(),
-                candidate.pattern()
-            )?;
-            for at in 0..row.axes.len() {
-                match pick(row) {
-                    Some(rmse) => write!(out, " {:>10.5}", rmse[at])?,
-                    None => write!(out, " {:>10}", "-")?,
-                }
-            }
-            writeln!(out, " {:>6.2} s", row.elapsed.as_secs_f64())?;
-        }
-        writeln!(out)?;
-    }
-    Ok(())
-}
-
-type Pick = fn(&ComparedRow) -> Option<&Vec<f64>>;
-
-const SETS: [(&str, Pick); 3] = [
-    ("train", |row| row.scores.train_rmse.as_ref()),
-    ("test", |row| row.scores.test_rmse.as_ref()),
-    ("leave-one-recording-out", |row| row.scores.cv_rmse.as_ref()),
-];

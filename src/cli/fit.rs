@@ -12,13 +12,14 @@ use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
 use crate::analysis::{Request, analyse, read_factory, train};
-use crate::calibration::{Calibration, EpochReport, FactoryScores, Quality, Scores};
-use crate::evaluation::metrics::percent_change;
+use crate::calibration::{Calibration, EpochReport, FactoryScores, Scores};
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     CalibrationFormat, WriteError, check_targets, with_sources, write_calibration,
 };
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
+use crate::report::{Shown, errors, factory_note};
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -112,10 +113,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
-        print_fit(&calibration, n_recordings, &mut out)?;
-        if let Some(scores) = &factory {
-            print_factory(&calibration, scores, &mut out)?;
-        }
+        print_fit(&calibration, factory.as_ref(), n_recordings, &mut out)?;
     }
     Ok(())
 }
@@ -134,29 +132,6 @@ fn factory_scores(
         ..request.clone()
     };
     Ok(analyse(&request, &Progress::default())?.factory)
-}
-
-fn print_factory(
-    calibration: &Calibration,
-    scores: &FactoryScores,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    writeln!(
-        out,
-        "\nRMSE, factory            train          test  tared by"
-    )?;
-    for (at, axis) in calibration.axes.iter().enumerate() {
-        let label = format!("{} [{}]", axis.symbol(), axis.unit());
-        let cell = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.6}"));
-        writeln!(
-            out,
-            "  {label:<14} {:>13} {:>13} {:>9}",
-            cell(scores.train_rmse[at]),
-            cell(scores.test_rmse[at]),
-            cell(scores.offsets[at]),
-        )?;
-    }
-    Ok(())
 }
 
 fn epoch_text(report: &EpochReport) -> String {
@@ -232,6 +207,7 @@ impl<'a> FitReport<'a> {
 
 fn print_fit(
     calibration: &Calibration,
+    factory: Option<&FactoryScores>,
     n_recordings: usize,
     out: &mut impl Write,
 ) -> io::Result<()> {
@@ -270,37 +246,13 @@ fn print_fit(
             .collect();
         writeln!(out, "ridge {}", strengths.join(", "))?;
     }
-    let tables = [
-        ("train", scores_of(quality, |scores| &scores.train_rmse)),
-        ("test", scores_of(quality, |scores| &scores.test_rmse)),
-        (
-            "leave-one-out",
-            scores_of(quality, |scores| &scores.cv_rmse),
-        ),
-    ];
-    for (name, scores) in tables {
-        let Some((conventional, compensated)) = scores else {
-            continue;
-        };
-        writeln!(
-            out,
-            "\nRMSE, {name:<14}      Conv.         Comp.     change"
-        )?;
-        for (at, axis) in calibration.axes.iter().enumerate() {
-            let (before, after) = (conventional[at], compensated[at]);
-            let change = percent_change(before, after)
-                .map_or_else(String::new, |percent| format!("{percent:+9.1} %"));
-            let label = format!("{} [{}]", axis.symbol(), axis.unit());
-            writeln!(out, "  {label:<14} {before:>14.6} {after:>13.6} {change}")?;
+    for set in ScoreSet::ALL {
+        if let Ok(table) = errors(calibration, factory, set, Shown::All) {
+            write!(out, "\n{}", table.text())?;
         }
     }
-    Ok(())
-}
-
-type BothRmse<'a> = Option<(&'a [f64], &'a [f64])>;
-
-fn scores_of(quality: &Quality, pick: fn(&Scores) -> &Option<Vec<f64>>) -> BothRmse<'_> {
-    let conventional = pick(&quality.conventional).as_deref()?;
-    let compensated = pick(&quality.compensated).as_deref()?;
-    Some((conventional, compensated))
+    match factory {
+        Some(factory) => writeln!(out, "\n{}", factory_note(calibration, factory)),
+        None => Ok(()),
+    }
 }

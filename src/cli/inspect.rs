@@ -10,10 +10,9 @@ use crate::export::{check_targets, write_atomically};
 use crate::progress::Progress;
 use crate::recording::columns::{ColumnMap, Decimal};
 use crate::recording::delimited::estimate_weight;
-use crate::recording::delimited::inspect::{
-    Check, ColumnReport, Inspection, Known, TableReport, inspect,
-};
+use crate::recording::delimited::inspect::{Check, Inspection, Known, TableReport, inspect};
 use crate::recording::pose::WeightEstimate;
+use crate::report::{Cell, Column, Table};
 use crate::shown::{message, printable};
 
 /// Arguments of `inspect`.
@@ -165,64 +164,43 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    let row = |report: &ColumnReport| {
+    // More are no table that anybody looks through here.
+    const LISTED: usize = 200;
+    let columns = ["column", "name", "is", "unit", "first values", "range"];
+    let rows = table.columns.iter().take(LISTED).map(|report| {
         let range = match (report.min, report.max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),
             _ => report.content.name().to_owned(),
         };
-        [
+        let cells = [
             report.number.to_string(),
             report.name.clone(),
             report.is.to_string(),
             report.unit.clone().unwrap_or_default(),
             report.first.join("  "),
             range,
-        ]
+        ];
+        cells.map(|cell| Cell::words(start(&cell))).to_vec()
+    });
+    let listed = Table {
+        columns: columns.map(Column::words).to_vec(),
+        rows: rows.collect(),
+        ..Table::default()
     };
-    // More are no table that anybody looks through here.
-    const LISTED: usize = 200;
-    let titles = ["column", "name", "is", "unit", "first values", "range"].map(str::to_owned);
-    let rows: Vec<[String; 6]> = [titles]
-        .into_iter()
-        .chain(table.columns.iter().take(LISTED).map(row))
-        .collect();
-    print_aligned(&rows, out)?;
+    write!(out, "{}", listed.text())?;
     match table.columns.len().saturating_sub(LISTED) {
         0 => Ok(()),
         more => writeln!(out, "  and {more} more columns; --json lists them all"),
     }
 }
 
-/// Cells in columns as wide as their widest cell; what terminals would act upon is escaped, and of a cell without end
-/// only the start is shown.
-fn print_aligned(rows: &[[String; 6]], out: &mut impl Write) -> io::Result<()> {
+/// Of a cell without end only the start.
+fn start(cell: &str) -> String {
     const SHOWN_CHARS: usize = 120;
-    let shown = |cell: &String| -> String {
-        match cell.char_indices().nth(SHOWN_CHARS) {
-            Some((end, _)) => format!("{}…", printable(&cell[..end])),
-            None => printable(cell).into_owned(),
-        }
-    };
-    let rows: Vec<Vec<String>> = rows
-        .iter()
-        .map(|row| row.iter().map(shown).collect())
-        .collect();
-    let width = |at: usize| {
-        rows.iter()
-            .map(|row| row[at].chars().count())
-            .max()
-            .unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..6).map(width).collect();
-    for row in &rows {
-        let cells = row
-            .iter()
-            .zip(&widths)
-            .map(|(cell, width)| format!("{cell:<width$}"));
-        let line = cells.collect::<Vec<_>>().join("  ");
-        writeln!(out, "  {}", line.trim_end())?;
+    match cell.char_indices().nth(SHOWN_CHARS) {
+        Some((end, _)) => format!("{}…", printable(&cell[..end])),
+        None => printable(cell).into_owned(),
     }
-    Ok(())
 }
 
 fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {

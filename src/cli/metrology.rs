@@ -11,15 +11,12 @@ use serde::Serialize;
 use super::{JobError, ReadArgs, check_distinct, named_file, read_all};
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
-use crate::evaluation::metrics::percent_change;
-use crate::evaluation::metrology::{
-    Cell, Figure, Metrology, MetrologySettings, Reason, Row, Run, table,
-};
-use crate::evaluation::numbers::significant;
-use crate::export::{check_targets, read_calibration, write_atomically, write_metrology_csv};
+use crate::evaluation::metrology::{Metrology, MetrologySettings, Run, table};
+use crate::export::{check_targets, read_calibration, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
+use crate::report::{Shown, axis_figures, crosstalk, figure_records};
 use crate::shown::printable;
 
 /// Arguments of `metrology`.
@@ -99,7 +96,7 @@ pub(super) fn run(args: &MetrologyArgs) -> Result<(), JobError> {
     let subject = subject(args)?;
     let table = measure(args, &subject)?;
     if let Some(path) = &args.csv {
-        write_atomically(path, |out| write_metrology_csv(&table, out))?;
+        write_atomically(path, |out| figure_records(&table).write_csv(out))?;
     }
     let mut out = io::stdout().lock();
     if args.json {
@@ -223,11 +220,9 @@ fn text(subject: &Subject, table: &Metrology, definitions: bool) -> String {
             subject.origin
         ),
     );
-    for at in 0..table.axes.len() {
-        axis_block(&mut text, table, at);
-    }
-    if table.axes.len() > 1 {
-        crosstalk_block(&mut text, table);
+    let axes = (0..table.axes.len()).map(|at| axis_figures(table, at, Shown::All));
+    for shown in axes.chain(crosstalk(table)) {
+        line(&mut text, format_args!("\n{}", shown.text().trim_end()));
     }
     if !table.notes.is_empty() {
         text.push('\n');
@@ -249,134 +244,9 @@ fn line(text: &mut String, content: std::fmt::Arguments<'_>) {
     writeln!(text, "{content}").expect("a String takes all");
 }
 
-fn axis_block(text: &mut String, table: &Metrology, at: usize) {
-    let axis = table.axes[at];
-    let head = format!(
-        "{} [{}], full scale {}, dead band {}",
-        axis.symbol(),
-        axis.unit(),
-        significant(table.full_scale[at], 4),
-        significant(table.dead_bands[at], 3),
-    );
-    line(
-        text,
-        format_args!(
-            "\n{head:<47}{:>12}{:>9}{:>12}{:>9}{:>11}",
-            "Conv.", "% FS", "Comp.", "% FS", "change"
-        ),
-    );
-    for row in table.own_rows() {
-        figure_line(text, row, &row.cells[at]);
-    }
-}
-
-fn figure_line(text: &mut String, row: &Row, cell: &Cell) {
-    let mut name = row.definition.name.clone();
-    if row.quantity.is_time() {
-        write!(name, " [{}]", cell.unit).expect("a String takes all");
-    }
-    let (conventional, compensated) = (&cell.conventional, &cell.compensated);
-    if let (Err(first), Err(second)) = (conventional, compensated)
-        && first == second
-    {
-        line(text, format_args!("  {name:<45}  {first}"));
-        return;
-    }
-    let [value, percent] = shown(conventional);
-    let [value_after, percent_after] = shown(compensated);
-    let change = match (conventional, compensated) {
-        (Ok(before), Ok(after)) if !row.quantity.is_time() => {
-            percent_change(before.value.abs(), after.value.abs())
-        }
-        _ => None,
-    };
-    let change = change.map_or_else(String::new, |change| format!("{change:+.1} %"));
-    let figures = format!("{value:>12}{percent:>9}{value_after:>12}{percent_after:>9}{change:>11}");
-    line(text, format_args!("  {name:<45}{}", figures.trim_end()));
-    for (kind, figure) in OUTPUTS {
-        if let Err(reason) = figure(cell) {
-            line(text, format_args!("    {kind}: {reason}"));
-        }
-    }
-}
-
-/// Value and percent of full scale; a dash and nothing where there is no figure.
-fn shown(figure: &Figure) -> [String; 2] {
-    match figure {
-        Ok(value) => [
-            significant(value.value, 4),
-            value
-                .percent_fs
-                .map_or_else(String::new, |percent| significant(percent, 3)),
-        ],
-        Err(_) => ["–".to_owned(), String::new()],
-    }
-}
-
-/// Two rows per loaded axis, one column per axis that reads it; or one with the reason why there is nothing to read.
-fn crosstalk_block(text: &mut String, table: &Metrology) {
-    let columns: String = table
-        .axes
-        .iter()
-        .map(|axis| format!("{:>9}", axis.symbol()))
-        .collect();
-    line(text, format_args!("\n{:<27}{columns}", "Crosstalk [% FS]"));
-    for (from, row) in table.crosstalk_rows() {
-        let from = format!("from {}", from.symbol());
-        if let Some(reason) = shared_reason(row) {
-            line(text, format_args!("  {from:<27}{reason}"));
-            continue;
-        }
-        for (kind, figure) in OUTPUTS {
-            let figures: String = row.cells.iter().map(figure).map(percent_cell).collect();
-            line(
-                text,
-                format_args!("  {:<25}{figures}", format!("{from}, {kind}")),
-            );
-        }
-    }
-}
-
-/// Picks one of a cell's figures.
-type Pick = fn(&Cell) -> &Figure;
-
-const OUTPUTS: [(&str, Pick); 2] = [
-    ("Conv.", |cell| &cell.conventional),
-    ("Comp.", |cell| &cell.compensated),
-];
-
-/// Why no axis but the loaded one has a figure, if it is the same for all.
-fn shared_reason(row: &Row) -> Option<&Reason> {
-    let figures = OUTPUTS
-        .iter()
-        .flat_map(|(_, figure)| row.cells.iter().map(figure));
-    let mut others = figures.filter(|figure| !matches!(figure, Err(Reason::LoadedAxis { .. })));
-    let reason = others.next()?.as_ref().err()?;
-    others
-        .all(|other| other.as_ref().err() == Some(reason))
-        .then_some(reason)
-}
-
-fn percent_cell(figure: &Figure) -> String {
-    let percent = figure.as_ref().ok().and_then(|value| value.percent_fs);
-    let shown = percent.map_or_else(|| "–".to_owned(), |percent| significant(percent, 3));
-    format!("{shown:>9}")
-}
-
 fn definition_block(text: &mut String, table: &Metrology) {
     for (name, about) in table.definitions() {
-        line(
-            text,
-            format_args!(
-                "\n{name}: {}.\n  Source: {}.",
-                about.definition, about.source
-            ),
-        );
-        if !about.free_running.is_empty() {
-            line(
-                text,
-                format_args!("  Free-running: {}.", about.free_running),
-            );
-        }
+        let sentences = about.sentences().join("\n  ");
+        line(text, format_args!("\n{name}: {sentences}"));
     }
 }

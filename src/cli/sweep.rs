@@ -26,6 +26,7 @@ use crate::export::{
 use crate::features::{Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::Axis;
+use crate::report::{Cell, Column, Table};
 
 /// Arguments of `sweep`.
 #[derive(Debug, Args)]
@@ -396,35 +397,38 @@ fn print_curves(
     curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>,
 ) -> io::Result<()> {
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
-    writeln!(out, "\nRMSE of {label} [{unit}] {title}")?;
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
         .map(|set| (set, curve(set)))
         .filter(|(_, curve)| !curve.is_empty())
         .collect();
-    write!(out, "  {head:>18}")?;
-    for (set, _) in &curves {
-        write!(out, " {:>13}", set.label())?;
-    }
-    writeln!(out)?;
-    write!(out, "  {:>18}", "conventional")?;
-    for (set, _) in &curves {
-        let value = map.conventional_value(*set, measure);
-        write!(out, " {:>13}", cell(value))?;
-    }
-    writeln!(out)?;
-    let n_points = curves.first().map_or(0, |(_, curve)| curve.len());
-    for at in 0..n_points {
-        write!(out, "  {:>18}", curves[0].1[at].0)?;
-        for (_, curve) in &curves {
-            write!(out, " {:>13}", cell(curve.get(at).map(|(_, value)| *value)))?;
-        }
-        writeln!(out)?;
-    }
-    Ok(())
-}
-
-fn cell(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.5}"))
+    let mut columns = vec![Column::numbers(head)];
+    columns.extend(curves.iter().map(|(set, _)| Column::numbers(set.label())));
+    let sets = curves
+        .iter()
+        .map(|(set, _)| map.conventional_value(*set, measure));
+    let sets = sets.map(|value| Cell::digits(value, 4));
+    let mut rows = vec![
+        std::iter::once(Cell::words("conventional"))
+            .chain(sets)
+            .collect(),
+    ];
+    let thresholds = curves.first().map_or(&[][..], |(_, curve)| curve);
+    rows.extend(thresholds.iter().enumerate().map(|(at, (threshold, _))| {
+        let values = curves
+            .iter()
+            .map(|(_, curve)| curve.get(at).map(|(_, value)| *value));
+        let values = values.map(|value| Cell::digits(value, 4));
+        std::iter::once(Cell::number(*threshold, threshold.to_string()))
+            .chain(values)
+            .collect()
+    }));
+    let table = Table {
+        title: format!("RMSE of {label} [{unit}] {title}"),
+        columns,
+        rows,
+        ..Table::default()
+    };
+    write!(out, "\n{}", table.text())
 }
 
 fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {

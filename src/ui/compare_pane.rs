@@ -3,50 +3,15 @@
 use egui::{Color32, RichText};
 use egui_plot::{Bar, BarChart, Plot};
 
+use crate::analysis::comparison_table;
 use crate::app::{AppState, Command, ComparisonCommand, Row};
-use crate::calibration::{Regressor, Scores};
+use crate::calibration::Regressor;
 use crate::evaluation::metrics::Group;
-use crate::export::{ComparisonRow as _, comparison_records};
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::recording::Axis;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::shell::Fields;
 use crate::ui::{palette, picture, plots};
-
-/// Which samples the errors are of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ErrorsOn {
-    /// The training recordings.
-    Train,
-    /// The test recordings.
-    #[default]
-    Test,
-    /// Each training recording by a fit to the others.
-    LeftOut,
-}
-
-impl ErrorsOn {
-    const ALL: [(Self, &'static str, &'static str); 3] = [
-        (
-            Self::Train,
-            "Train",
-            "Errors on the training recordings themselves",
-        ),
-        (Self::Test, "Test", "Errors on the test recordings"),
-        (
-            Self::LeftOut,
-            "LOO-CV",
-            "Leave-one-recording-out: each training recording scored by a fit to the others",
-        ),
-    ];
-
-    fn pick(self, scores: &Scores) -> Option<&Vec<f64>> {
-        match self {
-            Self::Train => scores.train_rmse.as_ref(),
-            Self::Test => scores.test_rmse.as_ref(),
-            Self::LeftOut => scores.cv_rmse.as_ref(),
-        }
-    }
-}
 
 /// Height of the bars.
 const BARS_HEIGHT: f32 = 170.0;
@@ -86,16 +51,15 @@ pub fn compare_pane(
             });
         }
         ui.separator();
-        for (on, label, explanation) in ErrorsOn::ALL {
-            ui.selectable_value(&mut fields.errors_on, on, label)
-                .on_hover_text(explanation);
+        for set in ScoreSet::ALL {
+            ui.selectable_value(&mut fields.errors_on, set, set.title())
+                .on_hover_text(set.explanation());
         }
         ui.separator();
         let rows: Vec<_> = comparison.rows.iter().filter_map(Row::compared).cloned().collect();
         ui.add_enabled_ui(!rows.is_empty(), |ui| {
             if ui.button("Copy table").on_hover_text("As tab-separated text").clicked() {
-                let lines = comparison_records(&rows).iter().map(|row| row.join("\t")).collect::<Vec<_>>();
-                ui.copy_text(lines.join("\n"));
+                ui.copy_text(comparison_table(&rows, &ScoreSet::ALL).tab_separated());
             }
             let label = ui.label("CSV");
             let field = egui::TextEdit::singleline(&mut fields.comparison).desired_width(130.0);
@@ -119,7 +83,7 @@ pub fn compare_pane(
         });
 }
 
-fn table(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn, out: &mut Vec<Command>) {
+fn table(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Command>) {
     let rows = &state.comparison.rows;
     let axes = state.axes();
     egui::Grid::new("comparison")
@@ -160,7 +124,7 @@ fn table_row(
     state: &AppState,
     at: usize,
     row: &Row,
-    on: ErrorsOn,
+    on: ScoreSet,
     out: &mut Vec<Command>,
 ) {
     let candidate = &row.candidate;
@@ -195,7 +159,7 @@ fn table_row(
     let stale = row.is_stale(state);
     row_state(ui, row, stale);
     let axes = state.axes();
-    let rmse = row.compared().and_then(|row| on.pick(row.scores()));
+    let rmse = row.compared().and_then(|row| on.rmse(&row.scores));
     let weak = ui.visuals().weak_text_color();
     let mut cell = |value: Option<f64>| {
         let text = value.map_or_else(|| "–".to_owned(), |value| significant(value, 4));
@@ -247,13 +211,13 @@ fn row_state(ui: &mut egui::Ui, row: &Row, stale: bool) {
 }
 
 /// One chart per unit: a group of bars for each axis, a bar for each row that has a result.
-fn bars(ui: &mut egui::Ui, state: &AppState, on: ErrorsOn, out: &mut Vec<Command>) {
+fn bars(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Command>) {
     let axes = state.axes();
-    let rows: Vec<(&Row, &Vec<f64>)> = state
+    let rows: Vec<(&Row, &[f64])> = state
         .comparison
         .rows
         .iter()
-        .filter_map(|row| Some((row, on.pick(row.compared()?.scores())?)))
+        .filter_map(|row| Some((row, on.rmse(&row.compared()?.scores)?)))
         .filter(|(_, rmse)| rmse.len() == axes.len())
         .collect();
     if rows.is_empty() {
@@ -277,7 +241,7 @@ fn chart(
     ui: &mut egui::Ui,
     group: Group,
     axes: &[Axis],
-    rows: &[(&Row, &Vec<f64>)],
+    rows: &[(&Row, &[f64])],
     width: f32,
     out: &mut Vec<Command>,
 ) {

@@ -1,28 +1,16 @@
 //! The figures of a certificate: rows with their definitions at hand, Conv. beside Comp. for every axis.
 
-use egui::RichText;
-
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
 use crate::app::{AppState, Command, Existing, FileContent};
-use crate::evaluation::metrology::{Cell, Figure, Metrology, MetrologySettings, Reason, Row};
+use crate::evaluation::metrology::{Metrology, MetrologySettings};
 use crate::recording::{Axis, Role};
+use crate::report::{Shown, Table, crosstalk, overview};
 use crate::ui::dead_band::dead_band;
 use crate::ui::looking::Looking;
-use crate::ui::numbers::significant;
-use crate::ui::palette::Trace;
+use crate::ui::table;
 
 /// The longest time that a rest can be asked to last (s).
 const LONGEST_REST_SECS: f64 = 1e5;
-/// Columns of figures are at least this wide.
-const FIGURE_WIDTH: f32 = 38.0;
-
-/// What the figures are shown in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Shown {
-    #[default]
-    PercentFs,
-    Units,
-}
 
 /// What the pane remembers between frames.
 #[derive(Debug)]
@@ -47,14 +35,6 @@ impl Default for MetrologyPane {
         }
     }
 }
-
-/// One of a cell's two figures.
-type Pick = fn(&Cell) -> &Figure;
-
-const OUTPUTS: [(Trace, Pick); 2] = [
-    (Trace::Conventional, |cell| &cell.conventional),
-    (Trace::Compensated, |cell| &cell.compensated),
-];
 
 impl MetrologyPane {
     /// What must be answered for the pane to be drawn.
@@ -86,6 +66,12 @@ impl MetrologyPane {
             self.settings.dead_bands.clear(); // they were in other axes' units
         }
         let table = looking.seen.table.as_ref().map(|(table, _)| table);
+        let tables: Vec<Table> = table.map_or_else(Vec::new, |table| {
+            let crosstalk = crosstalk(table);
+            std::iter::once(overview(table, self.shown))
+                .chain(crosstalk)
+                .collect()
+        });
         ui.horizontal_wrapped(|ui| {
             self.choices(ui, state);
             self.definitions(ui, table.map(|table| &**table));
@@ -95,9 +81,9 @@ impl MetrologyPane {
                     .button("Copy table")
                     .on_hover_text("As tab-separated text")
                     .clicked()
-                    && let Some(table) = table
                 {
-                    ui.copy_text(as_text(table, self.shown));
+                    let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
+                    ui.copy_text(texts.join("\n\n"));
                 }
                 let label = ui.label("CSV");
                 let field = egui::TextEdit::singleline(&mut self.path).desired_width(120.0);
@@ -129,8 +115,10 @@ impl MetrologyPane {
         egui::ScrollArea::both()
             .auto_shrink([false, false])
             .show(ui, |ui| {
-                grid(ui, table, self.shown);
-                crosstalk(ui, table);
+                for shown in &tables {
+                    table::show(ui, shown);
+                    ui.add_space(8.0);
+                }
                 // Sentences are read without scrolling, however wide the table is.
                 ui.vertical(|ui| {
                     ui.set_max_width(width);
@@ -241,163 +229,7 @@ impl MetrologyPane {
     }
 }
 
-fn heading(ui: &mut egui::Ui, table: &Metrology, title: &str) {
-    ui.strong(title);
-    for (at, axis) in table.axes.iter().enumerate() {
-        let scales = format!(
-            "Full scale {} {unit}, dead band {} {unit}",
-            significant(table.full_scale[at], 4),
-            significant(table.dead_bands[at], 3),
-            unit = axis.unit(),
-        );
-        ui.strong(axis.symbol()).on_hover_text(scales);
-        ui.label("");
-    }
-    ui.end_row();
-    ui.label("");
-    for _ in &table.axes {
-        for (trace, _) in OUTPUTS {
-            let color = trace.color(ui.visuals());
-            ui.label(RichText::new(trace.label()).small().color(color))
-                .on_hover_text(trace.explanation());
-        }
-    }
-    ui.end_row();
-}
-
-fn grid(ui: &mut egui::Ui, table: &Metrology, shown: Shown) {
-    table_grid("metrology").show(ui, |ui| {
-        let unit = match shown {
-            Shown::PercentFs => "% of full scale",
-            Shown::Units => "N and N·m",
-        };
-        heading(ui, table, unit);
-        for row in table.own_rows() {
-            let mut name = row.definition.name.clone();
-            if row.quantity.is_time() {
-                name.push_str(" [s]");
-            }
-            defined(ui, row, &name);
-            for cell in &row.cells {
-                figures(ui, cell, shown);
-            }
-            ui.end_row();
-        }
-    });
-}
-
-fn table_grid(id: &str) -> egui::Grid {
-    egui::Grid::new(id)
-        .striped(true)
-        .min_col_width(FIGURE_WIDTH)
-        .spacing([6.0, 3.0])
-}
-
-/// A row's name, with what it means.
-fn defined(ui: &mut egui::Ui, row: &Row, name: &str) {
-    let about = &row.definition;
-    ui.label(name).on_hover_ui(|ui| {
-        ui.set_max_width(420.0);
-        ui.strong(&about.name);
-        ui.label(about.definition);
-        ui.label(format!("Source: {}", about.source));
-        if !about.free_running.is_empty() {
-            ui.weak(format!("Free-running: {}", about.free_running));
-        }
-    });
-}
-
-/// Conv. and Comp. of one axis; what both lack is said once.
-fn figures(ui: &mut egui::Ui, cell: &Cell, shown: Shown) {
-    let same = cell.conventional.is_err() && cell.conventional == cell.compensated;
-    for (at, (trace, figure)) in OUTPUTS.into_iter().enumerate() {
-        if same && at == 1 {
-            ui.label("");
-        } else {
-            one_figure(ui, cell, figure(cell), trace, shown);
-        }
-    }
-}
-
-fn one_figure(ui: &mut egui::Ui, cell: &Cell, figure: &Figure, trace: Trace, shown: Shown) {
-    match figure {
-        Ok(value) => {
-            let number = match shown {
-                Shown::PercentFs => value.percent_fs.unwrap_or(value.value),
-                Shown::Units => value.value,
-            };
-            let response = ui.label(significant(number, 3));
-            response.on_hover_ui(|ui| {
-                ui.strong(format!("{} {}", cell.axis.symbol(), trace.label()));
-                let percent = value.percent_fs.map_or_else(String::new, |percent| {
-                    format!(" = {} % of full scale", significant(percent, 4))
-                });
-                ui.label(format!(
-                    "{} {}{percent}",
-                    significant(value.value, 4),
-                    cell.unit
-                ));
-                if let Some(place) = &value.place {
-                    ui.weak(format!(
-                        "{}, {} s to {} s",
-                        place.name,
-                        significant(place.from_secs, 5),
-                        significant(place.to_secs, 5)
-                    ));
-                }
-            });
-        }
-        Err(reason) => {
-            let weak = RichText::new(short(reason)).small().weak();
-            ui.label(weak).on_hover_text(reason.to_string());
-        }
-    }
-}
-
-/// A word or two that stand for the sentence.
-fn short(reason: &Reason) -> &'static str {
-    match reason {
-        Reason::NoReference { .. } => "no ref.",
-        Reason::ConstantLoad { .. } => "constant",
-        Reason::OneBranch { .. } => "1 branch",
-        Reason::NoCycle { .. } => "no cycle",
-        Reason::NoRisingBranch { .. } => "no rise",
-        Reason::TooFewLoads { .. } => "few loads",
-        Reason::TooFewCycles { .. } => "1 cycle",
-        Reason::NoFullScale { .. } => "no FS",
-        Reason::NoHold { .. } => "no hold",
-        Reason::NoZero { .. } => "no zero",
-        Reason::NoReturn { .. } => "no return",
-        Reason::NoRecovery { .. } => "no zero",
-        Reason::NoTimeConstant(_) => "no τ",
-        Reason::LoadedAxis { .. } => "·",
-        Reason::OnlyAxis { .. } => "only axis",
-        Reason::NeverAlone { .. } => "not alone",
-        Reason::NotFinite { .. } => "not finite",
-        Reason::Overflow { .. } => "too large",
-    }
-}
-
-/// A row for each loaded axis, columns for the axes that read it, always in % of full scale.
-fn crosstalk(ui: &mut egui::Ui, table: &Metrology) {
-    if table.axes.len() < 2 {
-        return;
-    }
-    ui.add_space(8.0);
-    table_grid("crosstalk").show(ui, |ui| {
-        heading(ui, table, "Crosstalk, % of full scale");
-        for (from, row) in table.crosstalk_rows() {
-            defined(ui, row, &format!("from {}", from.symbol()));
-            for cell in &row.cells {
-                figures(ui, cell, Shown::PercentFs);
-            }
-            ui.end_row();
-        }
-    });
-}
-
 fn notes(ui: &mut egui::Ui, table: &Metrology) {
-    ui.add_space(6.0);
     ui.weak(format!(
         "{} recordings, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
          at a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do \
@@ -407,35 +239,4 @@ fn notes(ui: &mut egui::Ui, table: &Metrology) {
     for note in &table.notes {
         ui.colored_label(ui.visuals().warn_fg_color, format!("Note: {note}"));
     }
-}
-
-/// The rows as tab-separated text, in what is shown.
-fn as_text(table: &Metrology, shown: Shown) -> String {
-    let mut head = vec!["quantity".to_owned()];
-    for axis in &table.axes {
-        let unit = match shown {
-            Shown::PercentFs => "% FS",
-            Shown::Units => axis.unit(),
-        };
-        head.extend(
-            OUTPUTS.map(|(trace, _)| format!("{} {} [{unit}]", axis.symbol(), trace.label())),
-        );
-    }
-    let rows = table.rows.iter().map(|row| {
-        let figure = |figure: &Figure| match (figure, shown) {
-            (Ok(value), Shown::PercentFs) => value.percent_fs.unwrap_or(value.value).to_string(),
-            (Ok(value), Shown::Units) => value.value.to_string(),
-            (Err(reason), _) => reason.to_string(),
-        };
-        let cells = row.cells.iter();
-        let cells = cells.flat_map(|cell| OUTPUTS.map(|(_, pick)| figure(pick(cell))));
-        let unit = if row.quantity.is_time() { " [s]" } else { "" };
-        let name = format!("{}{unit}", row.definition.name);
-        std::iter::once(name)
-            .chain(cells)
-            .collect::<Vec<_>>()
-            .join("\t")
-    });
-    let lines: Vec<String> = std::iter::once(head.join("\t")).chain(rows).collect();
-    lines.join("\n")
 }

@@ -31,6 +31,7 @@ mod shell;
 mod start;
 mod status_line;
 mod study_worker;
+mod table;
 mod thresholds_pane;
 mod tour;
 mod trace_panes;

@@ -3,53 +3,11 @@
 use egui::{Color32, Stroke, Visuals};
 
 use crate::calibration::Regressor;
+pub use crate::report::Trace;
 use crate::report::figure::color;
 
-/// One of the three loads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trace {
-    /// The true load.
-    Calculated,
-    /// From the present gauges.
-    Conventional,
-    /// With what the past adds.
-    Compensated,
-    /// By the matrix that the sensor came with.
-    Factory,
-}
-
 impl Trace {
-    /// All, in the order in which they are drawn: the later over the earlier.
-    pub const ALL: [Self; 4] = [
-        Self::Calculated,
-        Self::Factory,
-        Self::Conventional,
-        Self::Compensated,
-    ];
-
-    /// The paper's abbreviation.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Calculated => "Calc.",
-            Self::Conventional => "Conv.",
-            Self::Compensated => "Comp.",
-            Self::Factory => "Factory",
-        }
-    }
-
-    /// What the abbreviation stands for.
-    pub fn explanation(self) -> &'static str {
-        match self {
-            Self::Calculated => "Calculated: the load that was really applied",
-            Self::Conventional => "Conventional: from the present gauges alone (Eq. 3-8)",
-            Self::Compensated => {
-                "Compensated: from the present gauges and those of the past sample (Eq. 9-12)"
-            }
-            Self::Factory => "By the matrix that the sensor came with",
-        }
-    }
-
-    pub fn color(self, visuals: &Visuals) -> Color32 {
+    pub(super) fn color(self, visuals: &Visuals) -> Color32 {
         match (self, visuals.dark_mode) {
             (Self::Calculated, true) => Color32::from_gray(215),
             (Self::Calculated, false) => rgb(color::CALCULATED),
@@ -63,11 +21,11 @@ impl Trace {
     }
 
     /// Whether it is dashed, so that it can be told apart without its colour.
-    pub fn is_dashed(self) -> bool {
+    pub(super) fn is_dashed(self) -> bool {
         matches!(self, Self::Conventional | Self::Factory)
     }
 
-    pub fn stroke(self, visuals: &Visuals) -> Stroke {
+    pub(super) fn stroke(self, visuals: &Visuals) -> Stroke {
         let width = match self {
             Self::Calculated => 1.8,
             Self::Conventional | Self::Factory => 1.2,

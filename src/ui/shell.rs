@@ -18,6 +18,7 @@ use crate::progress::Progress;
 use crate::recording::RecordingSet;
 use crate::ui::Dialogs;
 use crate::ui::actions::CanGo;
+use crate::ui::appearance;
 use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::Reply;
 use crate::ui::hand::Hand;
@@ -33,7 +34,6 @@ use crate::ui::thresholds_pane::MapTexture;
 use crate::ui::tour::Tour;
 use crate::ui::trace_panes::TracePanes;
 use crate::ui::workspace::Workspace;
-use crate::ui::{appearance, compare_pane};
 use crate::worker::{Notify, Worker, let_window_go_first};
 use jobs::Jobs;
 
@@ -92,7 +92,7 @@ pub struct Fields {
     /// The path to save the comparison to.
     pub comparison: String,
     /// Which errors the comparison shows.
-    pub errors_on: compare_pane::ErrorsOn,
+    pub errors_on: ScoreSet,
     /// The path to save the map of thresholds to.
     pub study: String,
     /// Which errors the map shows.
@@ -110,7 +110,7 @@ impl Default for Fields {
             export: "calibration.json".to_owned(),
             split_percent: 60.0,
             comparison: "comparison.csv".to_owned(),
-            errors_on: Default::default(),
+            errors_on: ScoreSet::Test,
             study: "thresholds.csv".to_owned(),
             study_on: ScoreSet::LeftOut,
             found: String::new(),

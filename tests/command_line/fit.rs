@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use loopscope::evaluation::numbers::significant;
 use serde_json::Value;
 
 use crate::program::{fit, numbers, run, stderr, succeed};
@@ -101,7 +102,7 @@ fn the_table_shows_the_figures_of_the_json() {
     let report = fit(workshop.path(), &ALL_FILES);
     for calibration in ["conventional", "compensated"] {
         for score in ["train_rmse", "test_rmse", "cv_rmse"] {
-            let figure = format!("{:.6}", numbers(&report[calibration][score])[0]);
+            let figure = significant(numbers(&report[calibration][score])[0], 4);
             assert!(
                 table.contains(&figure),
                 "{calibration} {score} {figure}: {table}"
@@ -150,7 +151,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
     assert!(
         String::from_utf8(output.stdout)
             .unwrap()
-            .contains("RMSE, factory")
+            .contains("Factory: the calibration that the sensor came with")
     );
     workshop.write("s.cal", "<FTSensor/>");
     let told = run(

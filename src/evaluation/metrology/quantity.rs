@@ -54,6 +54,21 @@ pub struct Definition {
     pub free_running: &'static str,
 }
 
+impl Definition {
+    /// How it is computed, whose definition that follows, and what a free-running recording does not meet: a sentence each.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        let mut sentences = vec![
+            format!("{}.", self.definition),
+            format!("Source: {}.", self.source),
+        ];
+        if !self.free_running.is_empty() {
+            sentences.push(format!("Free-running: {}.", self.free_running));
+        }
+        sentences
+    }
+}
+
 impl Quantity {
     /// All rows for these axes, in the order of the table.
     #[must_use]

@@ -79,6 +79,31 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// A word or two that stand for the sentence where there is no room for it.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::NoReference { .. } => "no ref.",
+            Self::ConstantLoad { .. } => "constant",
+            Self::OneBranch { .. } => "1 branch",
+            Self::NoCycle { .. } => "no cycle",
+            Self::NoRisingBranch { .. } => "no rise",
+            Self::TooFewLoads { .. } => "few loads",
+            Self::TooFewCycles { .. } => "1 cycle",
+            Self::NoFullScale { .. } => "no FS",
+            Self::NoHold { .. } => "no hold",
+            Self::NoZero { .. } => "no zero",
+            Self::NoReturn { .. } => "no return",
+            Self::NoRecovery { .. } => "no zero",
+            Self::NoTimeConstant(_) => "no τ",
+            Self::LoadedAxis { .. } => "·",
+            Self::OnlyAxis { .. } => "only axis",
+            Self::NeverAlone { .. } => "not alone",
+            Self::NotFinite { .. } => "not finite",
+            Self::Overflow { .. } => "too large",
+        }
+    }
+
     /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.
     #[must_use]
     pub fn no_cycle(axis: Axis, loops: &Loops, range: (f64, f64), dead_band: f64) -> Self {

@@ -33,6 +33,29 @@ impl ScoreSet {
         }
     }
 
+    /// What the window has room for.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Train => "Train",
+            Self::Test => "Test",
+            Self::LeftOut => "LOO-CV",
+        }
+    }
+
+    /// What errors on them say.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Train => "On the training recordings themselves, which flatters",
+            Self::Test => "On the test recordings",
+            Self::LeftOut => {
+                "Leave-one-recording-out: each training recording scored by a fit to the others; with fewer than three, five \
+                 contiguous blocks of them take turns. The look-back's trigger stays the conventional calibration of all"
+            }
+        }
+    }
+
     /// The errors on these samples.
     #[must_use]
     pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {

@@ -2,35 +2,12 @@
 //!
 //! Guarantees: every text is escaped; a table's rows are as wide as its head.
 
+use crate::report::{Align, Cell, Column, Table, Value};
 use crate::shown::for_xml;
 
 /// A page, or a part of one, that is being written.
 #[derive(Default)]
 pub(super) struct Markup(String);
-
-/// A cell of a table.
-#[derive(Clone, Debug)]
-pub(super) enum Cell {
-    /// Words.
-    Text(String),
-    /// A number, to the right.
-    Number(String),
-    /// Hexadecimal digits, which may break anywhere.
-    Hash(String),
-    /// Why there are no numbers, over this many columns.
-    Reason(String, usize),
-}
-
-impl Cell {
-    pub fn text(text: impl Into<String>) -> Self {
-        Self::Text(text.into())
-    }
-
-    /// A number where there is one, else a dash.
-    pub fn number(number: Option<String>) -> Self {
-        Self::Number(number.unwrap_or_else(|| "–".to_owned()))
-    }
-}
 
 impl Markup {
     pub fn into_string(self) -> String {
@@ -73,35 +50,51 @@ impl Markup {
         });
     }
 
-    /// Adds a table; the cells of `head` say how the columns stand.
-    pub fn table(&mut self, head: &[Cell], rows: impl IntoIterator<Item = Vec<Cell>>) {
+    /// Adds a table below its title, its note below it.
+    pub fn table(&mut self, table: &Table) {
+        if !table.title.is_empty() {
+            self.element("h3", &table.title);
+        }
+        let titles = table
+            .columns
+            .iter()
+            .map(|column| Cell::words(column.title()));
+        let titles: Vec<Cell> = titles.collect();
         self.within("div", "class=\"wide\"", |page| {
-            page.within("table", "", |table| {
-                table.within("thead", "", |table| table.row("th", head));
-                table.within("tbody", "", |table| {
-                    for row in rows {
-                        table.row("td", &row);
+            page.within("table", "", |page| {
+                page.within("thead", "", |head| head.row("th", &table.columns, &titles));
+                page.within("tbody", "", |body| {
+                    for row in &table.rows {
+                        body.row("td", &table.columns, row);
                     }
                 });
             });
         });
+        if !table.note.is_empty() {
+            self.element("p", &table.note);
+        }
     }
 
-    fn row(&mut self, tag: &str, cells: &[Cell]) {
-        let cells: String = cells
-            .iter()
-            .map(|cell| {
-                let (attributes, text) = match cell {
-                    Cell::Text(text) => (String::new(), text),
-                    Cell::Number(text) => (" class=\"number\"".to_owned(), text),
-                    Cell::Hash(text) => (" class=\"hash\"".to_owned(), text),
-                    Cell::Reason(text, columns) => {
-                        (format!(" class=\"reason\" colspan=\"{columns}\""), text)
-                    }
-                };
-                format!("<{tag}{attributes}>{}</{tag}>", for_xml(text))
-            })
-            .collect();
-        self.raw(&format!("<tr>{cells}</tr>"));
+    fn row(&mut self, tag: &str, columns: &[Column], cells: &[Cell]) {
+        let mut row = String::from("<tr>");
+        let mut cells = columns.iter().zip(cells).peekable();
+        while let Some((column, cell)) = cells.next() {
+            let mut span = 1;
+            while cells
+                .next_if(|(_, next)| next.value == Value::Continued)
+                .is_some()
+            {
+                span += 1;
+            }
+            let attributes = match (cell.reason(), column.align) {
+                (Some(_), _) => format!(" class=\"reason\" colspan=\"{span}\""),
+                (None, Align::Left) => String::new(),
+                (None, Align::Right) => " class=\"number\"".to_owned(),
+                (None, Align::Anywhere) => " class=\"hash\"".to_owned(),
+            };
+            let text = for_xml(cell.reason().unwrap_or(&cell.text));
+            row.push_str(&format!("<{tag}{attributes}>{text}</{tag}>"));
+        }
+        self.raw(&format!("{row}</tr>"));
     }
 }

@@ -1,13 +1,13 @@
 //! The tables of a report: what it is about, how good it is, what it was made of, and the matrices.
 
-use super::markup::{Cell, Markup};
+use super::markup::Markup;
 use super::{ReportData, ReportRecording, date};
 use crate::calibration::{Calibration, Learned, LinearMap};
-use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::Distance;
-use crate::recording::{Axis, Role};
+use crate::recording::Role;
+use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note};
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
 const MOST_FEATURES: usize = 400;
@@ -67,115 +67,51 @@ pub(super) fn warnings(report: &ReportData, page: &mut Markup) {
     });
 }
 
-/// Sets of errors with their names, the most telling first.
-const SETS: [(ScoreSet, &str); 3] = [
-    (ScoreSet::Test, "Test"),
-    (ScoreSet::LeftOut, "Leave-one-out"),
-    (ScoreSet::Train, "Train"),
-];
-
 pub(super) fn scores(report: &ReportData, page: &mut Markup) {
-    let calibration = &report.calibration;
-    let quality = &calibration.quality;
+    let (calibration, factory) = (&report.calibration, report.factory.as_ref());
     page.section("scores", "", "Errors", |page| {
         page.element(
             "p",
-             "Root mean squared error per axis. Calc.: the true load; Conv.: from the present gauges alone; Comp.: with what the \
-             past adds. Test: on recordings that the fit never saw. Leave-one-out: on each training recording by a fit to the \
-             others. Train: on what was fitted, which flatters.",
+            "Root mean squared error per axis. Calc.: the true load; Conv.: from the present gauges alone; Comp.: with what the \
+             past adds.",
         );
-        let mut head = vec![Cell::text("Set"), Cell::text("Axis")];
-        head.extend(["Conv.", "Comp.", "change", "Conv. % FS", "Comp. % FS"].map(|name| {
-            Cell::Number(name.to_owned())
-        }));
-        if report.factory.is_some() {
-            head.push(Cell::Number("Factory".to_owned()));
-        }
-        let n_numbers = head.len() - 1;
-        let mut rows = Vec::new();
-        for (set, name) in SETS {
-            let (Some(before), Some(after)) = (set.rmse(&quality.conventional), set.rmse(&quality.compensated))
-            else {
-                rows.push(vec![
-                    Cell::text(name),
-                    Cell::Reason(missing(set, calibration), n_numbers),
-                ]);
-                continue;
-            };
-            for (at, axis) in calibration.axes.iter().enumerate() {
-                let full_scale = calibration.full_scale[at];
-                let percent = |rmse: f64| {
-                    (full_scale > 0.0).then(|| significant(100.0 * rmse / full_scale, 3))
-                };
-                let name = if at == 0 { name } else { "" };
-                let mut row = vec![
-                    Cell::text(name),
-                    Cell::text(labelled(*axis)),
-                    Cell::Number(significant(before[at], 4)),
-                    Cell::Number(significant(after[at], 4)),
-                    Cell::number(change(before[at], after[at])),
-                    Cell::number(percent(before[at])),
-                    Cell::number(percent(after[at])),
-                ];
-                row.extend(report.factory.as_ref().map(|factory| {
-                    let rmse = set.factory_rmse(factory).get(at).copied().flatten();
-                    Cell::number(rmse.map(|rmse| significant(rmse, 4)))
-                }));
-                rows.push(row);
+        // The most telling first.
+        for set in [ScoreSet::Test, ScoreSet::LeftOut, ScoreSet::Train] {
+            match errors(calibration, factory, set, Shown::All) {
+                Ok(table) => page.table(&table),
+                Err(reason) => page.element("p", &format!("RMSE, {}: {reason}.", set.label())),
             }
         }
-        page.table(&head, rows);
-        if let Some(factory) = &report.factory {
-            let added = (calibration.axes.iter().zip(&factory.offsets))
-                .filter_map(|(axis, offset)| {
-                    let offset = offset.filter(|offset| *offset != 0.0)?;
-                    Some(format!("{} {} {}", axis.symbol(), significant(offset, 3), axis.unit()))
-                })
-                .collect::<Vec<_>>();
-            page.element("p", "Factory: the calibration that the sensor came with, on the same gauges.");
-            if !added.is_empty() {
-                let words = "For want of a tare, its mean error over the training recordings was taken away: ";
-                page.element("p", &format!("{words}{}.", added.join(", ")));
-            }
+        if let Some(factory) = factory {
+            page.element("p", &factory_note(calibration, factory));
         }
     });
 }
 
-fn missing(set: ScoreSet, calibration: &Calibration) -> String {
-    match set {
-        ScoreSet::LeftOut => calibration
-            .why_not_left_out()
-            .unwrap_or("nothing was left out")
-            .to_owned(),
-        ScoreSet::Test => "no recording is in the test role".to_owned(),
-        ScoreSet::Train => "no recording is in the train role".to_owned(),
-    }
-}
-
-fn labelled(axis: Axis) -> String {
-    format!("{} [{}]", axis.symbol(), axis.unit())
-}
-
-pub(super) fn change(before: f64, after: f64) -> Option<String> {
-    percent_change(before, after).map(|percent| format!("{percent:+.1} %"))
-}
-
 pub(super) fn recordings(report: &ReportData, page: &mut Markup) {
     page.section("recordings", "page", "Recordings", |page| {
-        let mut head = vec![Cell::text("Name"), Cell::text("Role")];
-        head.extend(
-            ["Samples", "Duration [s]", "Rate [Hz]"].map(|name| Cell::Number(name.to_owned())),
-        );
-        head.extend([Cell::text("File"), Cell::text("SHA-256 of the file")]);
-        page.table(&head, report.recordings.iter().map(recording_row));
-        let mut head = vec![Cell::text("RMSE, Conv. → Comp.")];
-        let axes = report.calibration.axes.iter();
-        head.extend(axes.map(|axis| Cell::Number(labelled(*axis))));
-        let rows = report
-            .recordings
-            .iter()
-            .map(|recording| rmse_row(recording, head.len() - 1));
-        page.table(&head, rows.collect::<Vec<_>>());
+        let mut columns = ["Name", "Role"].map(Column::words).to_vec();
+        columns.extend(["Samples", "Duration [s]", "Rate [Hz]"].map(Column::numbers));
+        columns.push(Column::words("File"));
+        columns.push(Column {
+            align: Align::Anywhere,
+            ..Column::words("SHA-256 of the file")
+        });
+        page.table(&Table {
+            columns,
+            rows: report.recordings.iter().map(recording_row).collect(),
+            ..Table::default()
+        });
+        let mut columns = vec![Column::words("RMSE, Conv. → Comp.")];
+        columns.extend(report.calibration.axes.iter().copied().map(Column::load));
+        let rows = report.recordings.iter();
+        page.table(&Table {
+            rows: rows
+                .map(|recording| rmse_row(recording, columns.len()))
+                .collect(),
+            columns,
+            ..Table::default()
+        });
     });
 }
 
@@ -187,47 +123,43 @@ fn recording_row(recording: &ReportRecording) -> Vec<Cell> {
         Role::Off => "off",
     };
     let (file, hash) = match (&used.file, &used.sha256) {
-        (None, _) => ("built-in simulated sensor", Cell::text("–")),
-        (Some(file), Some(hash)) => (&**file, Cell::Hash(hash.clone())),
-        (Some(file), None) => (&**file, Cell::text("the file could not be read again")),
+        (None, _) => ("built-in simulated sensor", "–"),
+        (Some(file), Some(hash)) => (&**file, &**hash),
+        (Some(file), None) => (&**file, "the file could not be read again"),
     };
     vec![
-        Cell::text(&used.name),
-        Cell::text(role),
-        Cell::Number(recording.n_samples.to_string()),
-        Cell::Number(significant(recording.duration_secs, 5)),
-        Cell::number(recording.rate_hz.map(|rate| significant(rate, 4))),
-        Cell::text(file),
-        hash,
+        Cell::words(&used.name),
+        Cell::words(role),
+        Cell::words(recording.n_samples.to_string()),
+        Cell::digits(Some(recording.duration_secs), 5),
+        Cell::digits(recording.rate_hz, 4),
+        Cell::words(file),
+        Cell::words(hash),
     ]
 }
 
-fn rmse_row(recording: &ReportRecording, n_axes: usize) -> Vec<Cell> {
-    let mut row = vec![Cell::text(&recording.used.name)];
+fn rmse_row(recording: &ReportRecording, n_columns: usize) -> Vec<Cell> {
+    let mut row = vec![Cell::words(&recording.used.name)];
     match (&recording.conventional_rmse, &recording.compensated_rmse) {
-        (Some(before), Some(after)) => {
-            row.extend(before.iter().zip(after).map(|(before, after)| {
-                Cell::Number(format!(
-                    "{} → {}",
-                    significant(*before, 3),
-                    significant(*after, 3)
-                ))
-            }))
-        }
-        _ => row.push(Cell::Reason("no reference load".to_owned(), n_axes)),
+        (Some(before), Some(after)) => row.extend(before.iter().zip(after).map(|both| {
+            let (before, after) = (significant(*both.0, 3), significant(*both.1, 3));
+            Cell::words(format!("{before} → {after}"))
+        })),
+        _ => row.push(Cell::missing("–", "no reference load")),
     }
+    row.resize(n_columns, Cell::continued());
     row
 }
 
 pub(super) fn settings(report: &ReportData, page: &mut Markup) {
-    page.section("settings", "", "Settings", |page| {
-        let head = [Cell::text("Setting"), Cell::text("Value")];
-        let rows = setting_rows(&report.calibration).into_iter();
-        page.table(
-            &head,
-            rows.map(|(name, value)| vec![Cell::text(name), Cell::text(value)]),
-        );
-    });
+    let rows = setting_rows(&report.calibration).into_iter();
+    let rows = rows.map(|(name, value)| vec![Cell::words(name), Cell::words(value)]);
+    let table = Table {
+        columns: ["Setting", "Value"].map(Column::words).to_vec(),
+        rows: rows.collect(),
+        ..Table::default()
+    };
+    page.section("settings", "", "Settings", |page| page.table(&table));
 }
 
 fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
@@ -368,31 +300,25 @@ pub(super) fn matrices(report: &ReportData, page: &mut Markup) {
 }
 
 fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Markup) {
-    page.element("h3", title);
-    let mut head = vec![Cell::text("Feature")];
-    head.extend(
-        calibration
-            .axes
-            .iter()
-            .map(|axis| Cell::Number(labelled(*axis))),
-    );
+    let mut columns = vec![Column::words("Feature")];
+    columns.extend(calibration.axes.iter().copied().map(Column::load));
     let features = map.names(&calibration.gauges);
     let features = features.iter().enumerate().take(MOST_FEATURES);
     let rows = features.map(|(column, feature)| {
-        let mut row = vec![Cell::text(feature)];
-        row.extend(
-            map.matrix
-                .iter()
-                .map(|numbers| Cell::Number(significant(numbers[column], 7))),
-        );
-        row
+        let numbers = map.matrix.iter();
+        let numbers = numbers.map(|numbers| Cell::digits(Some(numbers[column]), 7));
+        std::iter::once(Cell::words(feature))
+            .chain(numbers)
+            .collect()
     });
-    page.table(&head, rows);
-    if map.columns.len() > MOST_FEATURES {
-        let more = map.columns.len() - MOST_FEATURES;
-        page.element(
-            "p",
-            &format!("and {more} more, which the complete calibration (JSON) has."),
-        );
-    }
+    let more = map.columns.len().saturating_sub(MOST_FEATURES);
+    page.table(&Table {
+        title: title.to_owned(),
+        columns,
+        rows: rows.collect(),
+        note: match more {
+            0 => String::new(),
+            more => format!("and {more} more, which the complete calibration (JSON) has."),
+        },
+    });
 }

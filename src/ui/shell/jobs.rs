@@ -4,16 +4,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::analysis::{
-    AnalysisError, HistoryBlock, Study, compare, report, stretches_on_screen, train,
+    AnalysisError, HistoryBlock, Study, compare, comparison_table, report, stretches_on_screen,
+    train,
 };
 use crate::app::{
     Command, ComparisonCommand, Effect, Existing, FileContent, ImportCommand, KnownOf, Level,
     Notice, Opened, OpenedFile, SessionCommand, StudyCommand, TrainingCommand,
 };
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     CalibrationFormat, ReportData, TargetError, WriteError, check_targets, read_calibration,
-    threshold_map_files, with_sources, write_atomically, write_calibration, write_comparison_csv,
-    write_metrology_csv, write_report, write_threshold_map, write_traces,
+    threshold_map_files, with_sources, write_atomically, write_calibration, write_report,
+    write_threshold_map, write_traces,
 };
 use crate::panicked::caught;
 use crate::progress::Progress;
@@ -21,6 +23,7 @@ use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::inspect::{Known, inspect, map_for};
 use crate::recording::delimited::{self, ReadError};
 use crate::recording::{Recording, RecordingSet, Source, Tare, simulated};
+use crate::report::figure_records;
 use crate::ui::SaveAs;
 use crate::ui::recovery::drop_left;
 use crate::ui::shell::{Shell, sessions};
@@ -359,11 +362,11 @@ fn write_content(content: &FileContent, path: &Path, progress: &Progress) -> Res
             write_traces(path, &what.calibration, &stretches, progress)
         }
         FileContent::Thresholds(map, measure) => write_threshold_map(map, *measure, path),
-        FileContent::Comparison(rows) => {
-            write_atomically(path, |out| write_comparison_csv(rows, out))
-        }
+        FileContent::Comparison(rows) => write_atomically(path, |out| {
+            comparison_table(rows, &ScoreSet::ALL).write_csv(out)
+        }),
         FileContent::Metrology(table) => {
-            write_atomically(path, |out| write_metrology_csv(table, out))
+            write_atomically(path, |out| figure_records(table).write_csv(out))
         }
         FileContent::Session(session, _) => {
             let session = sessions::with_hashes(session);

@@ -1,0 +1,313 @@
+//! The figures of a certificate as tables.
+
+use super::table::{Cell, Column, Table};
+use super::trace::{Shown, Trace};
+use crate::evaluation::metrology::{self, Figure, Metrology, Reason, Row, Value};
+use crate::evaluation::numbers::significant;
+
+/// The figures of the axis at this place, one row each, but those of crosstalk.
+#[must_use]
+pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
+    let axis = metrology.axes[at];
+    let mut columns = vec![Column::words("Figure")];
+    columns.extend(shown.columns(axis.unit()));
+    if shown == Shown::All {
+        columns.push(Column::change());
+    }
+    Table {
+        title: format!(
+            "{} [{}], full scale {}, dead band {}",
+            axis.symbol(),
+            axis.unit(),
+            significant(metrology.full_scale[at], 4),
+            significant(metrology.dead_bands[at], 3)
+        ),
+        rows: metrology
+            .own_rows()
+            .map(|row| axis_row(row, at, shown, columns.len()))
+            .collect(),
+        columns,
+        ..Table::default()
+    }
+}
+
+fn axis_row(row: &Row, at: usize, shown: Shown, n_columns: usize) -> Vec<Cell> {
+    let cell = &row.cells[at];
+    let name = match row.quantity.is_time() {
+        true => format!("{} [{}]", row.definition.name, cell.unit),
+        false => row.definition.name.clone(),
+    };
+    let mut cells = vec![defined(row, name)];
+    match (&cell.conventional, &cell.compensated) {
+        (Err(before), Err(after)) if before == after => {
+            cells.push(missing(before));
+            cells.resize(n_columns, Cell::continued());
+        }
+        (before, after) => {
+            for figure in [before, after] {
+                cells.extend(figure_cells(cell, figure, shown));
+            }
+            if shown == Shown::All {
+                cells.push(match (before, after) {
+                    (Ok(before), Ok(after)) if !row.quantity.is_time() => {
+                        Cell::change(before.value.abs(), after.value.abs())
+                    }
+                    _ => Cell::none(),
+                });
+            }
+        }
+    }
+    cells
+}
+
+/// The cells of one output.
+fn figure_cells(cell: &metrology::Cell, figure: &Figure, shown: Shown) -> Vec<Cell> {
+    let value = match figure {
+        Ok(value) => value,
+        Err(reason) if shown == Shown::All => return vec![missing(reason), Cell::continued()],
+        Err(reason) => return vec![missing(reason)],
+    };
+    let is_time = cell.unit == "s";
+    let in_units = Cell::digits(Some(value.value), 4);
+    let in_percent = match value.percent_fs {
+        None if is_time && shown == Shown::PercentFs => in_units.clone(),
+        None if is_time => Cell::none(),
+        None => missing(&Reason::NoFullScale { axis: cell.axis }),
+        percent => Cell::digits(percent, 3),
+    };
+    let about = told(cell, value);
+    shown
+        .both(in_units, in_percent)
+        .into_iter()
+        .map(|cell| match cell.reason() {
+            None => cell.about(&about),
+            Some(_) => cell,
+        })
+        .collect()
+}
+
+/// A figure with all that is known of it.
+fn told(cell: &metrology::Cell, value: &Value) -> String {
+    let mut about = format!("{} {}", significant(value.value, 4), cell.unit);
+    if let Some(percent) = value.percent_fs {
+        about.push_str(&format!(" = {} % of full scale", significant(percent, 4)));
+    }
+    if let Some(place) = &value.place {
+        let [from, to] = [place.from_secs, place.to_secs].map(|secs| significant(secs, 5));
+        about.push_str(&format!("\n{}, {from} s to {to} s", place.name));
+    }
+    about
+}
+
+fn missing(reason: &Reason) -> Cell {
+    Cell::missing(reason.word(), reason.to_string())
+}
+
+/// A row's name, with what it means.
+fn defined(row: &Row, name: String) -> Cell {
+    Cell::words(name).about(row.definition.sentences().join("\n"))
+}
+
+/// All axes beside each other.
+#[must_use]
+pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
+    let title = match shown {
+        Shown::PercentFs => "% of full scale",
+        Shown::Units => "N and N·m",
+        Shown::All => "N and N·m, and % of full scale",
+    };
+    let axes = metrology.axes.iter().enumerate();
+    let tables =
+        axes.map(|(at, axis)| (axis.symbol().to_owned(), axis_figures(metrology, at, shown)));
+    Table::beside(title, tables)
+}
+
+/// Two rows per loaded axis, one column per axis that reads it; or one row with the reason why there is nothing to read.
+/// `None` for a single axis.
+#[must_use]
+pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
+    let axes = &metrology.axes;
+    let mut columns = vec![Column::words("Loaded alone"), Column::words("Output")];
+    columns.extend(axes.iter().map(|axis| Column::numbers(axis.symbol())));
+    let mut rows = Vec::new();
+    for (from, row) in metrology.crosstalk_rows() {
+        let name = defined(row, format!("from {}", from.symbol()));
+        if let Some(reason) = shared_reason(row) {
+            let mut cells = vec![name, missing(reason)];
+            cells.resize(columns.len(), Cell::continued());
+            rows.push(cells);
+            continue;
+        }
+        type Pick = fn(&metrology::Cell) -> &Figure;
+        let outputs: [(Trace, Pick); 2] = [
+            (Trace::Conventional, |cell| &cell.conventional),
+            (Trace::Compensated, |cell| &cell.compensated),
+        ];
+        for (trace, figure) in outputs {
+            let mut cells = vec![
+                name.clone(),
+                Cell::words(trace.label()).about(trace.explanation()),
+            ];
+            cells.extend(row.cells.iter().flat_map(|cell| match figure(cell) {
+                // That the loaded axis is the loaded one is no news.
+                Err(reason @ Reason::LoadedAxis { .. }) => {
+                    vec![Cell::words(reason.word()).about(reason.to_string())]
+                }
+                figure => figure_cells(cell, figure, Shown::PercentFs),
+            }));
+            rows.push(cells);
+        }
+    }
+    (axes.len() > 1).then(|| Table {
+        title: "Crosstalk, % of full scale".to_owned(),
+        columns,
+        rows,
+        ..Table::default()
+    })
+}
+
+/// Why no axis but the loaded one has a figure, if it is the same for all.
+fn shared_reason(row: &Row) -> Option<&Reason> {
+    let figures = row
+        .cells
+        .iter()
+        .flat_map(|cell| [&cell.conventional, &cell.compensated]);
+    let mut others = figures.filter(|figure| !matches!(figure, Err(Reason::LoadedAxis { .. })));
+    let reason = others.next()?.as_ref().err()?;
+    others
+        .all(|other| other.as_ref().err() == Some(reason))
+        .then_some(reason)
+}
+
+/// The columns of a file of figures.
+const RECORD: [&str; 17] = [
+    "id",
+    "quantity",
+    "axis",
+    "unit",
+    "full_scale",
+    "conventional",
+    "conventional_percent_fs",
+    "conventional_place",
+    "conventional_reason",
+    "compensated",
+    "compensated_percent_fs",
+    "compensated_place",
+    "compensated_reason",
+    "dead_band",
+    "definition",
+    "source",
+    "free_running",
+];
+
+/// One row per quantity and axis, for a file: conventional beside compensated, each in the axis' unit and in % of full
+/// scale, with where it comes from, or with the reason why there is no figure; then what the quantity means.
+///
+/// Full scale and dead band are in the axis' load unit.
+#[must_use]
+pub fn figure_records(metrology: &Metrology) -> Table {
+    let number = |value: f64| Cell::number(value, value.to_string());
+    let mut rows = Vec::new();
+    for row in &metrology.rows {
+        let about = &row.definition;
+        for (at, cell) in row.cells.iter().enumerate() {
+            let mut record: Vec<Cell> = [&*about.id, &*about.name, cell.axis.symbol(), cell.unit]
+                .map(Cell::words)
+                .to_vec();
+            record.push(number(metrology.full_scale[at]));
+            for figure in [&cell.conventional, &cell.compensated] {
+                let value = figure.as_ref().ok();
+                let place = value.and_then(|value| value.place.as_ref()).map_or_else(
+                    String::new,
+                    |place| {
+                        format!(
+                            "{} {} s to {} s",
+                            place.name, place.from_secs, place.to_secs
+                        )
+                    },
+                );
+                let reason = figure
+                    .as_ref()
+                    .err()
+                    .map_or_else(String::new, Reason::to_string);
+                record.extend([
+                    value.map_or_else(Cell::none, |value| number(value.value)),
+                    value
+                        .and_then(|value| value.percent_fs)
+                        .map_or_else(Cell::none, number),
+                    Cell::words(place),
+                    Cell::words(reason),
+                ]);
+            }
+            record.push(number(metrology.dead_bands[at]));
+            record.extend([about.definition, about.source, about.free_running].map(Cell::words));
+            rows.push(record);
+        }
+    }
+    Table {
+        columns: RECORD.map(Column::words).to_vec(),
+        rows,
+        ..Table::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::metrology::{MetrologySettings, Run, table};
+    use crate::recording::Axis;
+
+    /// Fx of 10 N full scale and Mx of none; Conv. is 1 off and Comp. 0.5, everywhere.
+    fn measured() -> Metrology {
+        let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();
+        let loads = times
+            .iter()
+            .flat_map(|time| [(10.0 * time.sin()).round(), (8.0 * time.cos()).round()]);
+        let reference: Vec<f64> = loads.collect();
+        let off = |by: f64| reference.iter().map(|load| load + by).collect::<Vec<_>>();
+        let axes = [Axis::Fx, Axis::Mx];
+        let run = Run {
+            name: "a",
+            times: &times,
+            reference_axes: &axes,
+            reference: &reference,
+            conventional: &off(1.0),
+            compensated: &off(0.5),
+        };
+        let settings = MetrologySettings::default();
+        table(&[run], &axes, &[10.0, 0.0], &settings).unwrap()
+    }
+
+    fn texts(table: &Table, name: &str) -> Vec<String> {
+        let row = table.rows.iter().find(|row| row[0].text == name).unwrap();
+        row.iter().map(|cell| cell.text.clone()).collect()
+    }
+
+    #[test]
+    fn a_figure_is_the_same_in_every_table_and_newtons_are_never_percent() {
+        let measured = measured();
+        for (shown, expected) in [
+            (Shown::PercentFs, ["RMSE", "10.0", "5.00", "no FS", "no FS"]),
+            (Shown::Units, ["RMSE", "1.000", "0.5000", "1.000", "0.5000"]),
+        ] {
+            assert_eq!(texts(&overview(&measured, shown), "RMSE"), expected);
+        }
+        let of_axis = axis_figures(&measured, 0, Shown::All);
+        let expected = ["RMSE", "1.000", "10.0", "0.5000", "5.00", "-50.0 %"];
+        assert_eq!(texts(&of_axis, "RMSE"), expected);
+    }
+
+    #[test]
+    fn every_row_has_a_cell_for_each_column() {
+        let measured = measured();
+        let mut tables = vec![figure_records(&measured), crosstalk(&measured).unwrap()];
+        for shown in [Shown::PercentFs, Shown::Units, Shown::All] {
+            tables.push(overview(&measured, shown));
+        }
+        for table in tables {
+            let n_columns = table.columns.len();
+            assert!(table.rows.iter().all(|row| row.len() == n_columns));
+            assert!(!table.rows.is_empty());
+        }
+    }
+}

@@ -1,0 +1,400 @@
+//! A table as plain data, and how it becomes text.
+//!
+//! Guarantees: every row has a cell for each column; a number is there in full beside the text that is shown of it.
+
+use std::io;
+
+use super::Trace;
+use crate::evaluation::metrics::percent_change;
+use crate::evaluation::numbers::significant;
+use crate::recording::Axis;
+use crate::recording::write_csv::CsvWriter;
+use crate::shown::printable;
+
+/// Numbers, or the reasons why there are none, in rows and columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// What it is of; may be empty.
+    pub title: String,
+    /// From left to right.
+    pub columns: Vec<Column>,
+    /// Each with one cell per column.
+    pub rows: Vec<Vec<Cell>>,
+    /// What stands below it; may be empty.
+    pub note: String,
+}
+
+/// How the cells of a column stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Align {
+    /// Words.
+    #[default]
+    Left,
+    /// Numbers.
+    Right,
+    /// Hexadecimal digits, which may break anywhere.
+    Anywhere,
+}
+
+/// The head of a column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Column {
+    /// The name of the table that it was in before [`Table::beside`], with what that is of.
+    pub group: Option<(String, String)>,
+    /// Short.
+    pub name: String,
+    /// Of its numbers; empty where each row has its own.
+    pub unit: &'static str,
+    /// How its cells stand.
+    pub align: Align,
+    /// What it means; may be empty.
+    pub about: String,
+    /// The load that its numbers are of.
+    pub trace: Option<Trace>,
+}
+
+impl Column {
+    /// A column of words.
+    #[must_use]
+    pub fn words(name: impl Into<String>) -> Self {
+        let name = name.into();
+        Self {
+            name,
+            ..Self::default()
+        }
+    }
+
+    /// A column of numbers.
+    #[must_use]
+    pub fn numbers(name: impl Into<String>) -> Self {
+        Self {
+            align: Align::Right,
+            ..Self::words(name)
+        }
+    }
+
+    /// A column of numbers about one load.
+    #[must_use]
+    pub fn of(trace: Trace, unit: &'static str) -> Self {
+        Self {
+            unit,
+            about: trace.explanation().to_owned(),
+            trace: Some(trace),
+            ..Self::numbers(trace.label())
+        }
+    }
+
+    /// A column of loads.
+    #[must_use]
+    pub fn load(axis: Axis) -> Self {
+        Self {
+            unit: axis.unit(),
+            ..Self::numbers(axis.symbol())
+        }
+    }
+
+    /// A column of [changes](Cell::change) between the columns to its left.
+    #[must_use]
+    pub fn change() -> Self {
+        Self {
+            about: "From Conv. to Comp.".to_owned(),
+            ..Self::numbers("change")
+        }
+    }
+
+    /// Group, name and unit.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let group =
+            (self.group.as_ref()).map_or_else(String::new, |(group, _)| format!("{group} "));
+        match self.unit {
+            "" => format!("{group}{}", self.name),
+            unit => format!("{group}{} [{unit}]", self.name),
+        }
+    }
+}
+
+/// What a cell is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// Words.
+    Words,
+    /// A number, in full.
+    Number(f64),
+    /// No number; what the cell is about is the reason.
+    Missing,
+    /// A part of the cell to its left.
+    Continued,
+}
+
+/// What stands in one row and column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// As it is shown: a rounded number, or a word or two that stand for the reason.
+    pub text: String,
+    /// What it is.
+    pub value: Value,
+    /// Where it comes from, or why there is none; may be empty.
+    pub about: String,
+}
+
+impl Cell {
+    fn new(value: Value, text: impl Into<String>, about: impl Into<String>) -> Self {
+        let (text, about) = (text.into(), about.into());
+        Self { text, value, about }
+    }
+
+    /// Words.
+    #[must_use]
+    pub fn words(text: impl Into<String>) -> Self {
+        Self::new(Value::Words, text, "")
+    }
+
+    /// A number, shown as `text`.
+    #[must_use]
+    pub fn number(value: f64, text: impl Into<String>) -> Self {
+        Self::new(Value::Number(value), text, "")
+    }
+
+    /// A number where there is one, shown with this many significant digits, else a dash.
+    #[must_use]
+    pub fn digits(value: Option<f64>, digits: usize) -> Self {
+        value.map_or_else(Self::none, |value| {
+            Self::number(value, significant(value, digits))
+        })
+    }
+
+    /// By how many percent `to` is above `from`; a dash where that says nothing.
+    #[must_use]
+    pub fn change(from: f64, to: f64) -> Self {
+        let change = percent_change(from, to);
+        change.map_or_else(Self::none, |change| {
+            Self::number(change, format!("{change:+.1} %"))
+        })
+    }
+
+    /// No number, for this reason; `word` stands for it where there is no room.
+    #[must_use]
+    pub fn missing(word: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::new(Value::Missing, word, reason)
+    }
+
+    /// No number, and nothing to say about it.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::missing("–", "")
+    }
+
+    /// A part of the cell to its left.
+    #[must_use]
+    pub fn continued() -> Self {
+        Self::new(Value::Continued, "", "")
+    }
+
+    /// The same cell with what there is to know about it.
+    #[must_use]
+    pub fn about(self, about: impl Into<String>) -> Self {
+        let about = about.into();
+        Self { about, ..self }
+    }
+
+    /// Why there is no number, where a sentence says so.
+    #[must_use]
+    pub fn reason(&self) -> Option<&str> {
+        (self.value == Value::Missing && !self.about.is_empty()).then_some(&self.about)
+    }
+}
+
+impl Table {
+    /// Tables whose first columns are the same, under their names, beside each other.
+    #[must_use]
+    pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
+        let mut all = Self {
+            title: title.to_owned(),
+            ..Self::default()
+        };
+        for (name, table) in tables {
+            let known = usize::from(!all.columns.is_empty());
+            let about = [table.title, table.note].join("\n");
+            let group = Some((name, about.trim().to_owned()));
+            for (at, mut column) in table.columns.into_iter().enumerate().skip(known) {
+                column.group = group.clone().filter(|_| at > 0);
+                all.columns.push(column);
+            }
+            all.rows.resize(table.rows.len(), Vec::new());
+            for (row, cells) in all.rows.iter_mut().zip(table.rows) {
+                row.extend(cells.into_iter().skip(known));
+            }
+        }
+        all
+    }
+
+    /// In columns as wide as their widest cell, for a terminal, with what one would act upon escaped; a reason that has no
+    /// room in its row stands below it.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let width = |text: &str| text.chars().count();
+        let titles: Vec<String> = self.columns.iter().map(Column::title).collect();
+        let widths = titles.iter().enumerate().map(|(at, title)| {
+            let cells = self.rows.iter().map(|row| width(&row[at].text));
+            cells.fold(width(title), usize::max)
+        });
+        let widths: Vec<usize> = widths.collect();
+        let line = |texts: Vec<&str>| {
+            let cells = self.columns.iter().zip(&widths).zip(texts);
+            let cells = cells.map(|((column, width), text)| match column.align {
+                Align::Right => format!("  {text:>width$}"),
+                Align::Left | Align::Anywhere => format!("  {text:<width$}"),
+            });
+            cells.collect::<String>().trim_end().to_owned()
+        };
+        let mut lines = vec![
+            self.title.clone(),
+            line(titles.iter().map(|title| &**title).collect()),
+        ];
+        for row in &self.rows {
+            let ends = |at: usize| {
+                row[at + 1..]
+                    .iter()
+                    .all(|cell| cell.value == Value::Continued)
+            };
+            let texts = row.iter().enumerate();
+            let texts =
+                texts.map(|(at, cell)| cell.reason().filter(|_| ends(at)).unwrap_or(&cell.text));
+            lines.push(line(texts.collect()));
+            for (at, cell) in row.iter().enumerate().filter(|(at, _)| !ends(*at)) {
+                lines.extend(
+                    cell.reason()
+                        .map(|reason| format!("    {}: {reason}", self.columns[at].name)),
+                );
+            }
+        }
+        lines.push(self.note.clone());
+        lines.retain(|line| !line.is_empty());
+        let lines = lines.iter().map(|line| printable(line));
+        lines.map(|line| format!("{line}\n")).collect()
+    }
+
+    /// The heads, then the rows: numbers in full, reasons in whole sentences.
+    fn records(&self) -> Vec<Vec<String>> {
+        let mut records = vec![self.columns.iter().map(Column::title).collect()];
+        for row in &self.rows {
+            let mut record: Vec<String> = Vec::new();
+            for cell in row {
+                record.push(match cell.value {
+                    Value::Words => cell.text.clone(),
+                    Value::Number(value) => value.to_string(),
+                    Value::Missing => cell.about.clone(),
+                    Value::Continued => record.last().cloned().unwrap_or_default(),
+                });
+            }
+            records.push(record);
+        }
+        records
+    }
+
+    /// Tab-separated, for the clipboard.
+    #[must_use]
+    pub fn tab_separated(&self) -> String {
+        let lines: Vec<String> = self
+            .records()
+            .iter()
+            .map(|record| record.join("\t"))
+            .collect();
+        lines.join("\n")
+    }
+
+    /// Writes it as comma-separated text. Numbers are written so that reading them gives the same value.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    pub fn write_csv(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        let mut csv = CsvWriter::new(out);
+        for record in self.records() {
+            csv.row(record)?;
+        }
+        csv.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors of two axes, the second of which was never loaded.
+    fn table() -> Table {
+        let both = [Trace::Conventional, Trace::Compensated].map(|trace| Column::of(trace, "N"));
+        Table {
+            title: "Errors".to_owned(),
+            columns: [Column::words("Axis")].into_iter().chain(both).collect(),
+            rows: vec![
+                vec![
+                    Cell::words("Fx"),
+                    Cell::digits(Some(2.0 / 3.0), 3),
+                    Cell::missing("1 cycle", "only one cycle"),
+                ],
+                vec![
+                    Cell::words("Fy"),
+                    Cell::missing("constant", "Fy is never loaded"),
+                    Cell::continued(),
+                ],
+                vec![
+                    Cell::words("Fz"),
+                    Cell::missing("constant", "no load"),
+                    Cell::digits(Some(12.5), 3),
+                ],
+            ],
+            note: "Of one recording.".to_owned(),
+        }
+    }
+
+    #[test]
+    fn text_is_aligned_and_tells_every_reason() {
+        let expected = "Errors\n\
+            \x20 Axis  Conv. [N]  Comp. [N]\n\
+            \x20 Fx        0.667  only one cycle\n\
+            \x20 Fy    Fy is never loaded\n\
+            \x20 Fz     constant       12.5\n\
+            \x20   Conv.: no load\n\
+            Of one recording.\n";
+        assert_eq!(table().text(), expected);
+    }
+
+    #[test]
+    fn numbers_are_copied_in_full_and_reasons_stand_in_each_cell() {
+        let full = (2.0_f64 / 3.0).to_string();
+        let expected = format!(
+            "Axis\tConv. [N]\tComp. [N]\nFx\t{full}\tonly one cycle\nFy\tFy is never loaded\tFy is never loaded\n\
+             Fz\tno load\t12.5"
+        );
+        assert_eq!(table().tab_separated(), expected);
+        let mut csv = Vec::new();
+        table().write_csv(&mut csv).unwrap();
+        let csv = String::from_utf8(csv).unwrap();
+        assert_eq!(csv, format!("{}\n", expected.replace('\t', ",")));
+    }
+
+    #[test]
+    fn tables_beside_each_other_share_their_first_column() {
+        let tables = ["Train", "Test"].map(|name| (name.to_owned(), table()));
+        let both = Table::beside("RMSE", tables);
+        let titles: Vec<String> = both.columns.iter().map(Column::title).collect();
+        let expected = [
+            "Axis",
+            "Train Conv. [N]",
+            "Train Comp. [N]",
+            "Test Conv. [N]",
+            "Test Comp. [N]",
+        ];
+        assert_eq!(titles, expected);
+        assert!(both.rows.iter().all(|row| row.len() == 5));
+        let (_, about) = both.columns[4].group.as_ref().unwrap();
+        assert_eq!(about, "Errors\nOf one recording.");
+    }
+
+    #[test]
+    fn a_change_from_nothing_says_nothing() {
+        assert_eq!(Cell::change(2.0, 1.0), Cell::number(-50.0, "-50.0 %"));
+        assert_eq!(Cell::change(0.0, 1.0), Cell::none());
+    }
+}
