@@ -247,8 +247,8 @@ fn print_fit(
         writeln!(out, "ridge {}", strengths.join(", "))?;
     }
     for set in ScoreSet::ALL {
-        if let Ok(table) = errors(calibration, factory, set, Shown::All) {
-            write!(out, "\n{}", table.text())?;
+        if let Ok(table) = errors(calibration, factory, set, Shown::Units) {
+            write!(out, "\n{}", table.with_decimals(6).text())?;
         }
     }
     match factory {

@@ -229,6 +229,20 @@ impl Table {
         all
     }
 
+    /// The loads and errors with so many decimals, where somebody compares them with others' rather than reads them.
+    #[must_use]
+    pub fn with_decimals(mut self, decimals: usize) -> Self {
+        for (at, column) in self.columns.iter().enumerate() {
+            let cells = self.rows.iter_mut().map(|row| &mut row[at]);
+            for cell in cells.filter(|_| column.trace.is_some()) {
+                if let Value::Number(number) = cell.value {
+                    cell.text = format!("{number:.decimals$}");
+                }
+            }
+        }
+        self
+    }
+
     /// In columns as wide as their widest cell, for a terminal, with what one would act upon escaped; a reason that has no
     /// room in its row stands below it.
     #[must_use]

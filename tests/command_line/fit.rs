@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use loopscope::evaluation::numbers::significant;
 use serde_json::Value;
 
 use crate::program::{fit, numbers, run, stderr, succeed};
@@ -102,7 +101,7 @@ fn the_table_shows_the_figures_of_the_json() {
     let report = fit(workshop.path(), &ALL_FILES);
     for calibration in ["conventional", "compensated"] {
         for score in ["train_rmse", "test_rmse", "cv_rmse"] {
-            let figure = significant(numbers(&report[calibration][score])[0], 4);
+            let figure = format!("{:.6}", numbers(&report[calibration][score])[0]);
             assert!(
                 table.contains(&figure),
                 "{calibration} {score} {figure}: {table}"
