@@ -14,7 +14,7 @@ use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::validate::is_usable;
+use crate::calibration::linear_map::is_usable;
 use crate::calibration::{NormalEquations, Ridge, Terms, fit, fit_targets};
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};

@@ -3,6 +3,14 @@
 use crate::features::{Column, Design};
 use crate::recording::Recording;
 
+/// Beyond it no number of a calibration was measured, and products of two overflow.
+pub(super) const LARGEST: f64 = 1e100;
+
+/// Whether a load can be computed with such a number.
+pub(super) fn is_usable(number: f64) -> bool {
+    number.abs() <= LARGEST
+}
+
 /// A load as a linear function of features: `load = matrix · features`.
 ///
 /// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6; it is fitted as it stands, so more gauges

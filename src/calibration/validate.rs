@@ -1,6 +1,7 @@
 //! What can be wrong with a calibration that somebody edited, or made for another sensor.
 
 use crate::calibration::learned::LearnedError;
+use crate::calibration::linear_map::{LARGEST, is_usable};
 use crate::calibration::{Calibration, FORMAT, LinearMap, VERSION};
 use crate::features::{Column, FeatureError, FeatureSettings};
 
@@ -57,14 +58,6 @@ pub enum CalibrationError {
         expected: Vec<String>,
         actual: Vec<String>,
     },
-}
-
-/// Beyond it no number of a calibration was measured, and products of two overflow.
-const LARGEST: f64 = 1e100;
-
-/// Whether a load can be computed with such a number.
-pub(super) fn is_usable(number: f64) -> bool {
-    number.abs() <= LARGEST
 }
 
 /// Checks that all numbers are from `least` up, and that a load can be computed with them.

@@ -9,9 +9,9 @@ use crate::calibration::LinearMap;
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::ui::equation::laid_out;
+use crate::ui::fields::Fields;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
-use crate::ui::shell::Fields;
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;

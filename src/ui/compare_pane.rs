@@ -9,8 +9,8 @@ use crate::calibration::Regressor;
 use crate::evaluation::metrics::Group;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::recording::Axis;
+use crate::ui::fields::Fields;
 use crate::ui::numbers::{duration, significant};
-use crate::ui::shell::Fields;
 use crate::ui::{palette, picture, plots};
 
 /// Height of the bars.

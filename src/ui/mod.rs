@@ -11,6 +11,7 @@ mod dead_band;
 mod dialogs;
 mod equation;
 mod errors_pane;
+mod fields;
 mod hand;
 mod help;
 mod import_window;

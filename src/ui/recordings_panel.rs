@@ -8,9 +8,9 @@ use crate::app::{AppState, Command, Wish};
 use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, Role, Tare};
 use crate::ui::context_menu::context_menu;
+use crate::ui::fields::Fields;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
-use crate::ui::shell::Fields;
 
 /// In a narrower list samples and rates are left out.
 const LEAST_WIDTH_FOR_COUNTS: f32 = 460.0;

@@ -13,7 +13,6 @@ use std::time::Duration;
 
 use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
 use crate::app::{AppState, Command, KnownOf, Pane, Preferences, SessionCommand, StudyRequest};
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
 use crate::ui::Dialogs;
@@ -21,6 +20,7 @@ use crate::ui::actions::CanGo;
 use crate::ui::appearance;
 use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::Reply;
+use crate::ui::fields::Fields;
 use crate::ui::hand::Hand;
 use crate::ui::help::Help;
 use crate::ui::import_window::ImportFields;
@@ -78,45 +78,6 @@ pub struct Shell {
     recovery: Recovery,
     /// The preferences that the window looks like.
     looks: Option<Preferences>,
-}
-
-/// What stands in the window's text fields.
-#[derive(Debug)]
-pub struct Fields {
-    /// The path to open.
-    pub open: String,
-    /// The path to export to.
-    pub export: String,
-    /// The share of a split that trains (%).
-    pub split_percent: f64,
-    /// The path to save the comparison to.
-    pub comparison: String,
-    /// Which errors the comparison shows.
-    pub errors_on: ScoreSet,
-    /// The path to save the map of thresholds to.
-    pub study: String,
-    /// Which errors the map shows.
-    pub study_on: ScoreSet,
-    /// Where a file of the session is now.
-    pub found: String,
-    /// The path that is being typed for what waits to be saved.
-    pub name: Option<String>,
-}
-
-impl Default for Fields {
-    fn default() -> Self {
-        Self {
-            open: String::new(),
-            export: "calibration.json".to_owned(),
-            split_percent: 60.0,
-            comparison: "comparison.csv".to_owned(),
-            errors_on: ScoreSet::Test,
-            study: "thresholds.csv".to_owned(),
-            study_on: ScoreSet::LeftOut,
-            found: String::new(),
-            name: None,
-        }
-    }
 }
 
 impl Shell {

@@ -8,9 +8,9 @@ use crate::analysis::HistoryBlock;
 use crate::app::{AppState, Command, PictureTo, StudyCommand, Wish};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::features::{Distance, Thresholds};
+use crate::ui::fields::Fields;
 use crate::ui::numbers::significant;
 use crate::ui::picture::screen_part;
-use crate::ui::shell::Fields;
 
 pub use map::MapTexture;
 

@@ -9,7 +9,7 @@ use super::NetworkError;
 use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
-use crate::calibration::validate::is_usable;
+use crate::calibration::linear_map::is_usable;
 
 /// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.
 ///

@@ -12,7 +12,7 @@
 //! | `plan` | a map, brought to one file |
 //! | `opened` | a file, text or arrays, behind one face |
 //! | `rows`, `stream` | blocks to numbers, many at a time |
-//! | `weigh` | poses to loads, and loads to a weight |
+//! | `weigh`, `estimate` | poses to loads; loads to a weight |
 //! | `two_clocks` | gauges and reference to one table |
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
@@ -24,6 +24,7 @@ mod ati;
 mod blocks;
 mod cells;
 mod error;
+mod estimate;
 pub mod inspect;
 mod layout;
 mod load;
@@ -42,9 +43,9 @@ mod weigh;
 use std::path::Path;
 
 pub use error::ReadError;
+pub use estimate::estimate_weight;
 pub use text::Encoding;
 pub use warning::{Finding, LoadWarning};
-pub use weigh::estimate_weight;
 
 use crate::progress::Progress;
 use crate::recording::Recording;

@@ -1,17 +1,13 @@
-//! Poses to loads where the weight is known, and loads to a weight where it is not.
+//! Poses to loads where the weight is known.
 
-use std::path::Path;
-
-use super::load::Reading;
-use super::plan::{PosePlan, Side};
-use super::two_clocks::{self, Table};
+use super::plan::PosePlan;
+use super::two_clocks::Table;
 use super::warning::Finding;
 use super::{ReadError, assemble};
-use crate::progress::Progress;
 use crate::recording::Axis;
-use crate::recording::columns::{ColumnMap, ColumnRole, WeightMap};
+use crate::recording::columns::WeightMap;
 use crate::recording::kinetics::{Rotation, Weight};
-use crate::recording::pose::{self, Pose, WeightEstimate};
+use crate::recording::pose::{self, Pose};
 
 /// A share of full scale above which a weight's own acceleration is told.
 const INERTIA_SHARE: f64 = 0.01;
@@ -85,7 +81,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
 }
 
 /// How the sensor is turned in each row; rows without a rotation are left out.
-fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
+pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
     let rows = &mut table.rows;
     let n_turns = plan.attitude.parts().len();
     let all: Vec<Option<Rotation>> = rows
@@ -135,59 +131,13 @@ fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight
     }
 }
 
-/// Finds the weight that a sensor carries in a recording with both its pose and a measured load, on one clock.
-///
-/// Least squares with an offset of the reference; the map's `weight` may say what gravity and angles are, its mass does
-/// not matter.
-///
-/// # Errors
-/// [`ReadError`] if the file cannot be read by the map, has no pose or no forces, or the sensor was never turned.
-pub fn estimate_weight(
-    path: &Path,
-    map: &ColumnMap,
-    progress: &Progress,
-) -> Result<WeightEstimate, ReadError> {
-    map.check()?;
-    let reading = Reading::whole(progress);
-    let (path, side) = match &map.reference {
-        Some(file) => (two_clocks::reference_path(path, file), Side::ReferenceFile),
-        None if map.has_two_clocks() => (path.to_owned(), Side::SecondClock),
-        None if map.table.has_role(ColumnRole::Gauge) => (path.to_owned(), Side::Both),
-        None => (path.to_owned(), Side::ReferenceFile),
-    };
-    let opened = reading.open(&path)?;
-    let weight = map.weight.clone().unwrap_or_default();
-    let mut table = reading.table(&path, opened, map.reference_table(), side, Some(&weight))?;
-    let axes = table.plan.axes.clone();
-    let slots = |wanted: &[Axis]| -> Option<Vec<usize>> {
-        let slot = |axis: &Axis| axes.iter().position(|other| other == axis);
-        wanted.iter().map(slot).collect()
-    };
-    let (Some(plan), Some(forces)) = (table.plan.pose.clone(), slots(&Axis::ALL[..3])) else {
-        return Err(ReadError::NothingToWeigh { path });
-    };
-    let rotations = rotations(&mut table, &plan, &weight);
-    let part = |slots: &[usize]| -> Vec<[f64; 3]> {
-        let rows = table.rows.loads.chunks_exact(axes.len());
-        rows.map(|row| std::array::from_fn(|i| row[slots[i]]))
-            .collect()
-    };
-    let moments = slots(&Axis::ALL[3..]).map(|slots| part(&slots));
-    pose::estimate_weight(
-        &rotations,
-        &part(&forces),
-        moments.as_deref(),
-        weight.gravity,
-    )
-    .ok_or(ReadError::NeverTurned { path })
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::tests::TestFile;
-    use super::super::{Loaded, read_mapped};
+    use super::super::{Loaded, estimate_weight, read_mapped};
     use super::*;
-    use crate::recording::columns::ReferenceFile;
+    use crate::progress::Progress;
+    use crate::recording::columns::{ColumnMap, ColumnRole, ReferenceFile};
     use crate::recording::kinetics::STANDARD_GRAVITY;
 
     /// A map of a table with a header, its columns by name.

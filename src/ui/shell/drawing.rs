@@ -2,7 +2,8 @@
 
 use crate::app::{AppState, Command, Doubt, Leaving, LeftSession, Pane, SessionCommand, Wish};
 use crate::export::utc;
-use crate::ui::shell::{Fields, Shell};
+use crate::ui::fields::Fields;
+use crate::ui::shell::Shell;
 use crate::ui::trace_panes::trace_panes;
 use crate::ui::{
     actions, calibration_pane, compare_pane, errors_pane, import_window, menu, notices_panel,
