@@ -1,8 +1,11 @@
 //! NumPy's `.npz`: one `.npy` file for each array, in a zip archive without compression.
 //!
-//! **Source** the NPY format, version 1.0 (and 3.0 for longer headers is never needed); APPNOTE of the zip format, 4.3.
+//! **Source** the NPY format, version 1.0 (and 3.0 for longer headers is never needed).
 
-use std::io;
+use std::io::{self, Cursor, Write as _};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::arrays::{Array, Content, arrays};
 use super::facts::Fact;
@@ -14,12 +17,16 @@ pub(super) fn write(
     facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let files: Vec<(String, Vec<u8>)> =
-        arrays(calibration, facts, calibration.units.iter().cloned())
-            .into_iter()
-            .map(|array| (format!("{}.npy", array.name), npy(&array)))
-            .collect();
-    out.write_all(&zip(&files)?)
+    // One date for all, so that equal calibrations give equal files.
+    let stored = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default());
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    for array in arrays(calibration, facts, calibration.units.iter().cloned()) {
+        archive.start_file(format!("{}.npy", array.name), stored)?;
+        archive.write_all(&npy(&array))?;
+    }
+    out.write_all(archive.finish()?.get_ref())
 }
 
 /// The file of one array: magic, header padded to a multiple of 64 bytes, little-endian numbers.
@@ -58,72 +65,9 @@ fn npy(array: &Array) -> Vec<u8> {
     .concat()
 }
 
-/// An archive of stored files, dated 1980-01-01 so that equal calibrations give equal files.
-fn zip(files: &[(String, Vec<u8>)]) -> io::Result<Vec<u8>> {
-    const DATE: u16 = 1 << 5 | 1;
-    const VERSION: u16 = 20;
-    let mut archive = Vec::new();
-    let mut directory = Vec::new();
-    for (name, data) in files {
-        let size = four_bytes(data.len())?;
-        let mut common = Vec::new();
-        // Version, flags, method (stored), time, date.
-        for field in [VERSION, 0, 0, 0, DATE] {
-            common.extend(field.to_le_bytes());
-        }
-        for field in [crc32(data), size, size] {
-            common.extend(field.to_le_bytes());
-        }
-        common.extend((name.len() as u16).to_le_bytes()); // names are ours, and short
-        common.extend(0_u16.to_le_bytes());
-        let start = four_bytes(archive.len())?;
-        archive.extend(b"PK\x03\x04");
-        archive.extend(&common);
-        archive.extend(name.as_bytes());
-        archive.extend(data);
-        directory.extend(b"PK\x01\x02");
-        directory.extend(VERSION.to_le_bytes());
-        directory.extend(&common);
-        // Comment, disk, internal attributes; external attributes.
-        directory.extend([0; 2 + 2 + 2 + 4]);
-        directory.extend(start.to_le_bytes());
-        directory.extend(name.as_bytes());
-    }
-    let start = four_bytes(archive.len())?;
-    let count = (files.len() as u16).to_le_bytes();
-    archive.extend(&directory);
-    archive.extend(b"PK\x05\x06\0\0\0\0");
-    archive.extend([count, count].concat());
-    archive.extend(four_bytes(directory.len())?.to_le_bytes());
-    archive.extend(start.to_le_bytes());
-    archive.extend([0; 2]);
-    Ok(archive)
-}
-
-fn four_bytes(length: usize) -> io::Result<u32> {
-    u32::try_from(length).map_err(|_| {
-        io::Error::other("more than 4 GB are too many for .npz; use .json, or fewer landmarks")
-    })
-}
-
-/// CRC-32 of zip and PNG: polynomial 0xEDB88320, reflected.
-fn crc32(data: &[u8]) -> u32 {
-    !data.iter().fold(!0, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
-            crc >> 1 ^ (0xEDB8_8320 & 0_u32.wrapping_sub(crc & 1))
-        })
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The check value of CRC-32/ISO-HDLC in the catalogue of parametrised CRC algorithms.
-    #[test]
-    fn the_checksum_is_the_one_of_the_catalogue() {
-        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
-    }
 
     #[test]
     fn data_begin_at_a_multiple_of_64_after_a_header_that_ends_its_line() {
