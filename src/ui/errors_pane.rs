@@ -9,7 +9,7 @@ use crate::ui::table;
 /// Draws the table.
 pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
     ui.take_available_width();
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.strong("RMSE");
         if let Some(analysis) = &state.analysis
             && ui
@@ -19,30 +19,24 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         {
             ui.copy_text(all_errors(analysis).tab_separated());
         }
-        if let Some(analysis) = &state.analysis
-            && !analysis.fitted
-        {
+        let Some(analysis) = &state.analysis else {
+            return;
+        };
+        if !analysis.fitted {
             ui.weak("of the applied calibration on these recordings");
+            return;
         }
-        if let Some(analysis) = &state.analysis
-            && analysis.fitted
-            && let Some(reason) = analysis.calibration.why_not_left_out()
-        {
+        if let Some(undetermined) = analysis.calibration.undetermined() {
+            let color = ui.visuals().warn_fg_color;
+            let counts = format!(
+                "only {} samples for {} coefficients",
+                undetermined.samples, undetermined.coefficients
+            );
+            ui.colored_label(color, counts)
+                .on_hover_text(undetermined.to_string());
+        }
+        if let Some(reason) = analysis.calibration.why_not_left_out() {
             ui.weak(format!("no LOO-CV: {reason}"));
-        }
-        if let Some(analysis) = &state.analysis
-            && analysis.fitted
-            && let Some(undetermined) = analysis.calibration.undetermined()
-        {
-            let colour = ui.visuals().warn_fg_color;
-            ui.colored_label(
-                colour,
-                format!(
-                    "⚠ {} samples for {} coefficients",
-                    undetermined.samples, undetermined.coefficients
-                ),
-            )
-            .on_hover_text(undetermined.to_string());
         }
     });
     let Some(analysis) = &state.analysis else {
