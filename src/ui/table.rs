@@ -12,7 +12,7 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
     egui::Grid::new(&table.title)
         .striped(true)
         .min_col_width(NUMBER_WIDTH)
-        .spacing([6.0, 3.0])
+        .spacing([10.0, 3.0])
         .show(ui, |ui| {
             ui.strong(&table.title);
             let mut before = None;
