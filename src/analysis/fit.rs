@@ -126,7 +126,11 @@ impl Ground {
         } = self.sums(&design, past, n_axes);
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
-        let whole = self.recordings_left_out(&of_recordings);
+        // Only an automatic ridge asks for them: every slider step comes by here.
+        let whole = match ridge {
+            RidgeChoice::Strength(_) => None,
+            RidgeChoice::Auto => self.recordings_left_out(&of_recordings),
+        };
         let terms = |used| Terms {
             used,
             kinds: &kinds,
