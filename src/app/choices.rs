@@ -166,7 +166,7 @@ impl AppState {
 mod tests {
     use super::*;
     use crate::app::{Command, Opened};
-    use crate::recording::delimited::Loaded;
+    use crate::import::Loaded;
     use crate::recording::{Recording, Role, Source};
 
     fn open(state: &mut AppState, name: &str, gauge: &str) {

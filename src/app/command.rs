@@ -10,8 +10,8 @@ use crate::app::{
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::evaluation::threshold_study::Measure;
-use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::Loaded;
+use crate::import::Loaded;
+use crate::import::map::ColumnMap;
 use crate::recording::{Axis, RecordingSet, Role, Tare};
 
 /// A wish: from a panel, or the result of background work.

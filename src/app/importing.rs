@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use crate::app::{AppState, Effect, Existing, FileContent, Level, Notice};
 use crate::evaluation::numbers::significant;
-use crate::recording::columns::{ColumnMap, ColumnRole, TableMap, TextLayout};
-use crate::recording::delimited::inspect::{Inspection, Question};
-use crate::recording::pose::WeightEstimate;
+use crate::formats::text::TextLayout;
+use crate::import::inspect::{Inspection, Question};
+use crate::import::map::{ColumnMap, ColumnRole, TableMap};
+use crate::import::pose::WeightEstimate;
 
 /// So many maps are remembered.
 const MOST_MAPS: usize = 40;

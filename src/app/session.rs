@@ -16,8 +16,8 @@ use crate::app::{
     Wish,
 };
 use crate::calibration::{Calibration, FitSettings};
-use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::Loaded;
+use crate::import::Loaded;
+use crate::import::map::ColumnMap;
 use crate::recording::{Axis, RecordingSet, Role, Source, Tare};
 
 const FORMAT: &str = "loopscope session";

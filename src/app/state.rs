@@ -13,8 +13,8 @@ use crate::app::{
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::CalibrationFormat;
 use crate::features::{Distance, Thresholds};
-use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::Loaded;
+use crate::import::Loaded;
+use crate::import::map::ColumnMap;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
 
 /// A calibration that is applied instead of fitted.
@@ -614,8 +614,8 @@ mod tests {
     use super::*;
     use crate::analysis::{Analysis, analyse};
     use crate::app::{ImportCommand, KnownOf};
+    use crate::import::{Finding, LoadWarning};
     use crate::progress::Progress;
-    use crate::recording::delimited::{Finding, LoadWarning};
     use crate::recording::{Recording, Source};
 
     const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];

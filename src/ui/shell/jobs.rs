@@ -17,11 +17,11 @@ use crate::export::{
     threshold_map_files, with_sources, write_atomically, write_calibration, write_report,
     write_threshold_map, write_traces,
 };
+use crate::import::inspect::{Known, inspect, map_for};
+use crate::import::map::ColumnMap;
+use crate::import::{self, ReadError};
 use crate::panicked::caught;
 use crate::progress::Progress;
-use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::inspect::{Known, inspect, map_for};
-use crate::recording::delimited::{self, ReadError};
 use crate::recording::{Recording, RecordingSet, Source, Tare, simulated};
 use crate::report::figure_records;
 use crate::ui::SaveAs;
@@ -174,7 +174,7 @@ impl Shell {
             }),
             Effect::EstimateWeight(path, map) => {
                 self.start(Kind::Read, "Finding the weight", move |progress| {
-                    let found = delimited::estimate_weight(&path, &map, progress);
+                    let found = import::estimate_weight(&path, &map, progress);
                     let found = found.map(Box::new).map_err(|error| error.to_string());
                     Command::Import(ImportCommand::WeightEstimated(path, found))
                 });
@@ -437,13 +437,13 @@ fn read_recordings(
     progress: &Progress,
 ) -> Result<Opened, ReadError> {
     let by_map = |map: ColumnMap| {
-        let loaded = delimited::read_mapped(path, &map, progress)?;
+        let loaded = import::read_mapped(path, &map, progress)?;
         Ok(Opened::Recordings(loaded, Some(Box::new(map))))
     };
     if let Some(map) = map {
         return by_map(map);
     }
-    let error = match delimited::read(path, progress) {
+    let error = match import::read(path, progress) {
         Ok(loaded) => return Ok(Opened::Recordings(loaded, None)),
         Err(error) if error.wants_a_map() => error,
         Err(error) => return Err(error),

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::app::{OpenedSession, Session, SessionFile, SessionPart};
 use crate::export::{read_calibration, sha256};
+use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::delimited::{self, Loaded};
 use crate::small_file::read_small;
 
 /// A session is short; whatever is longer is something else.
@@ -58,8 +58,8 @@ fn part(file: &SessionFile, folder: &Path, progress: &Progress) -> SessionPart {
         };
     };
     let loaded = match &file.columns {
-        Some(map) => delimited::read_mapped(&found, map, progress),
-        None => delimited::read(&found, progress),
+        Some(map) => import::read_mapped(&found, map, progress),
+        None => import::read(&found, progress),
     };
     SessionPart {
         changed: is_another(file, &found),
