@@ -183,6 +183,7 @@ mod tests {
         let loaded = Loaded {
             recordings: vec![recording.unwrap()],
             warnings: Vec::new(),
+            map: None,
         };
         let opened = Ok(Opened::Recordings(loaded, None));
         state.apply(Command::FilesOpened(vec![(name.into(), opened)]));

@@ -495,6 +495,7 @@ mod tests {
         Loaded {
             recordings: names.iter().map(|name| recording(path, name)).collect(),
             warnings: Vec::new(),
+            map: None,
         }
     }
 

@@ -446,6 +446,7 @@ impl AppState {
         for Loaded {
             recordings,
             warnings,
+            ..
         } in loaded
         {
             for warning in warnings {
@@ -651,6 +652,7 @@ mod tests {
         let loaded = Loaded {
             recordings: vec![recording],
             warnings: Vec::new(),
+            map: None,
         };
         Command::FilesOpened(vec![(path, Ok(Opened::Recordings(loaded, None)))])
     }
@@ -928,10 +930,7 @@ mod tests {
             first_line: 3,
             last_line: 3,
             count: 1,
-            finding: Finding::EmptyCell {
-                column: 2,
-                name: "S1".to_owned(),
-            },
+            finding: Finding::NotARotation,
         });
         state.apply(Command::FilesOpened(files));
         last_notice(&state, Level::Warning, "a.csv");

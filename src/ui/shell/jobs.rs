@@ -17,7 +17,7 @@ use crate::export::{
     threshold_map_files, with_sources, write_atomically, write_calibration, write_report,
     write_threshold_map, write_traces,
 };
-use crate::import::inspect::{Known, inspect, map_for};
+use crate::import::inspect::{Known, inspect};
 use crate::import::map::ColumnMap;
 use crate::import::{self, ReadError};
 use crate::panicked::caught;
@@ -429,28 +429,22 @@ fn read_files(
     read
 }
 
-/// Reads by the file's own map, else by its names, else by a remembered map for files like it.
+/// Reads recordings, by the file's own map if there is one.
 fn read_recordings(
     path: &Path,
     map: Option<ColumnMap>,
     remembered: &[ColumnMap],
     progress: &Progress,
 ) -> Result<Opened, ReadError> {
-    let by_map = |map: ColumnMap| {
-        let loaded = import::read_mapped(path, &map, progress)?;
-        Ok(Opened::Recordings(loaded, Some(Box::new(map))))
-    };
-    if let Some(map) = map {
-        return by_map(map);
-    }
-    let error = match import::read(path, progress) {
-        Ok(loaded) => return Ok(Opened::Recordings(loaded, None)),
-        Err(error) if error.wants_a_map() => error,
-        Err(error) => return Err(error),
-    };
-    match map_for(path, remembered, progress)? {
-        Some(map) => by_map(map.clone()),
-        None => Ok(Opened::WantsMap(error.to_string())),
+    match import::read(path, map.as_ref(), remembered, progress) {
+        Ok(mut loaded) => {
+            let map = loaded.map.take();
+            Ok(Opened::Recordings(loaded, map))
+        }
+        Err(error) if map.is_none() && error.wants_a_map() => {
+            Ok(Opened::WantsMap(error.to_string()))
+        }
+        Err(error) => Err(error),
     }
 }
 

@@ -57,10 +57,7 @@ fn part(file: &SessionFile, folder: &Path, progress: &Progress) -> SessionPart {
             changed: false,
         };
     };
-    let loaded = match &file.columns {
-        Some(map) => import::read_mapped(&found, map, progress),
-        None => import::read(&found, progress),
-    };
+    let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
     SessionPart {
         changed: is_another(file, &found),
         file: SessionFile {
