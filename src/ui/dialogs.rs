@@ -8,6 +8,7 @@ use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use crate::app::{Command, Existing, FileContent, ImportCommand, Level, Notice};
+use crate::formats;
 use crate::worker::Notify;
 
 /// No person cancels a dialog this quickly.
@@ -73,15 +74,10 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
+        let endings: Vec<&str> = formats::endings().chain(["json", "cal"]).collect();
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open recordings, a calibration or a session")
-            .add_filter(
-                "Recordings, calibrations, sessions",
-                &[
-                    "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json",
-                    "cal",
-                ],
-            )
+            .add_filter("Recordings, calibrations, sessions", &endings)
             .add_filter("All files", &["*"]);
         asked(reply, no_dialog(), || {
             let files = pollster::block_on(dialog.pick_files())?;
