@@ -14,7 +14,8 @@
 
 use std::collections::HashMap;
 
-use super::{COLUMN_LIMIT, Column, Columns};
+use super::columns::{Column, Columns};
+use super::format::COLUMN_LIMIT;
 use crate::formats::column_name::{is_gauge_name, is_time_name};
 use crate::recording::Axis;
 

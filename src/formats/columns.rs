@@ -1,7 +1,5 @@
 //! Columns of numbers, and rows of cells as they are looked at one after the other.
 
-use super::text::cells::Cells;
-
 /// Columns of numbers, as a file that is no text holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
@@ -84,30 +82,6 @@ impl<'a> Cell<'a> {
 pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
     /// The next cell if it is a plain number; otherwise `None`, and the cell is still the next one.
     fn next_number(&mut self) -> Option<f64>;
-}
-
-/// A line of text.
-#[derive(Clone, Debug)]
-pub(crate) struct TextRow<'a> {
-    pub(crate) cells: Cells<'a>,
-    /// What stands before decimals.
-    pub(crate) point: u8,
-}
-
-impl<'a> Iterator for TextRow<'a> {
-    type Item = Cell<'a>;
-
-    #[inline]
-    fn next(&mut self) -> Option<Cell<'a>> {
-        self.cells.next().map(Cell::Text)
-    }
-}
-
-impl<'a> Row<'a> for TextRow<'a> {
-    #[inline(always)] // one call per cell of the file
-    fn next_number(&mut self) -> Option<f64> {
-        self.cells.next_plain_number(self.point)
-    }
 }
 
 /// A row of columns of numbers; nothing stands below the end of a shorter column.

@@ -8,8 +8,10 @@ use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
-use super::error::reading;
-use super::{Array, Columns, Entry, FileError, Format, Source, arrays, unpacked_limit};
+use super::arrays::{self, Array, Entry};
+use super::columns::Columns;
+use super::error::{FileError, reading};
+use super::format::{Format, Source, unpacked_limit};
 
 pub(super) const FORMAT: Format = Format {
     name: "MATLAB file",

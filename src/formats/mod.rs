@@ -21,6 +21,7 @@ pub(crate) mod column_name;
 mod columns;
 pub mod csv;
 mod error;
+mod format;
 pub(crate) mod mat;
 mod mcap;
 mod npy;
@@ -29,26 +30,14 @@ mod opened;
 pub(crate) mod parquet;
 pub mod text;
 
-use std::fs::File;
-use std::io;
-use std::path::Path;
-
 pub(crate) use arrays::{Array, Entry};
-pub(crate) use columns::{Cell, Column, Columns, Row};
+pub(crate) use columns::{Cell, Row};
 pub use error::FileError;
+pub use format::Format;
 pub(crate) use opened::{Opened, Part, open};
 
-use crate::progress::Progress;
-
-/// More columns are no table of a sensor.
-const COLUMN_LIMIT: usize = 4096;
-/// So much may always be unpacked.
-const UNPACKED_BYTES: u64 = 1 << 30;
-/// Beyond [`UNPACKED_BYTES`], no more than so many times what is stored: measured numbers pack far less.
-const UNPACKED_RATIO: u64 = 100;
-
 /// Every format that is read.
-pub const FORMATS: [Format; 6] = [
+pub const FORMATS: &[Format] = &[
     text::FORMAT,
     npy::FORMAT,
     npz::FORMAT,
@@ -56,49 +45,6 @@ pub const FORMATS: [Format; 6] = [
     parquet::FORMAT,
     mcap::FORMAT,
 ];
-
-/// One kind of file.
-#[derive(Debug)]
-pub struct Format {
-    /// What people call such a file.
-    pub name: &'static str,
-    /// What the names of such files end with, without the point.
-    pub endings: &'static [&'static str],
-    /// What such files start with; what starts like none of them is text.
-    signatures: &'static [&'static [u8]],
-    /// What such a file holds; `None` if it is something else after all.
-    read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
-}
-
-impl Format {
-    /// The format of a file that starts so.
-    fn of(head: &[u8]) -> Option<&'static Self> {
-        const ALL: &[Format] = &FORMATS;
-        let is_it = |format: &&Self| {
-            format
-                .signatures
-                .iter()
-                .any(|start| head.starts_with(start))
-        };
-        ALL.iter().find(is_it)
-    }
-}
-
-/// A file whose format is known, before it is read.
-#[derive(Clone, Copy, Debug)]
-struct Source<'a> {
-    path: &'a Path,
-    /// How it starts.
-    head: &'a [u8],
-    n_bytes: u64,
-    progress: &'a Progress,
-}
-
-impl Source<'_> {
-    fn open(&self) -> io::Result<File> {
-        File::open(self.path)
-    }
-}
 
 /// What the names of files with recordings end with, without the point.
 pub fn endings() -> impl Iterator<Item = &'static str> {
@@ -116,13 +62,6 @@ pub fn listed() -> String {
     FORMATS.iter().map(of_format).collect::<Vec<_>>().join(", ")
 }
 
-/// How many bytes may come out of so many packed ones.
-fn unpacked_limit(packed_bytes: u64) -> u64 {
-    packed_bytes
-        .saturating_mul(UNPACKED_RATIO)
-        .max(UNPACKED_BYTES)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,7 +73,7 @@ mod tests {
         all.sort_unstable();
         all.dedup();
         assert_eq!(all.len(), n);
-        for format in &FORMATS {
+        for format in FORMATS {
             assert!(
                 format
                     .endings
@@ -142,7 +81,10 @@ mod tests {
                     .all(|ending| listed().contains(ending))
             );
             for start in format.signatures {
-                assert_eq!(Format::of(start).map(|found| found.name), Some(format.name));
+                assert_eq!(
+                    opened::format_of(start).map(|found| found.name),
+                    Some(format.name)
+                );
             }
         }
     }

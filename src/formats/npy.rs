@@ -5,8 +5,10 @@
 
 use std::io::{BufReader, Read};
 
-use super::error::reading;
-use super::{Array, Column, Columns, Entry, FileError, Format, Source};
+use super::arrays::{Array, Entry};
+use super::columns::{Column, Columns};
+use super::error::{FileError, reading};
+use super::format::{COLUMN_LIMIT, Format, Source};
 use crate::progress::Progress;
 
 pub(super) const FORMAT: Format = Format {
@@ -88,7 +90,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let array = read(WHAT, &mut file, source.n_bytes, source.progress)?;
     let (n_rows, n_columns) = match array.shape[..] {
         [n_rows] => (n_rows, 1),
-        [n_rows, n_columns] if n_columns <= super::COLUMN_LIMIT => (n_rows, n_columns),
+        [n_rows, n_columns] if n_columns <= COLUMN_LIMIT => (n_rows, n_columns),
         _ => {
             return Err(FileError::NotATable {
                 what: WHAT.to_owned(),

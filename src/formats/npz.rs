@@ -6,7 +6,11 @@ use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use super::{Columns, Entry, FileError, Format, Source, arrays, npy, unpacked_limit};
+use super::arrays::{self, Entry};
+use super::columns::Columns;
+use super::error::FileError;
+use super::format::{Format, Source, unpacked_limit};
+use super::npy;
 
 pub(super) const FORMAT: Format = Format {
     name: "NumPy archive",

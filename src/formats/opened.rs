@@ -7,8 +7,10 @@ use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 
+use super::columns::{Cell, Columns};
+use super::error::FileError;
+use super::format::{Format, Source};
 use super::text::{Encoding, Head, TextFile, TextLayout};
-use super::{Cell, Columns, FileError, Format, Source};
 use crate::panicked;
 use crate::progress::Progress;
 
@@ -38,6 +40,17 @@ pub(crate) enum Part<'a> {
     Rows(&'a Columns, Range<usize>),
 }
 
+/// The format of a file that starts so; text is what starts like none of them.
+pub(super) fn format_of(head: &[u8]) -> Option<&'static Format> {
+    let starts = |format: &&Format| {
+        format
+            .signatures
+            .iter()
+            .any(|start| head.starts_with(start))
+    };
+    super::FORMATS.iter().find(starts)
+}
+
 /// Opens a file; of a text with a limit, only so many bytes are read.
 ///
 /// # Errors
@@ -63,7 +76,7 @@ pub(crate) fn open(
     File::open(path)?
         .take(SIGNATURE_BYTES)
         .read_to_end(&mut head)?;
-    if let Some(format) = Format::of(&head) {
+    if let Some(format) = format_of(&head) {
         let source = Source {
             path,
             head: &head,

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::error::at;
 use super::join;
-use super::load::Loaded;
 use super::plan::{Plan, TimeScale, Use};
 use super::rows::Rows;
 use super::two_clocks::Table;
@@ -128,7 +127,10 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
 }
 
 /// Notes what is odd, and cuts the rows into recordings, where nothing else is said at steps longer than `gap_secs`.
-pub(super) fn recordings(table: Table, gap_secs: Option<f64>) -> Result<Loaded, ReadError> {
+pub(super) fn recordings(
+    table: Table,
+    gap_secs: Option<f64>,
+) -> Result<(Vec<Recording>, Vec<LoadWarning>), ReadError> {
     let Table {
         path,
         plan,
@@ -147,11 +149,8 @@ pub(super) fn recordings(table: Table, gap_secs: Option<f64>) -> Result<Loaded, 
     }
     cuts.note(&mut rows);
     let findings = std::mem::take(&mut rows.findings);
-    Ok(Loaded {
-        recordings: cut(&path, plan, rows, &cuts.starts),
-        warnings: findings.into_warnings(&path),
-        map: None,
-    })
+    let recordings = cut(&path, plan, rows, &cuts.starts);
+    Ok((recordings, findings.into_warnings(&path)))
 }
 
 fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {

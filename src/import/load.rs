@@ -205,18 +205,22 @@ impl Sides {
             reference,
             map,
         } = self;
-        let mut warnings: Vec<LoadWarning> = Vec::new();
+        let mut of_reference: Vec<LoadWarning> = Vec::new();
         if let Some(mut reference) = reference {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
-            warnings = reference.rows.findings.into_warnings(&reference.path);
+            of_reference = reference.rows.findings.into_warnings(&reference.path);
         }
-        let mut loaded = assemble::recordings(gauges, map.gap_secs)?;
+        let (mut recordings, mut warnings) = assemble::recordings(gauges, map.gap_secs)?;
         if let Some(tare) = map.tare {
-            let recordings = loaded.recordings.into_iter();
-            let tared = recordings.map(|recording| Ok(recording.tared(tare)?.0));
-            loaded.recordings = tared.collect::<Result<_, ReadError>>()?;
+            let tared = recordings.into_iter();
+            let tared = tared.map(|recording| Ok(recording.tared(tare)?.0));
+            recordings = tared.collect::<Result<_, ReadError>>()?;
         }
-        loaded.warnings.append(&mut warnings);
-        Ok(loaded)
+        warnings.append(&mut of_reference);
+        Ok(Loaded {
+            recordings,
+            warnings,
+            map: None,
+        })
     }
 }

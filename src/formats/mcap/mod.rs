@@ -5,7 +5,7 @@ mod cdr;
 #[cfg(feature = "mcap")]
 mod read;
 
-use super::Format;
+use super::format::Format;
 
 pub(super) const FORMAT: Format = Format {
     name: "MCAP recording",

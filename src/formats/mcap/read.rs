@@ -10,7 +10,9 @@ use ::mcap::records::{MessageHeader, Record};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
-use super::super::{COLUMN_LIMIT, Column, Columns, FileError, Source, error};
+use super::super::columns::{Column, Columns};
+use super::super::error::{self, FileError};
+use super::super::format::{COLUMN_LIMIT, Source};
 use super::cdr::Cdr;
 use crate::recording::Axis;
 

@@ -8,7 +8,7 @@ mod write;
 #[cfg(feature = "parquet")]
 pub(crate) use write::ParquetTable;
 
-use super::Format;
+use super::format::Format;
 
 pub(super) const FORMAT: Format = Format {
     name: "Parquet file",

@@ -7,7 +7,9 @@ use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 
-use super::super::{COLUMN_LIMIT, Column, Columns, FileError, Source};
+use super::super::columns::{Column, Columns};
+use super::super::error::FileError;
+use super::super::format::{COLUMN_LIMIT, Source};
 use crate::progress::Progress;
 
 const FILE: &str = "the file";

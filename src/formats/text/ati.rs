@@ -3,7 +3,7 @@
 //! **Source** the manuals of Net F/T and Ethernet Axia: the values are counts; the status is a 32-bit word whose highest
 //! bit is set whenever any bit is that means an error.
 
-use crate::formats::Cell;
+use crate::formats::columns::Cell;
 
 /// In a status word: some error.
 const ANY_ERROR: u32 = 1 << 31;

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use super::cells::is_skipped;
+use super::cells::{is_skipped, lines};
 use super::encoding::{Encoding, Text};
-use super::{FileError, lines};
+use crate::formats::error::FileError;
 
 /// A longer line is no row of a table; without a limit one would fill the memory.
 const LINE_LIMIT_BYTES: usize = 4 << 20;

@@ -1,10 +1,11 @@
 //! Lines, cells and numbers.
 
-use super::Delimiter;
+use super::written::{Decimal, Delimiter, TextLayout};
+use crate::formats::columns::{Cell, Row};
 
 /// The delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
 pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
-    use super::Delimiter::{Comma, Semicolon, Spaces, Tab};
+    use Delimiter::{Comma, Semicolon, Spaces, Tab};
     let count = |delimiter: Delimiter| {
         let mut is_quoted = false;
         let outside_quotes = |&&byte: &&u8| {
@@ -37,6 +38,50 @@ impl Delimiter {
             Self::Spaces => b' ',
         }
     }
+}
+
+impl TextLayout {
+    /// The cells of a line; `None` if it is blank or a comment.
+    pub(crate) fn row<'a>(&self, line: &'a [u8]) -> Option<TextRow<'a>> {
+        (!is_skipped(line)).then(|| TextRow {
+            cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
+            point: match self.decimal {
+                Decimal::Point => b'.',
+                Decimal::Comma => b',',
+            },
+        })
+    }
+
+    /// The number in a cell, and whether its comma had to be read as a decimal point although none is expected.
+    pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
+        let with_comma = || decimal_comma_number(cell);
+        match self.decimal {
+            Decimal::Comma => {
+                let is_whole = !cell.contains(&b'.');
+                let value = with_comma().or_else(|| is_whole.then(|| number(cell)).flatten())?;
+                Some((value, false))
+            }
+            Decimal::Point => match number(cell) {
+                Some(value) => Some((value, false)),
+                None if self.delimiter.allows_decimal_comma() => Some((with_comma()?, true)),
+                None => None,
+            },
+        }
+    }
+}
+
+/// The lines of a text, without their `\n`.
+pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        if rest.is_empty() {
+            return None;
+        }
+        let end = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
+        let line = &rest[..end];
+        rest = rest.get(end + 1..).unwrap_or_default();
+        Some(line)
+    })
 }
 
 /// Whether a line is neither header nor row: blank, or a comment.
@@ -111,6 +156,30 @@ impl<'a> Iterator for Cells<'a> {
             .strip_prefix(b"\"")
             .and_then(|inner| inner.strip_suffix(b"\""));
         Some(unquoted.map_or(cell, <[u8]>::trim_ascii))
+    }
+}
+
+/// The cells of one line, plain numbers as numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct TextRow<'a> {
+    cells: Cells<'a>,
+    /// What stands before decimals.
+    point: u8,
+}
+
+impl<'a> Iterator for TextRow<'a> {
+    type Item = Cell<'a>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Cell<'a>> {
+        self.cells.next().map(Cell::Text)
+    }
+}
+
+impl<'a> Row<'a> for TextRow<'a> {
+    #[inline(always)] // one call per cell of the file
+    fn next_number(&mut self) -> Option<f64> {
+        self.cells.next_plain_number(self.point)
     }
 }
 
@@ -212,7 +281,7 @@ mod tests {
 
     #[test]
     fn the_header_tells_the_delimiter() {
-        use super::super::Delimiter::{Comma, Semicolon, Spaces, Tab};
+        use super::Delimiter::{Comma, Semicolon, Spaces, Tab};
         for (line, delimiter) in [
             ("t,S1;x,Fx", Comma),
             ("t;S1", Semicolon),

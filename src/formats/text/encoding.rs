@@ -9,7 +9,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::FileError;
+use crate::formats::error::FileError;
 
 /// How much of a file is looked at to tell what it is.
 const HEAD_BYTES: usize = 8 << 10;

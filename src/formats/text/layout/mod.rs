@@ -10,9 +10,9 @@ pub(crate) use detect::detect;
 
 use super::ati;
 use super::cells::{Cells, is_skipped};
-use super::{Delimiter, Preamble, TextLayout};
-use crate::formats::Cell;
+use super::written::{Delimiter, Preamble, TextLayout};
 use crate::formats::column_name::ColumnName;
+use crate::formats::columns::Cell;
 use crate::formats::csv::unguarded;
 
 /// How many lines besides comments are looked at.

@@ -1,0 +1,52 @@
+//! What a format is, and what is known of a file before its format reads it.
+
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+use super::columns::Columns;
+use super::error::FileError;
+use crate::progress::Progress;
+
+/// More columns are no table of a sensor.
+pub(super) const COLUMN_LIMIT: usize = 4096;
+/// So much may always be unpacked.
+const UNPACKED_BYTES: u64 = 1 << 30;
+/// Beyond [`UNPACKED_BYTES`], no more than so many times what is stored: measured numbers pack far less.
+const UNPACKED_RATIO: u64 = 100;
+
+/// One kind of file.
+#[derive(Debug)]
+pub struct Format {
+    /// What people call such a file.
+    pub name: &'static str,
+    /// What the names of such files end with, without the point.
+    pub endings: &'static [&'static str],
+    /// What such files start with; what starts like none of them is text.
+    pub(super) signatures: &'static [&'static [u8]],
+    /// What such a file holds; `None` if it is something else after all.
+    pub(super) read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
+}
+
+/// A file whose format is known, before it is read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source<'a> {
+    pub(super) path: &'a Path,
+    /// How it starts.
+    pub(super) head: &'a [u8],
+    pub(super) n_bytes: u64,
+    pub(super) progress: &'a Progress,
+}
+
+impl Source<'_> {
+    pub(super) fn open(&self) -> io::Result<File> {
+        File::open(self.path)
+    }
+}
+
+/// How many bytes may come out of so many packed ones.
+pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
+    packed_bytes
+        .saturating_mul(UNPACKED_RATIO)
+        .max(UNPACKED_BYTES)
+}

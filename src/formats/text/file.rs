@@ -1,0 +1,158 @@
+//! A text that is looked at and read: one block after the other, many parsed at a time.
+//!
+//! Guarantees: results come in file order whatever the number of threads; only a few blocks are in memory at a time.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::blocks::Blocks;
+use super::cells::{is_skipped, lines};
+use super::encoding::Encoding;
+use super::layout::{self, Head, detect, locate};
+use super::written::TextLayout;
+use crate::formats::columns::Cell;
+use crate::formats::error::FileError;
+use crate::formats::format::Format;
+use crate::progress::{Cancelled, Progress};
+
+/// What starts like no other format.
+pub(in crate::formats) const FORMAT: Format = Format {
+    name: "delimited text",
+    endings: &["csv", "txt", "tsv", "dat"],
+    signatures: &[],
+    read: |_| Ok(None),
+};
+
+/// So much of a text is there when its table is looked for.
+const HEAD_BYTES: usize = 1 << 16;
+/// Enough for threads to share them evenly.
+const BLOCKS_PER_THREAD: usize = 8;
+/// Blocks parsed at a time at most, so that many cores do not mean much memory.
+const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
+
+/// A text that was opened, and its start.
+#[derive(Debug)]
+pub(crate) struct TextFile {
+    blocks: Blocks,
+    head: Vec<u8>,
+}
+
+impl TextFile {
+    /// Opens a file; with a limit, only so many bytes of it are read.
+    pub(in crate::formats) fn open(
+        path: &Path,
+        block_bytes: usize,
+        limit_bytes: Option<u64>,
+    ) -> Result<Self, FileError> {
+        let mut blocks = Blocks::open(path, block_bytes, limit_bytes)?;
+        let head = blocks.head(HEAD_BYTES)?;
+        Ok(Self { blocks, head })
+    }
+
+    /// How the table is written, found by looking; `None` if there is none.
+    pub(in crate::formats) fn layout(&self) -> Option<TextLayout> {
+        detect(&self.head)
+    }
+
+    /// Where the table is by a layout; `None` if it is not there.
+    pub(in crate::formats) fn head(&self, layout: &TextLayout) -> Option<Head> {
+        locate(&self.head, layout)
+    }
+
+    /// The cells of the first rows.
+    pub(in crate::formats) fn first_rows(
+        &self,
+        layout: &TextLayout,
+        head: &Head,
+    ) -> Vec<Vec<Cell<'_>>> {
+        layout::first_rows(&self.head, layout, head)
+    }
+
+    /// How many rows the file has if all are like those of its head.
+    pub(in crate::formats) fn about_rows(&self, head: &Head) -> u64 {
+        let rows = &self.head[head.n_bytes.min(self.head.len())..];
+        let n_rows = lines(rows).filter(|line| !is_skipped(line)).count() as f64;
+        let text_bytes = self.whole_file_bytes() / self.encoding().bytes_per_character();
+        let share =
+            text_bytes.saturating_sub(head.n_bytes as u64) as f64 / rows.len().max(1) as f64;
+        // A file that is here as a whole differs by its byte order mark at most.
+        let share = if share < 1.001 { 1.0 } else { share };
+        (n_rows * share).round() as u64
+    }
+
+    pub(in crate::formats) fn encoding(&self) -> Encoding {
+        self.blocks.encoding()
+    }
+
+    /// How many bytes of the file are read in all; its length when it was opened, or less.
+    pub(in crate::formats) fn file_bytes(&self) -> u64 {
+        self.blocks.file_bytes()
+    }
+
+    /// How long the file was when it was opened.
+    pub(in crate::formats) fn whole_file_bytes(&self) -> u64 {
+        self.blocks.whole_file_bytes()
+    }
+}
+
+impl TextFile {
+    /// Hands all lines below a head to `parse`, block by block, and what comes of them to `take`, with the share of the
+    /// file that they are; while some blocks are parsed, the next ones are read.
+    pub(in crate::formats) fn read<R: Send>(
+        self,
+        head: &Head,
+        progress: &Progress,
+        parse: impl Fn(&[u8]) -> R + Sync,
+        mut take: impl FnMut(Vec<R>, f64),
+    ) -> Result<(), FileError> {
+        let Self {
+            mut blocks,
+            head: mut start,
+        } = self;
+        let rest = start.split_off(head.n_bytes);
+        drop(start);
+        let bytes_per_character = blocks.encoding().bytes_per_character();
+        let advance = |n_bytes: usize| progress.advance(n_bytes as u64 * bytes_per_character);
+        advance(head.n_bytes);
+        let text_bytes = (blocks.file_bytes() / bytes_per_character).max(1) as f64;
+        let blocks_at_a_time =
+            (BLOCKS_PER_THREAD * rayon::current_num_threads()).min(BLOCKS_AT_A_TIME_LIMIT);
+        let parse = |block: &Vec<u8>| {
+            progress.check()?;
+            let parsed = parse(block);
+            advance(block.len());
+            Ok(parsed)
+        };
+        let mut batch = vec![rest];
+        while !batch.is_empty() {
+            let (next_batch, parsed) = rayon::join(
+                || read_batch(&mut blocks, blocks_at_a_time, progress),
+                || {
+                    let parsed = batch.par_iter().map(parse);
+                    parsed.collect::<Result<Vec<R>, Cancelled>>()
+                },
+            );
+            let n_bytes: usize = batch.iter().map(Vec::len).sum();
+            take(parsed?, n_bytes as f64 / text_bytes);
+            batch = next_batch?;
+        }
+        Ok(())
+    }
+}
+
+fn read_batch(
+    blocks: &mut Blocks,
+    n_blocks: usize,
+    progress: &Progress,
+) -> Result<Vec<Vec<u8>>, FileError> {
+    let mut batch = Vec::with_capacity(n_blocks);
+    while batch.len() < n_blocks {
+        progress.check()?;
+        match blocks.next()? {
+            Some(block) => batch.push(block),
+            None => break,
+        }
+    }
+    Ok(batch)
+}
