@@ -36,7 +36,7 @@
 //! ```
 
 pub mod analysis;
-pub mod app;
+pub mod engine;
 pub mod calibration;
 pub mod cli;
 pub mod evaluation;
@@ -49,6 +49,6 @@ pub mod recording;
 pub mod report;
 mod shown;
 mod small_file;
-#[cfg(feature = "gui")]
-pub mod ui;
-pub mod worker;
+//GUI
+//pub mod ui;
+

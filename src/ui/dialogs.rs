@@ -8,7 +8,7 @@ use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use crate::app::{Command, Existing, FileContent, ImportCommand, Level, Notice};
-use crate::worker::Notify;
+use crate::engine::query::Notify;
 
 /// No person cancels a dialog this quickly.
 const TOO_QUICK_FOR_A_PERSON: Duration = Duration::from_millis(150);

@@ -13,7 +13,7 @@ use crate::app::AppState;
 use crate::evaluation::metrology::Metrology;
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
-use crate::worker::{Notify, Worker};
+use crate::engine::query::{Notify, Worker};
 
 /// The worker, with what it was asked last and what it has answered.
 pub struct Looking {

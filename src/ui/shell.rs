@@ -34,7 +34,7 @@ use crate::ui::thresholds_pane::MapTexture;
 use crate::ui::tour::Tour;
 use crate::ui::trace_panes::TracePanes;
 use crate::ui::workspace::Workspace;
-use crate::worker::{Notify, Worker, let_window_go_first};
+use crate::engine::query::{Notify, Worker, let_window_go_first};
 use jobs::Jobs;
 
 /// How often progress bars move while something runs.

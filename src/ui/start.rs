@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::app::Preferences;
 use crate::ui::{NativeDialogs, Shell};
-use crate::worker::panic_message;
+use crate::engine::query::panic_message;
 
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";

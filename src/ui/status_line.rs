@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::app::{AppState, Command};
 use crate::progress::Progress;
 use crate::ui::numbers::{duration, significant};
-use crate::worker::Job;
+use crate::engine::query::Job;
 
 /// Work that ends sooner is not worth a word.
 const WORTH_SAYING: Duration = Duration::from_millis(100);

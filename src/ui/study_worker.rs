@@ -9,7 +9,7 @@ use crate::evaluation::threshold_study::ThresholdGrid;
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
 use crate::ui::dialogs::Reply;
-use crate::worker::Worker;
+use crate::engine::query::Worker;
 
 /// The map has so many F_th, and so many t_th.
 const MAP_SIDE: usize = 40;

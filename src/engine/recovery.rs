@@ -5,13 +5,24 @@
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
-use crate::app::{AppState, LeftSession, Session};
+use crate::engine::session::Session;
 use crate::export::write_atomically;
-use crate::ui::workspace::Workspace;
 
 /// How often what is not saved is written down (s).
 const EVERY_SECS: f64 = 30.0;
+
+/// An autosaved session of a window that did not close as it should.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftSession {
+    /// Its file.
+    pub path: PathBuf,
+    /// When it was written last.
+    pub written: SystemTime,
+    /// The recordings' files.
+    pub files: Vec<PathBuf>,
+}
 
 /// The file of this window.
 #[derive(Debug, Default)]
@@ -44,38 +55,37 @@ impl Recovery {
         (recovery, left)
     }
 
-    /// Writes down what is not saved, if it is time.
-    pub fn follow(&mut self, state: &AppState, workspace: &Workspace, context: &egui::Context) {
-        let Some(own) = &self.own else { return };
-        let now = context.input(|input| input.time);
-        if !state.is_unsaved() {
+    /// Writes down what is not saved (`None`: nothing is), if it is time on the window's clock; tells when the next look is due.
+    pub fn follow(&mut self, now_secs: f64, unsaved: Option<&dyn Fn() -> Session>) -> Option<f64> {
+        let own = self.own.as_ref()?;
+        let Some(session) = unsaved else {
             if self.written.take().is_some() {
                 // Whoever reads it would go back behind what is saved; a file that stays does no other harm.
                 let _ = fs::remove_file(&own.session);
             }
-            return;
+            return None;
+        };
+        if now_secs < self.due_secs {
+            return None;
         }
-        if now < self.due_secs {
-            return;
+        self.due_secs = now_secs + EVERY_SECS;
+        let session = session();
+        if self.written.as_ref() != Some(&session) {
+            let path = own.session.clone();
+            let text = session.to_json(Path::new(""));
+            self.written = Some(session);
+            std::thread::spawn(move || {
+                // Nobody waits for it; a folder that cannot be written was not asked for by anyone.
+                let _ = write_atomically(&path, |out| out.write_all(&text));
+            });
         }
-        self.due_secs = now + EVERY_SECS;
-        context.request_repaint_after_secs(EVERY_SECS as f32);
-        let session = state.as_session(Some(workspace.to_value()));
-        if self.written.as_ref() == Some(&session) {
-            return;
-        }
-        let path = own.session.clone();
-        let text = session.to_json(Path::new(""));
-        self.written = Some(session);
-        std::thread::spawn(move || {
-            // Nobody waits for it; a folder that cannot be written was not asked for by anyone.
-            let _ = write_atomically(&path, |out| out.write_all(&text));
-        });
+        Some(EVERY_SECS)
     }
 
-    /// What is not saved is to be written down in this frame: another window's copy of it goes.
-    pub fn hurry(&mut self) {
+    /// Drops what another window left; what is not saved is written down at the next look.
+    pub fn drop_left(&mut self, session: &Path) {
         self.due_secs = 0.0;
+        drop_left(session);
     }
 
     /// Nothing needs to be recovered.
@@ -138,8 +148,7 @@ fn left_in(folder: &Path) -> Vec<LeftSession> {
     left
 }
 
-/// Drops what another window left.
-pub fn drop_left(session: &Path) {
+fn drop_left(session: &Path) {
     let _ = fs::remove_file(session);
     let _ = fs::remove_file(session.with_extension("lock"));
 }
