@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput};
+use loopscope::import::read;
 use loopscope::progress::Progress;
-use loopscope::recording::delimited::read;
 
 const N_ROWS: usize = 243_000;
 

@@ -28,10 +28,10 @@ use crate::export::{
     CalibrationFormat, ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets,
     name_gauges, read_calibration, write_atomically, write_loads_csv,
 };
+use crate::formats::csv::write_csv;
+use crate::import::map::{ColumnMap, MapFileError};
+use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, MapFileError};
-use crate::recording::delimited::{self, LoadWarning, ReadError};
-use crate::recording::write_csv::write_csv;
 use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
 use crate::shown::{self, printable};
 
@@ -410,8 +410,8 @@ fn read_hearing(
         .iter()
         .map(|path| {
             let loaded = match &map {
-                Some(map) => delimited::read_mapped(path, map, &progress)?,
-                None => delimited::read(path, &progress)?,
+                Some(map) => import::read_mapped(path, map, &progress)?,
+                None => import::read(path, &progress)?,
             };
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);

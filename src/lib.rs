@@ -4,7 +4,9 @@
 //!
 //! | room | what is in it | where to begin |
 //! |---|---|---|
-//! | [`recording`] | what was measured: recordings and their roles, any logger's text by column maps, two clocks, the simulated sensor | [`recording::Recording`] |
+//! | [`recording`] | what was measured: recordings and their roles, axes, units, the simulated sensor | [`recording::Recording`] |
+//! | [`formats`] | files of numbers, one file a format | [`formats::text`] |
+//! | [`import`] | columns to recordings: column maps and guessing them, clocks, gaps, loads from a pose | [`import::read`] |
 //! | [`features`] | what a sample is described by: look-back (Eq. 9-12) and the other blocks | [`features::Design`] |
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
 //! | [`evaluation`] | how good it is: errors, leave-one-recording-out, threshold study, loops, rests, the certificate's figures | [`evaluation::cross_validation`] |
@@ -36,12 +38,14 @@
 //! ```
 
 pub mod analysis;
-pub mod engine;
 pub mod calibration;
 pub mod cli;
+pub mod engine;
 pub mod evaluation;
 pub mod export;
 pub mod features;
+pub mod formats;
+pub mod import;
 pub mod panicked;
 pub mod progress;
 mod random;
@@ -51,4 +55,3 @@ mod shown;
 mod small_file;
 //GUI
 //pub mod ui;
-

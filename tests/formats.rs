@@ -8,10 +8,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use loopscope::import::inspect::{Known, inspect};
+use loopscope::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
+use loopscope::import::{Loaded, ReadError, read, read_mapped};
 use loopscope::progress::Progress;
-use loopscope::recording::columns::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
-use loopscope::recording::delimited::inspect::{Known, inspect};
-use loopscope::recording::delimited::{Loaded, ReadError, read, read_mapped};
 use loopscope::recording::{Axis, Recording};
 
 const N: usize = 40;

@@ -11,9 +11,9 @@ use loopscope::analysis::loops::{Look, LookRequest, LoopQuestion, Question, Span
 use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::FitSettings;
 use loopscope::evaluation::loops::Frame;
+use loopscope::import::map::ColumnMap;
+use loopscope::import::read_mapped;
 use loopscope::progress::Progress;
-use loopscope::recording::columns::ColumnMap;
-use loopscope::recording::delimited::read_mapped;
 use loopscope::recording::{Axis, Entry, RecordingSet, Role};
 use program::{fit, numbers};
 use serde_json::Value;

@@ -7,11 +7,12 @@ use clap::Args;
 
 use super::{JobError, ReadArgs, named_file};
 use crate::export::{check_targets, write_atomically};
+use crate::formats::text::Decimal;
+use crate::import::estimate_weight;
+use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
+use crate::import::map::ColumnMap;
+use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, Decimal};
-use crate::recording::delimited::estimate_weight;
-use crate::recording::delimited::inspect::{Check, Inspection, Known, TableReport, inspect};
-use crate::recording::pose::WeightEstimate;
 use crate::report::{Cell, Column, Table};
 use crate::shown::{message, printable};
 

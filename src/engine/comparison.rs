@@ -111,9 +111,8 @@ impl Comparison {
     /// What fits the ticked rows that have no result that holds; `None` without any.
     pub(super) fn start(&mut self, project: &Project) -> Option<Compare> {
         let rows = self.rows.iter().enumerate();
-        let asked = rows.filter(|(_, row)| {
-            row.ticked && (row.compared().is_none() || row.is_stale(project))
-        });
+        let asked = rows
+            .filter(|(_, row)| row.ticked && (row.compared().is_none() || row.is_stale(project)));
         self.run = asked.map(|(at, _)| at).collect();
         let candidates = self.run.iter().map(|at| self.rows[*at].candidate.clone());
         (!self.run.is_empty()).then(|| Compare {

@@ -163,16 +163,48 @@ pub struct Engine {
 macro_rules! each_lane {
     ($engine:expr, $lane:ident => $what:expr) => {{
         let Engine {
-            loops, figures, study, choice, analysis, training, comparing, preview, ..
+            loops,
+            figures,
+            study,
+            choice,
+            analysis,
+            training,
+            comparing,
+            preview,
+            ..
         } = $engine;
-        { let $lane = loops; $what }
-        { let $lane = figures; $what }
-        { let $lane = study; $what }
-        { let $lane = choice; $what }
-        { let $lane = analysis; $what }
-        { let $lane = training; $what }
-        { let $lane = comparing; $what }
-        { let $lane = preview; $what }
+        {
+            let $lane = loops;
+            $what
+        }
+        {
+            let $lane = figures;
+            $what
+        }
+        {
+            let $lane = study;
+            $what
+        }
+        {
+            let $lane = choice;
+            $what
+        }
+        {
+            let $lane = analysis;
+            $what
+        }
+        {
+            let $lane = training;
+            $what
+        }
+        {
+            let $lane = comparing;
+            $what
+        }
+        {
+            let $lane = preview;
+            $what
+        }
     }};
 }
 
@@ -335,7 +367,9 @@ impl Engine {
         let analysis = self.analysis()?;
         let applied = self.project.applied.as_ref();
         let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
-        let fitted_to = applied.is_none().then(|| Arc::clone(&self.project.recordings));
+        let fitted_to = applied
+            .is_none()
+            .then(|| Arc::clone(&self.project.recordings));
         Some(FileContent::Calibration(Arc::clone(calibration), fitted_to))
     }
 
@@ -585,7 +619,9 @@ impl Engine {
             match heard {
                 Heard::Answer => {
                     let chosen = self.choice.answer().cloned();
-                    chosen.into_iter().for_each(|chosen| self.edit(Edit::Block(chosen)));
+                    chosen
+                        .into_iter()
+                        .for_each(|chosen| self.edit(Edit::Block(chosen)));
                 }
                 Heard::Problem => {
                     let problem = self.choice.problem().unwrap_or_default().to_owned();
@@ -621,7 +657,9 @@ impl Engine {
             !is_idle
         });
         for (done, problem) in ended {
-            problem.into_iter().for_each(|problem| self.tell(Level::Error, problem));
+            problem
+                .into_iter()
+                .for_each(|problem| self.tell(Level::Error, problem));
             done.into_iter().for_each(|done| self.finish(done));
         }
     }
@@ -629,7 +667,9 @@ impl Engine {
     fn finish(&mut self, done: Done) {
         match done {
             Done::Opened(files) => {
-                let has_session = files.iter().any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
+                let has_session = files
+                    .iter()
+                    .any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
                 match has_session {
                     true => self.leave_for(Leaving::Open(files)),
                     false => self.take_files(files),
@@ -676,7 +716,9 @@ impl Engine {
             }
             Done::Map(Ok(map)) => {
                 let preview = self.importing.as_mut().map(|own| own.take_map(*map));
-                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
+                preview
+                    .into_iter()
+                    .for_each(|preview| self.preview.ask_again(preview));
             }
             Done::Weight(path, found) => {
                 let importing = self.importing.as_mut().filter(|own| own.path == path);
@@ -753,10 +795,11 @@ impl Engine {
         }
         let roles = std::mem::take(&mut self.awaited_roles);
         if !recordings.is_empty() {
-            let refused = self.change(|project| {
-                project.add(recordings, |recording| role_in(&roles, recording))
-            });
-            refused.into_iter().for_each(|refused| self.tell(Level::Error, refused));
+            let refused = self
+                .change(|project| project.add(recordings, |recording| role_in(&roles, recording)));
+            refused
+                .into_iter()
+                .for_each(|refused| self.tell(Level::Error, refused));
         }
         calibrations.into_iter().for_each(|edit| self.edit(edit));
     }
@@ -816,7 +859,11 @@ impl Engine {
 
     /// Writes down what is not saved, if it is time on the window's clock; `layout` says where the panes stand. Tells in how
     /// many seconds to look again.
-    pub fn write_down(&mut self, now_secs: f64, layout: &dyn Fn() -> serde_json::Value) -> Option<f64> {
+    pub fn write_down(
+        &mut self,
+        now_secs: f64,
+        layout: &dyn Fn() -> serde_json::Value,
+    ) -> Option<f64> {
         let session = || Session::of(&self.project, Some(layout()));
         let unsaved: Option<&dyn Fn() -> Session> = match self.is_unsaved() {
             true => Some(&session),
@@ -912,7 +959,9 @@ impl Engine {
                 let Some(importing) = self.importing.take() else {
                     return;
                 };
-                let Importing { path, map, waiting, .. } = importing;
+                let Importing {
+                    path, map, waiting, ..
+                } = importing;
                 importing::remember(&map, &mut self.preferences);
                 self.project.maps.insert(path.clone(), map);
                 return self.open([vec![path], waiting].concat());
@@ -925,7 +974,8 @@ impl Engine {
         };
         match command {
             ImportCommand::FindWeight => {
-                let task = Task::FindWeight(importing.path.clone(), Box::new(importing.map.clone()));
+                let task =
+                    Task::FindWeight(importing.path.clone(), Box::new(importing.map.clone()));
                 self.start(task);
             }
             ImportCommand::WriteMap(path) => {
@@ -937,7 +987,9 @@ impl Engine {
             }
             command => {
                 let preview = importing.apply(command, &self.preferences);
-                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
+                preview
+                    .into_iter()
+                    .for_each(|preview| self.preview.ask_again(preview));
             }
         }
     }

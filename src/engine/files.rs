@@ -6,10 +6,10 @@ use std::sync::Arc;
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session, read_recordings};
 use crate::export::{CalibrationFormat, read_calibration};
+use crate::import::inspect::map_for;
+use crate::import::map::ColumnMap;
+use crate::import::{Loaded, ReadError};
 use crate::progress::Progress;
-use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::inspect::map_for;
-use crate::recording::delimited::{Loaded, ReadError};
 
 /// What a file held.
 #[derive(Clone, Debug)]

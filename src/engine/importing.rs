@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::engine::query::{Query, Unanswered};
 use crate::engine::Preferences;
+use crate::engine::query::{Query, Unanswered};
 use crate::evaluation::numbers::significant;
-use crate::recording::columns::{ColumnMap, ColumnRole, TableMap, TextLayout};
+use crate::formats::text::TextLayout;
+use crate::import::inspect::{Inspection, Known, Question, inspect};
+use crate::import::map::{ColumnMap, ColumnRole, TableMap};
+use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
-use crate::recording::delimited::inspect::{Inspection, Known, Question, inspect};
-use crate::recording::pose::WeightEstimate;
 
 /// So many maps are remembered.
 const MOST_MAPS: usize = 40;
@@ -58,7 +59,9 @@ impl Query for Preview {
             KnownOf::Map(map) => Known::Map(map),
         };
         let found = inspect(&self.path, known, progress);
-        found.map(Arc::new).map_err(|error| Unanswered::Because(error.to_string()))
+        found
+            .map(Arc::new)
+            .map_err(|error| Unanswered::Because(error.to_string()))
     }
 }
 
@@ -197,7 +200,11 @@ pub(super) fn in_words(estimate: &WeightEstimate) -> String {
 
 impl Importing {
     /// Changes what is said about the file; what is to be looked at then.
-    pub(super) fn apply(&mut self, command: ImportCommand, preferences: &Preferences) -> Option<Preview> {
+    pub(super) fn apply(
+        &mut self,
+        command: ImportCommand,
+        preferences: &Preferences,
+    ) -> Option<Preview> {
         let known = match command {
             ImportCommand::Begin => KnownOf::Nothing,
             ImportCommand::SetLayout(text) => {
@@ -214,7 +221,12 @@ impl Importing {
                 self.map = *map;
                 KnownOf::Map(Box::new(self.map.clone()))
             }
-            ImportCommand::TakeMap(at) => return preferences.maps.get(at).map(|map| self.take_map(map.clone())),
+            ImportCommand::TakeMap(at) => {
+                return preferences
+                    .maps
+                    .get(at)
+                    .map(|map| self.take_map(map.clone()));
+            }
             _ => return None,
         };
         Some(self.look(known))

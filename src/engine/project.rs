@@ -13,7 +13,7 @@ use crate::analysis::{BlockSuggestion, HistoryBlock, Request, View};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::{CalibrationFormat, name_gauges};
 use crate::features::{Distance, Thresholds};
-use crate::recording::columns::ColumnMap;
+use crate::import::map::ColumnMap;
 use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
 
 /// A calibration with the file that it came from.

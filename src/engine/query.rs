@@ -226,7 +226,10 @@ impl<Q: Query> Lane<Q> {
     pub fn take(&mut self) -> Vec<Heard> {
         let replies = self.inbox.iter().flat_map(Receiver::try_iter);
         let replies: VecDeque<Reply<Q>> = replies.collect();
-        replies.into_iter().filter_map(|reply| self.hear(reply)).collect()
+        replies
+            .into_iter()
+            .filter_map(|reply| self.hear(reply))
+            .collect()
     }
 
     fn hear(&mut self, reply: Reply<Q>) -> Option<Heard> {
@@ -422,7 +425,12 @@ mod tests {
     }
 
     /// A lane, what makes questions for it, what has started, and what opens the gate.
-    fn lane() -> (Lane<Gated>, impl Fn(u32) -> Gated, Receiver<u32>, Sender<()>) {
+    fn lane() -> (
+        Lane<Gated>,
+        impl Fn(u32) -> Gated,
+        Receiver<u32>,
+        Sender<()>,
+    ) {
         let (start, started) = channel();
         let (open, gate) = channel();
         let gate = Arc::new(Mutex::new(gate));

@@ -16,9 +16,9 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile};
 use crate::engine::{Level, Notice};
 use crate::export::{read_calibration, sha256};
+use crate::import::map::ColumnMap;
+use crate::import::{self, Loaded, ReadError};
 use crate::progress::Progress;
-use crate::recording::columns::ColumnMap;
-use crate::recording::delimited::{self, Loaded, ReadError};
 use crate::recording::{Axis, Recording, Role, Source};
 use crate::small_file::read_small;
 
@@ -134,7 +134,6 @@ pub struct OpenedSession {
     /// The calibration that it applies.
     pub calibration: Option<Result<Arc<Calibration>, String>>,
 }
-
 
 impl Session {
     /// What there is to save; `layout` says where the panes stand.
@@ -306,8 +305,8 @@ pub fn read_recordings(
     progress: &Progress,
 ) -> Result<Loaded, ReadError> {
     match map {
-        Some(map) => delimited::read_mapped(path, map, progress),
-        None => delimited::read(path, progress),
+        Some(map) => import::read_mapped(path, map, progress),
+        None => import::read(path, progress),
     }
 }
 

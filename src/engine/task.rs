@@ -8,10 +8,11 @@ use crate::engine::query::{Query, Unanswered};
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::OpenedSession;
 use crate::export::{TargetError, check_targets};
+use crate::import;
+use crate::import::map::ColumnMap;
+use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
-use crate::recording::columns::ColumnMap;
-use crate::recording::pose::WeightEstimate;
-use crate::recording::{Recording, RecordingSet, Tare, delimited, simulated};
+use crate::recording::{Recording, RecordingSet, Tare, simulated};
 
 /// Something to do.
 #[derive(Clone, Debug)]
@@ -134,7 +135,7 @@ impl Query for Task {
                 Done::Map(read.map_err(|error| error.to_string()))
             }
             Self::FindWeight(path, map) => {
-                let found = delimited::estimate_weight(path, map, progress).map(Box::new);
+                let found = import::estimate_weight(path, map, progress).map(Box::new);
                 Done::Weight(path.clone(), found.map_err(|error| error.to_string()))
             }
             Self::Restore(path) => {

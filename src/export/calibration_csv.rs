@@ -5,7 +5,7 @@ use std::io;
 use super::facts::Fact;
 use crate::calibration::Calibration;
 use crate::features::Column;
-use crate::recording::write_csv::CsvWriter;
+use crate::formats::csv::CsvWriter;
 use crate::shown::printable;
 
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.

@@ -4,12 +4,13 @@ use egui::{ComboBox, DragValue, RichText, TextEdit};
 use egui_extras::{Column, TableBuilder};
 
 use crate::app::{AppState, Command, ImportCommand, Importing};
-use crate::recording::Tare;
-use crate::recording::columns::{
-    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Decimal, Delimiter, Header, JoinMethod,
-    Mount, ReferenceFile, TableMap, TextLayout, WeightMap,
+use crate::formats::text::{Decimal, Delimiter, TextLayout};
+use crate::import::inspect::{ColumnReport, Inspection, TableReport};
+use crate::import::map::{
+    Angles, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Header, JoinMethod, Mount, ReferenceFile,
+    TableMap, WeightMap,
 };
-use crate::recording::delimited::inspect::{ColumnReport, Inspection, TableReport};
+use crate::recording::Tare;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::significant;
 

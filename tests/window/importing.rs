@@ -213,7 +213,7 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     let path = files.path("map.json");
     type_into(&mut window, "Column map", path.to_str().unwrap());
     click(&mut window, Role::Button, "Write map");
-    let map = recording::columns::ColumnMap::read(&path).unwrap();
+    let map = loopscope::import::map::ColumnMap::read(&path).unwrap();
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
     choose(&mut window, 4, "ignore");
     assert_ne!(map, state(&window).importing.as_ref().unwrap().map);

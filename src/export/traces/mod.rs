@@ -12,8 +12,8 @@ use std::path::Path;
 
 use super::{WriteError, write_atomically};
 use crate::calibration::{AppliedLoads, Calibration};
+use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
-use crate::recording::write_csv::CsvWriter;
 use crate::recording::{Axis, Recording};
 
 /// How traces are written.

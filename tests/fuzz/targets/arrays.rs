@@ -6,8 +6,8 @@ use std::io::Write as _;
 
 use libfuzzer_sys::fuzz_target;
 use loopscope::progress::Progress;
-use loopscope::recording::ArraysError;
-use loopscope::recording::delimited::{ReadError, read};
+use loopscope::formats::ArraysError;
+use loopscope::import::{ReadError, read};
 
 const STARTS: [&[u8]; 5] = [
     b"\x93NUMPY\x01\x00",

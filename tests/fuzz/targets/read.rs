@@ -5,8 +5,8 @@ use std::io::Write as _;
 
 use libfuzzer_sys::fuzz_target;
 use loopscope::progress::Progress;
-use loopscope::recording::delimited::inspect::{Known, inspect};
-use loopscope::recording::delimited::read;
+use loopscope::import::inspect::{Known, inspect};
+use loopscope::import::read;
 
 fuzz_target!(|content: &[u8]| {
     let mut file = tempfile::NamedTempFile::new().expect("a file can be made");

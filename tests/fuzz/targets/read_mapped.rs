@@ -5,8 +5,8 @@ use std::io::Write as _;
 
 use libfuzzer_sys::fuzz_target;
 use loopscope::progress::Progress;
-use loopscope::recording::columns::ColumnMap;
-use loopscope::recording::delimited::read_mapped;
+use loopscope::import::map::ColumnMap;
+use loopscope::import::read_mapped;
 
 fuzz_target!(|input: &[u8]| {
     let Some(end) = input.iter().position(|byte| *byte == 0) else {

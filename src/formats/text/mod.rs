@@ -1,0 +1,89 @@
+//! Delimited text, as loggers and spreadsheets write it.
+//!
+//! Guarantees: a file of any size is read in blocks of whole lines and never held in memory; every number keeps its line.
+//!
+//! | room | what |
+//! |---|---|
+//! | `encoding`, `blocks` | a file as text, in blocks of whole lines |
+//! | `cells`, `times` | cells, numbers, dates |
+//! | `layout` | where the table stands and how it is cut |
+//! | `ati` | the lines that ATI's program writes above its rows |
+
+pub(crate) mod ati;
+pub(crate) mod blocks;
+pub(crate) mod cells;
+mod encoding;
+pub(crate) mod layout;
+pub(crate) mod times;
+
+use serde::{Deserialize, Serialize};
+
+pub use encoding::Encoding;
+
+/// How the text of a table is cut into cells and numbers.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TextLayout {
+    /// What stands between two cells.
+    pub delimiter: Delimiter,
+    /// What stands between the whole part of a number and its decimals.
+    pub decimal: Decimal,
+    /// How many lines at the start are no part of the table. Blank lines and comments (`#`) need not be counted.
+    pub skip_rows: usize,
+    /// Whether the next line names the columns.
+    pub header: bool,
+    /// Whether the line after the header holds units.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub units_row: bool,
+    /// A preamble that says more than nothing; `skip_rows` does not matter with one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preamble: Option<Preamble>,
+}
+
+/// What stands between two cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum Delimiter {
+    #[default]
+    Comma,
+    Semicolon,
+    Tab,
+    /// Any run of blanks and tabs.
+    Spaces,
+}
+
+impl Delimiter {
+    /// All of them, the ones that say most first.
+    pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Spaces];
+
+    /// As in the file of a map.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Comma => "comma",
+            Self::Semicolon => "semicolon",
+            Self::Tab => "tab",
+            Self::Spaces => "spaces",
+        }
+    }
+}
+
+/// What stands between the whole part of a number and its decimals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Decimal {
+    /// A point. Where a comma cannot stand between cells, a single one is read as a decimal point too, and told.
+    #[default]
+    Point,
+    /// A comma only: `1.5` is then no number, since it may mean fifteen hundred.
+    Comma,
+}
+
+/// A preamble that is understood: units, counts per unit and sample rate are read from it in each file anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Preamble {
+    /// What the demonstration program of ATI's Net F/T writes.
+    AtiNetFt,
+}
