@@ -53,5 +53,5 @@ pub mod recording;
 pub mod report;
 mod shown;
 mod small_file;
-//GUI
-//pub mod ui;
+#[cfg(feature = "gui")]
+pub mod ui;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
-use crate::analysis::{Analysis, HistoryBlock, Request, View};
+use crate::analysis::{Analysis, HistoryBlock, RecordingResult, Request, View};
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
@@ -266,6 +266,17 @@ impl Engine {
         self.analysis.answer().filter(|_| fits)
     }
 
+    /// How a recording of the document came out, in the newest analysis that has it.
+    #[must_use]
+    pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
+        let own = &self.project.recordings.entries().get(at)?.recording;
+        let of = self.analysis.answered()?.0.recordings.entries();
+        let is_own = |at: &usize| Arc::ptr_eq(&of[*at].recording, own);
+        let same_place = Some(at).filter(|at| *at < of.len() && is_own(at));
+        let place = same_place.or_else(|| (0..of.len()).find(is_own))?;
+        self.analysis()?.recordings.get(place)
+    }
+
     /// Whether the analysis is that of the document as it is now.
     #[must_use]
     pub fn is_current(&self) -> bool {
@@ -413,15 +424,15 @@ impl Engine {
 
     /// Asks what a pane shows of the loops, by the newest analysis.
     pub fn ask_loops(&mut self, visible: Option<(f64, f64)>, question: Question) {
-        if let Some(request) = self.look(visible, question) {
-            self.loops.ask(request);
+        if let Some(look) = self.look(visible, question) {
+            ask_look(&mut self.loops, look);
         }
     }
 
     /// Asks for the metrology figures, by the newest analysis.
     pub fn ask_figures(&mut self, question: Question) {
-        if let Some(request) = self.look(None, question) {
-            self.figures.ask(request);
+        if let Some(look) = self.look(None, question) {
+            ask_look(&mut self.figures, look);
         }
     }
 
@@ -993,4 +1004,13 @@ impl Engine {
             }
         }
     }
+}
+
+/// Asks; an answer about other recordings goes.
+fn ask_look(lane: &mut Lane<LookAt>, look: LookAt) {
+    let is_other = |of: &LookAt| !Arc::ptr_eq(&of.0.recordings, &look.0.recordings);
+    if lane.answered().is_some_and(is_other) {
+        lane.forget();
+    }
+    lane.ask(look);
 }

@@ -3,7 +3,7 @@
 use egui::{ComboBox, DragValue, RichText, TextEdit};
 use egui_extras::{Column, TableBuilder};
 
-use crate::app::{AppState, Command, ImportCommand, Importing};
+use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats::text::{Decimal, Delimiter, TextLayout};
 use crate::import::inspect::{ColumnReport, Inspection, TableReport};
 use crate::import::map::{
@@ -11,6 +11,7 @@ use crate::import::map::{
     TableMap, WeightMap,
 };
 use crate::recording::Tare;
+use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::significant;
 
@@ -40,11 +41,11 @@ impl Default for ImportFields {
 /// Draws the window while a file is being imported.
 pub fn import_window(
     context: &egui::Context,
-    state: &AppState,
+    engine: &Engine,
     fields: &mut ImportFields,
     out: &mut Vec<Command>,
 ) {
-    let Some(importing) = &state.importing else {
+    let Some(importing) = &engine.importing else {
         return;
     };
     // Whatever is open within the window, or is being typed, ends first.
@@ -83,7 +84,7 @@ pub fn import_window(
             egui::CentralPanel::no_frame().show(ui, |ui| {
                 egui::ScrollArea::vertical()
                     .auto_shrink([false, false])
-                    .show(ui, |ui| body(ui, state, importing, inspection, out));
+                    .show(ui, |ui| body(ui, engine, importing, inspection, out));
             });
         });
     fields.is_typing = context.text_edit_focused();
@@ -93,12 +94,12 @@ pub fn import_window(
 }
 
 fn send(out: &mut Vec<Command>, command: ImportCommand) {
-    out.push(Command::Import(command));
+    out.push(command.into());
 }
 
 fn body(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     importing: &Importing,
     inspection: &Inspection,
     out: &mut Vec<Command>,
@@ -118,7 +119,7 @@ fn body(
         ));
     }
     questions(ui, importing, inspection, out);
-    remembered(ui, state, importing, out);
+    remembered(ui, engine, importing, out);
     ui.separator();
     let mut text = importing.map.table.text.clone();
     layout(ui, &mut text);
@@ -165,9 +166,9 @@ fn questions(
 }
 
 /// Maps of before that are for files of this shape.
-fn remembered(ui: &mut egui::Ui, state: &AppState, importing: &Importing, out: &mut Vec<Command>) {
+fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &mut Vec<Command>) {
     let shape = &importing.map.table.shape;
-    let maps = state.preferences.maps.iter().enumerate();
+    let maps = engine.preferences.maps.iter().enumerate();
     let fitting: Vec<usize> = maps
         .filter(|(_, map)| map.table.shape == *shape && **map != importing.map)
         .map(|(at, _)| at)
@@ -346,7 +347,7 @@ fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
             "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
         );
         if estimate.clicked() {
-            send(out, ImportCommand::EstimateWeight);
+            send(out, ImportCommand::FindWeight);
         }
         let add = ui.button("Add a mount");
         let add = add.on_hover_text(

@@ -4,10 +4,11 @@ use egui::RichText;
 
 use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPicture, Output, Up};
-use crate::app::{AppState, Command};
+use crate::engine::Engine;
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
+use crate::ui::command::Command;
 use crate::ui::numbers::{percent, significant};
 use crate::ui::palette::{self, look_back};
 use crate::ui::plots;
@@ -18,15 +19,11 @@ const WIDTHS_HEIGHT: f32 = 150.0;
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    state: &AppState,
-    picture: Option<&LoopPicture>,
+    engine: &Engine,
+    picture: &LoopPicture,
     out: &mut Vec<Command>,
 ) {
-    let Some(picture) = picture else {
-        ui.weak("No loop to draw yet.");
-        return;
-    };
-    let gauges = &state.recordings.layout().gauge_names;
+    let gauges = &engine.project().recordings.layout().gauge_names;
     let view = View {
         picture,
         up: up_label(picture, gauges),

@@ -1,81 +1,58 @@
-//! The window: menus above, the status line below, the panes between, and what floats over them.
+//! What the window asks a person, in front of everything else.
 
-use crate::app::{AppState, Command, Doubt, Leaving, LeftSession, Pane, SessionCommand, Wish};
+use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession};
 use crate::export::utc;
-use crate::ui::fields::Fields;
-use crate::ui::shell::Shell;
-use crate::ui::trace_panes::trace_panes;
-use crate::ui::{
-    actions, calibration_pane, compare_pane, errors_pane, import_window, menu, notices_panel,
-    recordings_panel, settings_panel, status_line, thresholds_pane,
-};
+use crate::ui::command::Command;
 
 /// Height of the list of sessions that windows left.
 const LEFT_HEIGHT: f32 = 320.0;
 /// So many files of each are named.
 const LEFT_FILES: usize = 4;
 
-impl Shell {
-    pub(super) fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
-        let can = self.can_go();
-        let state = &self.state;
-        actions::listen(ui.ctx(), state, can, out);
-        egui::Panel::top("menu").show(ui, |ui| {
-            menu::menu_bar(ui, state, &self.workspace, can, out);
+/// A path that is being typed for what waits to be saved.
+struct Naming {
+    content: FileContent,
+    path: String,
+    /// Whether it was not drawn yet.
+    is_new: bool,
+}
+
+/// What is typed into the answers.
+#[derive(Default)]
+pub struct Questions {
+    naming: Option<Naming>,
+    /// Where a file of the session is now.
+    found: String,
+}
+
+impl Questions {
+    /// Asks where to write this.
+    pub fn ask_path(&mut self, content: FileContent) {
+        self.naming = Some(Naming {
+            path: content.usual_name().to_owned(),
+            content,
+            is_new: true,
         });
-        egui::Panel::bottom("status").show(ui, |ui| {
-            let jobs = self.jobs.running();
-            status_line::status_line(ui, state, jobs, self.analysis.running(), out);
-        });
-        if !state.notices.is_empty() {
-            egui::Panel::bottom("notices")
-                .resizable(true)
-                .default_size(90.0)
-                .show(ui, |ui| notices_panel::notices_panel(ui, state, out));
-        }
-        let ground = egui::Frame::NONE.fill(ui.visuals().panel_fill);
-        egui::CentralPanel::default().frame(ground).show(ui, |ui| {
-            self.workspace.show(ui, &mut |ui, pane| match pane {
-                Pane::Recordings => {
-                    recordings_panel::recordings_panel(ui, state, &mut self.fields, out);
-                }
-                Pane::Settings => {
-                    egui::ScrollArea::vertical()
-                        .auto_shrink([false, false])
-                        .show(ui, |ui| settings_panel::settings_panel(ui, state, out));
-                }
-                Pane::Traces => trace_panes(ui, state, &mut self.panes, out),
-                Pane::Thresholds => {
-                    let (fields, map) = (&mut self.fields, &mut self.map);
-                    thresholds_pane::thresholds_pane(ui, state, fields, map, out);
-                }
-                Pane::Compare => compare_pane::compare_pane(ui, state, &mut self.fields, out),
-                Pane::Loops => self.loops.show(ui, state, &self.looking[0], out),
-                Pane::Metrology => self.metrology.show(ui, state, &self.looking[1], out),
-                Pane::Notes => notes(ui, state, out),
-                Pane::Errors => errors_pane::errors_pane(ui, state),
-                Pane::Calibration => {
-                    calibration_pane::calibration_pane(ui, state, &mut self.fields, out);
-                }
-            });
-        });
-        import_window::import_window(ui.ctx(), state, &mut self.import_fields, out);
-        self.help.show(ui.ctx(), &|| actions::all(state, can));
-        self.palette.show(ui.ctx(), state, can, out);
-        if self.tour.show(ui.ctx()) {
-            out.push(Command::Wish(Wish::Tour(false)));
-        }
-        naming(ui.ctx(), state, &mut self.fields, out);
-        replacing(ui.ctx(), state, out);
-        leaving(ui.ctx(), state, out);
-        recovering(ui.ctx(), state, out);
-        lost(ui.ctx(), state, &mut self.fields, out);
+    }
+
+    /// What waits for a path; it waits no longer.
+    pub fn take_content(&mut self) -> Option<FileContent> {
+        Some(self.naming.take()?.content)
+    }
+
+    /// Draws what is asked now.
+    pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+        naming(context, &mut self.naming, out);
+        replacing(context, engine, out);
+        leaving(context, engine, self.naming.is_some(), out);
+        recovering(context, engine, out);
+        lost(context, engine, &mut self.found, out);
     }
 }
 
 /// Asks before a file is written that is there already, or that holds a fit which says nothing.
-fn replacing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
-    let Some((_, path, doubt)) = &state.replacing else {
+fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+    let Some((_, path, doubt)) = &engine.replacing else {
         return;
     };
     let (title, reason, yes) = match doubt {
@@ -102,24 +79,22 @@ fn replacing(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) 
         ui.horizontal(|ui| {
             for ((label, explanation), answer) in [(yes, true), (no, false)] {
                 if ui.button(label).on_hover_text(explanation).clicked() {
-                    out.push(Command::Replace(answer));
+                    out.push(Action::Replace(answer).into());
                 }
             }
         });
     });
     if modal.should_close() {
-        out.push(Command::Replace(false));
+        out.push(Action::Replace(false).into());
     }
 }
 
 /// Lets a path be typed where there is no dialog to choose one.
-fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
-    let Some((_, name)) = &state.naming else {
-        fields.name = None;
+fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Command>) {
+    let Some(Naming { path, is_new, .. }) = naming else {
         return;
     };
-    let is_new = fields.name.is_none();
-    let path = fields.name.get_or_insert_with(|| name.clone());
+    let is_new = std::mem::take(is_new);
     let modal = egui::Modal::new(egui::Id::unique("naming")).show(context, |ui| {
         ui.set_width(420.0);
         let label = ui.strong("Save as");
@@ -152,12 +127,12 @@ fn naming(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &
 }
 
 /// Asks what becomes of what is not saved before the window closes or something else takes its place.
-fn leaving(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
-    let Some(leaving) = &state.leaving else {
+fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut Vec<Command>) {
+    let Some(leaving) = &engine.leaving else {
         return;
     };
     // It is just being saved.
-    if state.naming.is_some() || state.replacing.is_some() {
+    if is_naming || engine.replacing.is_some() {
         return;
     }
     let (save, discard, cancel) = match leaving {
@@ -172,7 +147,7 @@ fn leaving(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
             "The other session is not opened",
         ),
     };
-    let mut say = |command| out.push(Command::Session(command));
+    let mut say = |command: Command| out.push(command);
     let modal = egui::Modal::new(egui::Id::unique("leaving")).show(context, |ui| {
         ui.set_width(420.0);
         ui.strong("The session is not saved");
@@ -183,9 +158,9 @@ fn leaving(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             for (label, explanation, command) in [
-                ("Save", save, SessionCommand::Save),
-                ("Discard", discard, SessionCommand::Discard),
-                ("Cancel", cancel, SessionCommand::Cancel),
+                ("Save", save, Command::SaveSession),
+                ("Discard", discard, Action::Discard.into()),
+                ("Cancel", cancel, Action::Stay.into()),
             ] {
                 if ui.button(label).on_hover_text(explanation).clicked() {
                     say(command);
@@ -194,16 +169,16 @@ fn leaving(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
         });
     });
     if modal.should_close() {
-        say(SessionCommand::Cancel);
+        say(Action::Stay.into());
     }
 }
 
 /// Offers what windows left that did not close as they should, the newest first.
-fn recovering(context: &egui::Context, state: &AppState, out: &mut Vec<Command>) {
-    if state.recoverable.is_empty() {
+fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+    if engine.recoverable.is_empty() {
         return;
     }
-    let mut say = |command| out.push(Command::Session(command));
+    let mut say = |command: Command| out.push(command);
     let mut open = true;
     egui::Window::new("Recover")
         .open(&mut open)
@@ -214,19 +189,19 @@ fn recovering(context: &egui::Context, state: &AppState, out: &mut Vec<Command>)
             ui.set_width(460.0);
             ui.label("LoopScope did not close as it should. What was not saved then was written down; closing this keeps it for the next start.");
             egui::ScrollArea::vertical().max_height(LEFT_HEIGHT).show(ui, |ui| {
-                for (at, left) in state.recoverable.iter().enumerate().rev() {
+                for (at, left) in engine.recoverable.iter().enumerate().rev() {
                     ui.separator();
                     ui.push_id(at, |ui| one_left(ui, left, &mut say));
                 }
             });
         });
     if !open {
-        say(SessionCommand::KeepLeft);
+        say(Action::KeepLeft.into());
     }
 }
 
 /// When it was written, its files, and what can be done with it.
-fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(SessionCommand)) {
+fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
     ui.strong(utc(left.written));
     let names = left.files.iter().take(LEFT_FILES).map(|path| {
         let name = path.file_name().unwrap_or(path.as_os_str());
@@ -245,19 +220,19 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(SessionC
         let restore = ui.button("Restore");
         let restore = restore.on_hover_text("Opens its files with every choice of then");
         if restore.clicked() {
-            say(SessionCommand::Restore(left.path.clone()));
+            say(Action::Restore(left.path.clone()).into());
         }
         let discard = ui.button("Discard");
         let discard = discard.on_hover_text("It is lost; the recordings stay");
         if discard.clicked() {
-            say(SessionCommand::DropLeft(left.path.clone()));
+            say(Action::DropLeft(left.path.clone()).into());
         }
     });
 }
 
 /// Asks where files of the session are that are not where they were.
-fn lost(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
-    let Some(file) = state.lost.first() else {
+fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut Vec<Command>) {
+    let Some(file) = engine.project().lost.first() else {
         return;
     };
     egui::Window::new("A file of the session is not there")
@@ -267,44 +242,29 @@ fn lost(context: &egui::Context, state: &AppState, fields: &mut Fields, out: &mu
         .show(context, |ui| {
             ui.set_width(460.0);
             ui.label(file.absolute.display().to_string());
-            if state.lost.len() > 1 {
-                ui.weak(format!("and {} more", state.lost.len() - 1));
+            if engine.project().lost.len() > 1 {
+                ui.weak(format!("and {} more", engine.project().lost.len() - 1));
             }
             ui.horizontal(|ui| {
                 let label = ui.label("It is now at");
-                let field = egui::TextEdit::singleline(&mut fields.found).desired_width(340.0);
+                let field = egui::TextEdit::singleline(found).desired_width(340.0);
                 ui.add(field)
                     .labelled_by(label.id)
                     .on_hover_text("The path of the file that was moved");
             });
             ui.horizontal(|ui| {
-                let path = fields.found.trim().to_owned();
+                let path = found.trim().to_owned();
                 let read = ui.button("Read it there");
                 let read = read.on_hover_text("Takes the file from this path");
                 if read.clicked() && !path.is_empty() {
-                    fields.found.clear();
-                    out.push(Command::Session(SessionCommand::Found(0, path.into())));
+                    found.clear();
+                    out.push(Action::Found(0, path.into()).into());
                 }
                 let leave = ui.button("Go on without it");
                 let leave = leave.on_hover_text("The session is opened without this file");
                 if leave.clicked() {
-                    out.push(Command::Session(SessionCommand::Forget(0)));
+                    out.push(Action::Forget(0).into());
                 }
             });
         });
-}
-
-/// Free text.
-fn notes(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
-    let mut text = state.notes.clone();
-    let field = egui::TextEdit::multiline(&mut text)
-        .hint_text("What should be remembered of this calibration; it is saved with the session")
-        .desired_width(f32::INFINITY);
-    let response = ui.add_sized(ui.available_size(), field);
-    let response = response.on_hover_text("Free text, saved with the session");
-    response
-        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::MultilineTextInput, true, "Notes"));
-    if text != state.notes {
-        out.push(Command::Session(SessionCommand::SetNotes(text)));
-    }
 }

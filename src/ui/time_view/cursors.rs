@@ -6,7 +6,7 @@ use std::sync::Arc;
 use egui_plot::{PlotUi, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
-use crate::app::AppState;
+use crate::engine::Engine;
 use crate::evaluation::Series;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
@@ -71,8 +71,11 @@ struct Span {
 }
 
 impl Span {
-    fn over(traces: &TraceSet, samples: Range<usize>, state: &AppState) -> Self {
-        let shown = traces.axes.iter().filter(|axis| state.is_shown(axis.axis));
+    fn over(traces: &TraceSet, samples: Range<usize>, engine: &Engine) -> Self {
+        let shown = traces
+            .axes
+            .iter()
+            .filter(|axis| engine.project().is_shown(axis.axis));
         Self {
             next: samples.start,
             samples,
@@ -94,8 +97,11 @@ impl Span {
     }
 
     /// Whether it is of these series.
-    fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, state: &AppState) -> bool {
-        let shown = traces.axes.iter().filter(|axis| state.is_shown(axis.axis));
+    fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, engine: &Engine) -> bool {
+        let shown = traces
+            .axes
+            .iter()
+            .filter(|axis| engine.project().is_shown(axis.axis));
         let series = shown.flat_map(rows).map(|row| Arc::as_ptr(&row.series));
         self.samples == *samples && series.eq(self.rows.iter().map(|row| Arc::as_ptr(&row.series)))
     }
@@ -155,7 +161,7 @@ impl Cursors {
     }
 
     /// Draws the table while there is a cursor.
-    pub fn show(&mut self, ui: &egui::Ui, state: &AppState, traces: &TraceSet) {
+    pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
         let ends = self
             .at
             .map(|time| time.and_then(|time| traces.sample_at(time)));
@@ -166,9 +172,9 @@ impl Cursors {
         if !self
             .span
             .as_ref()
-            .is_some_and(|span| span.is_of(traces, &samples, state))
+            .is_some_and(|span| span.is_of(traces, &samples, engine))
         {
-            self.span = Some(Span::over(traces, samples, state));
+            self.span = Some(Span::over(traces, samples, engine));
         }
         let Some(span) = &mut self.span else { return };
         let complete = span.go_on();
