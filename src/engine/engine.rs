@@ -414,10 +414,9 @@ impl Engine {
             self.comparison.follow(&self.project.settings);
             self.compared = Some(self.project.settings.clone());
         }
-        let request = self.request();
-        if request.recordings.entries().is_empty() {
-            self.analysis.forget();
-        } else {
+        // Before anything was opened there is nothing to ask, and nothing to complain about.
+        if self.analysis.asked().is_some() || !self.project.recordings.entries().is_empty() {
+            let request = self.request();
             self.analysis.ask(Analyse(request));
         }
     }

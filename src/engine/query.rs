@@ -152,7 +152,7 @@ struct Shared<Q> {
 }
 
 struct Slot<Q> {
-    waiting: Option<(u64, Q)>,
+    waiting: Option<(u64, Q, Running)>,
     running: Option<Running>,
     closed: bool,
 }
@@ -203,8 +203,13 @@ impl<Q: Query> Lane<Q> {
         self.problem = None;
         self.newest += 1;
         self.asked = Some(question.clone());
+        let begins = Running {
+            title: question.title(),
+            progress: Progress::default(),
+            since: Instant::now(),
+        };
         let mut slot = self.shared.lock();
-        slot.waiting = Some((self.newest, question));
+        slot.waiting = Some((self.newest, question, begins));
         if let Some(running) = &slot.running
             && running.since.elapsed() > PATIENCE
         {
@@ -293,10 +298,12 @@ impl<Q: Query> Lane<Q> {
         self.problem.as_deref()
     }
 
-    /// What runs.
+    /// What runs, or waits to.
     #[must_use]
     pub fn running(&self) -> Option<Running> {
-        self.shared.lock().running.clone()
+        let slot = self.shared.lock();
+        let waiting = slot.waiting.as_ref().map(|(_, _, waiting)| waiting);
+        slot.running.as_ref().or(waiting).cloned()
     }
 
     /// Whether nothing runs or waits; all answers that will come can then be taken.
@@ -338,20 +345,17 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
     stand_back();
     let mut cache = Q::Cache::default();
     loop {
-        let progress = Progress::default();
-        let (number, question) = {
+        let (number, question, progress) = {
             let mut slot = shared.lock();
             loop {
                 if slot.closed {
                     return;
                 }
-                if let Some((number, question)) = slot.waiting.take() {
-                    slot.running = Some(Running {
-                        title: question.title(),
-                        progress: progress.clone(),
-                        since: Instant::now(),
-                    });
-                    break (number, question);
+                if let Some((number, question, begins)) = slot.waiting.take() {
+                    let progress = begins.progress.clone();
+                    let since = Instant::now();
+                    slot.running = Some(Running { since, ..begins });
+                    break (number, question, progress);
                 }
                 slot = (shared.wake.wait(slot)).unwrap_or_else(PoisonError::into_inner);
             }

@@ -448,7 +448,7 @@ mod tests {
 
     #[test]
     fn no_two_actions_have_the_same_name_or_keys() {
-        let actions = all(&AppState::default(), CanGo::default());
+        let actions = all(&Engine::new(std::sync::Arc::new(|| {})), CanGo::default());
         for (at, one) in actions.iter().enumerate() {
             for other in &actions[at + 1..] {
                 assert_ne!(one.name, other.name);
@@ -465,7 +465,7 @@ mod tests {
             zoom_back: true,
             zoom_forward: true,
         };
-        let state = AppState::default();
+        let engine = Engine::new(std::sync::Arc::new(|| {}));
         for action in all(&engine, can)
             .into_iter()
             .filter(|action| action.enabled)

@@ -41,6 +41,6 @@ mod workspace;
 
 pub use command::{Command, Pane, PaneMove, Preset, TimeMove};
 pub use dialogs::{Dialogs, NativeDialogs, Reply, save_to};
-pub use panes::named as pane;
+pub use panes::{all as all_panes, named as pane};
 pub use shell::Shell;
 pub use start::open_window;

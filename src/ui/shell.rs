@@ -12,7 +12,7 @@ use crate::engine::query::{Notify, let_window_go_first};
 use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_json};
 use crate::recording::Tare;
 use crate::ui::actions::CanGo;
-use crate::ui::command::Command;
+use crate::ui::command::{Command, Pane};
 use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::{Dialogs, Reply, write};
 use crate::ui::hand::Hand;
@@ -137,6 +137,12 @@ impl Shell {
     #[must_use]
     pub fn visible_time(&self) -> Option<(f64, f64)> {
         self.time.visible_time()
+    }
+
+    /// The panes that are on screen.
+    #[must_use]
+    pub fn on_screen(&self) -> Vec<Pane> {
+        self.workspace.on_screen()
     }
 
     /// Whether anything runs or waits to run.

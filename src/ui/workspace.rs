@@ -139,8 +139,7 @@ impl Workspace {
     }
 
     /// The panes that are on screen: open, and in front among their tabs.
-    #[cfg(test)]
-    fn on_screen(&self) -> Vec<Pane> {
+    pub fn on_screen(&self) -> Vec<Pane> {
         let active = self.tree.active_tiles();
         let panes = active
             .iter()
