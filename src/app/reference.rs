@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::app::{AppState, Effect, Level, Notice};
 use crate::calibration::Calibration;
-use crate::export::{CalibrationFormat, name_gauges};
+use crate::export::{name_gauges, names_gauges};
 
 /// A calibration to compare with.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,8 +36,7 @@ impl AppState {
         let Some(factory) = self.factory.as_mut().filter(|_| !names.is_empty()) else {
             return;
         };
-        if CalibrationFormat::from_path(&factory.path).is_some_and(|format| !format.names_gauges())
-        {
+        if !names_gauges(&factory.path) {
             name_gauges(Arc::make_mut(&mut factory.calibration), names);
         }
         if factory.calibration.gauges != *names {

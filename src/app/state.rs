@@ -11,7 +11,7 @@ use crate::app::{
     SessionFile, ThresholdStudy, TracesToWrite, Training,
 };
 use crate::calibration::{Calibration, FitSettings};
-use crate::export::CalibrationFormat;
+use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::recording::columns::ColumnMap;
 use crate::recording::delimited::Loaded;
@@ -522,13 +522,13 @@ impl AppState {
         let Some(calibration) = self.calibration() else {
             return self.nothing_to_export();
         };
-        if CalibrationFormat::from_path(&path).is_none() {
+        if target_for(&path).is_none() {
             self.tell(Notice::new(
                 Level::Error,
                 format!(
                     "{}: the ending says no format; use one of {}",
                     path.display(),
-                    CalibrationFormat::listed()
+                    target_endings()
                 ),
             ));
             return Vec::new();

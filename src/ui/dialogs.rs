@@ -8,6 +8,7 @@ use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use crate::app::{Command, Existing, FileContent, ImportCommand, Level, Notice};
+use crate::export::TARGETS;
 use crate::worker::Notify;
 
 /// No person cancels a dialog this quickly.
@@ -100,9 +101,14 @@ impl Dialogs for NativeDialogs {
     }
 
     fn save(&mut self, what: SaveAs, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new()
+        let mut dialog = rfd::AsyncFileDialog::new()
             .set_title("Save")
             .set_file_name(&what.name);
+        if let FileContent::Calibration(..) = what.content {
+            for target in TARGETS {
+                dialog = dialog.add_filter(target.name(), target.endings());
+            }
+        }
         let none = Command::TypePathFor(what.content.clone(), what.name.clone());
         asked(reply, none, || {
             let file = pollster::block_on(dialog.save_file())?;

@@ -1,99 +1,102 @@
-//! Calibrations as source code for machines without this program: a C99 header, a Rust file, a Python file.
+//! Calibrations as source code for machines without this program.
 //!
-//! Guarantees: one [`Program`] and one set of names for the three, which differ in their templates and in how numbers are
+//! Guarantees: one [`Program`] and one set of names for all languages, which differ in their templates and in how numbers are
 //! written; text of the user stands in comments only, and cannot leave them.
 
 mod program;
 mod template;
 
 use std::fmt::Write as _;
+use std::io;
 
 use self::program::Affine;
-pub(super) use self::program::{LearnedProgram, Program};
+pub(in crate::export) use self::program::{LearnedProgram, Program};
 use self::template::{Scope, Value, render};
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Kernel, LEAP_SECS, Learned, Network, STRAYS};
-use crate::export::facts::Fact;
-use crate::export::text::{for_block_comment, identifier};
-use crate::shown::printable;
+use crate::export::target::{Export, Outline, Refusal, Target};
+use crate::export::text::identifier;
 
 /// The rate for which a C file keeps room where neither it nor the calibration says another (Hz) …
 const DEFAULT_RATE_HZ: u64 = 1000;
 /// … and what it keeps room for at most: no sensor is read faster.
 const HIGHEST_RATE_HZ: f64 = 1e6;
 /// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
-pub(super) const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
+const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
-/// What source code is written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Language {
-    C,
-    Rust,
-    Python,
+/// How a language writes what differs between them.
+#[derive(Clone, Copy)]
+pub(in crate::export) struct Language {
+    pub template: &'static str,
+    /// Makes a user's text harmless in a comment.
+    pub comment: fn(&str) -> String,
+    /// Around lists.
+    pub brackets: (char, char),
+    /// A single-precision weight, written so that no language rounds it twice.
+    pub weight: fn(f32) -> String,
+    /// No and yes.
+    pub flags: [&'static str; 2],
+}
+
+/// A format that is source code in a language.
+pub(in crate::export) struct Code {
+    pub name: &'static str,
+    pub endings: &'static [&'static str],
+    pub language: Language,
+}
+
+impl Target for Code {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        self.endings
+    }
+
+    fn holds(&self) -> &'static str {
+        "conventional and compensated load with all blocks"
+    }
+
+    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
+        match calibration.learned {
+            Some(Learned::Kernel(_)) => "the kernel's band",
+            _ => "nothing",
+        }
+    }
+
+    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
+        let window_secs = outline.features.window_secs();
+        match window_secs > LONGEST_WINDOW_SECS {
+            true => Err(Box::new(LongWindow { window_secs })),
+            false => Ok(()),
+        }
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        out.write_all(source_code(export, self.language).as_bytes())
+    }
+}
+
+/// A past that fills the memory of what runs the code.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "the blocks look back {window_secs} s, and what runs this file would have to keep all samples of that time (at most \
+     {LONGEST_WINDOW_SECS} s); fit with a smaller t_th or lag, or use .json"
+)]
+struct LongWindow {
+    window_secs: f64,
 }
 
 impl Language {
-    fn template(self) -> &'static str {
-        match self {
-            Self::C => include_str!("../templates/calibration.h"),
-            Self::Rust => include_str!("../templates/calibration.rs.in"),
-            Self::Python => include_str!("../templates/calibration.py"),
-        }
-    }
-
-    fn comment(self, text: &str) -> String {
-        match self {
-            Self::C => for_block_comment(text),
-            Self::Rust | Self::Python => printable(text).into_owned(),
-        }
-    }
-
-    fn brackets(self) -> (char, char) {
-        match self {
-            Self::C => ('{', '}'),
-            Self::Rust | Self::Python => ('[', ']'),
-        }
-    }
-
-    /// A single-precision weight, written so that no language rounds it twice.
-    fn weight(self, weight: f32) -> String {
-        match self {
-            Self::C => format!("{weight:?}f"),
-            Self::Rust => format!("{weight:?}"),
-            Self::Python => format!("{:?}", f64::from(weight)),
-        }
-    }
-
     fn flag(self, is_set: bool) -> Value {
-        text(match self {
-            Self::C => {
-                if is_set {
-                    "1"
-                } else {
-                    "0"
-                }
-            }
-            Self::Rust => {
-                if is_set {
-                    "true"
-                } else {
-                    "false"
-                }
-            }
-            Self::Python => {
-                if is_set {
-                    "True"
-                } else {
-                    "False"
-                }
-            }
-        })
+        text(self.flags[usize::from(is_set)])
     }
 
     /// A list of literals, cut into lines.
     fn list(self, items: impl IntoIterator<Item = String>) -> String {
         const PER_LINE: usize = 6;
-        let (open, close) = self.brackets();
+        let (open, close) = self.brackets;
         let mut out = String::from(open);
         for (at, item) in items.into_iter().enumerate() {
             out.push_str(match at {
@@ -112,7 +115,7 @@ impl Language {
     }
 
     fn rows(self, rows: &[Vec<f64>]) -> Value {
-        let (open, close) = self.brackets();
+        let (open, close) = self.brackets;
         let rows: Vec<String> = (rows.iter())
             .map(|row| self.list(row.iter().map(|value| format!("{value:?}"))))
             .collect();
@@ -120,31 +123,27 @@ impl Language {
     }
 
     fn weights(self, weights: impl IntoIterator<Item = f32>) -> Value {
-        Value::Text(self.list(weights.into_iter().map(|weight| self.weight(weight))))
+        Value::Text(self.list(weights.into_iter().map(|weight| (self.weight)(weight))))
     }
 }
 
-/// The calibration in a language; names in it are made of `name`.
-pub(super) fn source_code(
-    calibration: &Calibration,
-    facts: &[Fact],
-    language: Language,
-    name: &str,
-) -> String {
+/// The calibration in a language.
+fn source_code(export: &Export<'_>, language: Language) -> String {
+    let calibration = export.calibration;
     let program = Program::new(calibration);
     let mut scope = sizes(&program, rate_hz(calibration), language);
     scope.extend(blocks(&program, language));
     scope.extend(linear(&program, language));
     scope.extend(learned(&program, language));
-    let prefix = identifier(name);
+    let prefix = identifier(export.name);
     scope.insert("PREFIX", Value::Text(prefix.to_ascii_uppercase()));
     scope.insert("prefix", Value::Text(prefix));
-    let facts = facts.iter().map(|(name, text)| {
-        let fact = language.comment(&format!("{name}: {text}"));
+    let facts = export.facts.iter().map(|(name, text)| {
+        let fact = (language.comment)(&format!("{name}: {text}"));
         Scope::from([("fact", Value::Text(fact))])
     });
     scope.insert("facts", Value::List(facts.collect()));
-    render(language.template(), &scope)
+    render(language.template, &scope)
 }
 
 fn text(value: impl ToString) -> Value {
@@ -198,7 +197,7 @@ fn sizes(program: &Program, rate_hz: u64, language: Language) -> Scope {
         ("leap_secs", text(format!("{LEAP_SECS:?}"))),
         ("strays", text(STRAYS)),
         ("products", text(program.n_products())),
-        ("search_cost", Value::Text(language.comment(&search_cost))),
+        ("search_cost", Value::Text((language.comment)(&search_cost))),
         ("at_rate", Value::Text(at_rate)),
         ("bytes_double", text(state_bytes(8))),
         ("bytes_float", text(state_bytes(4))),
@@ -346,7 +345,7 @@ fn n_inputs(layer: &Layer) -> usize {
 }
 
 /// All weights from the first input, then those from the second, and so on.
-pub(super) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f32> + '_ {
+pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f32> + '_ {
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }
 

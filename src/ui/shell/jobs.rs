@@ -13,7 +13,7 @@ use crate::app::{
 };
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
-    CalibrationFormat, ReportData, TargetError, WriteError, check_targets, read_calibration,
+    ReportData, TargetError, WriteError, check_targets, names_gauges, read_calibration,
     threshold_map_files, with_sources, write_atomically, write_calibration, write_report,
     write_threshold_map, write_traces,
 };
@@ -393,7 +393,7 @@ pub(super) fn is_calibration(path: &Path) -> bool {
 
 /// Whether the file is a matrix as sensors come with.
 fn is_factory(path: &Path) -> bool {
-    CalibrationFormat::from_path(path) == Some(CalibrationFormat::Cal)
+    !names_gauges(path)
 }
 
 /// Reads files one after another; what was read before a cancel is kept.
