@@ -12,6 +12,5 @@ pub(super) static C_HEADER: Code = Code {
         comment: for_block_comment,
         brackets: ('{', '}'),
         weight: |weight| format!("{weight:?}f"),
-        flags: ["0", "1"],
     },
 };

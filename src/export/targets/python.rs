@@ -12,6 +12,5 @@ pub(super) static PYTHON: Code = Code {
         comment: |text| printable(text).into_owned(),
         brackets: ('[', ']'),
         weight: |weight| format!("{:?}", f64::from(weight)),
-        flags: ["False", "True"],
     },
 };

@@ -12,6 +12,5 @@ pub(super) static RUST: Code = Code {
         comment: |text| printable(text).into_owned(),
         brackets: ('[', ']'),
         weight: |weight| format!("{weight:?}"),
-        flags: ["false", "true"],
     },
 };
