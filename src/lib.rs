@@ -11,7 +11,7 @@
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
 //! | [`evaluation`] | how good it is: errors, leave-one-recording-out, threshold study, loops, rests, the certificate's figures | [`evaluation::cross_validation`] |
 //! | [`report`] | what is shown, as plain data: tables and figures, described once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
-//! | [`export`] | what leaves the program, whole or not at all: calibrations in ten formats, code that runs them, tables, pictures | [`export::write_calibration`] |
+//! | [`export`] | what leaves the program, whole or not at all: calibrations in many formats, one file each, code that runs them, tables, pictures | [`export::write_calibration`] |
 //! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |
 //! | [`app`] | the window's state and the one function that changes it; no drawing, no files | [`app::AppState::apply`] |
 //! | `ui` | the window (feature `gui`): panels that read the state and push commands | `ui::Shell` |

@@ -24,7 +24,7 @@ use crate::engine::{
     Comparison, Edit, FromFile, History, ImportCommand, Level, Notice, Preferences, Project,
 };
 use crate::evaluation::threshold_study::Measure;
-use crate::export::CalibrationFormat;
+use crate::export::{target_endings, target_for};
 use crate::recording::Tare;
 
 /// More notices than this are forgotten, oldest first.
@@ -904,11 +904,11 @@ impl Engine {
             self.tell(Level::Error, "There is no calibration to export yet");
             return;
         };
-        if CalibrationFormat::from_path(&path).is_none() {
+        if target_for(&path).is_none() {
             let text = format!(
                 "{}: the ending says no format; use one of {}",
                 path.display(),
-                CalibrationFormat::listed()
+                target_endings()
             );
             self.tell(Level::Error, text);
             return;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session, read_recordings};
-use crate::export::{CalibrationFormat, read_calibration};
+use crate::export::{names_gauges, read_calibration, target_for};
 use crate::import::inspect::map_for;
 use crate::import::map::ColumnMap;
 use crate::import::{Loaded, ReadError};
@@ -29,10 +29,10 @@ pub enum Opened {
 /// A file with what it held, or why it could not be read.
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
-/// Whether the file's name says that it is a calibration or a session.
+/// Whether the file's name says that it is a calibration or a session rather than recordings.
 #[must_use]
-pub fn is_json(path: &Path) -> bool {
-    CalibrationFormat::from_path(path) == Some(CalibrationFormat::Json)
+pub fn is_calibration(path: &Path) -> bool {
+    target_for(path).is_some_and(|target| target.reader().is_some()) && names_gauges(path)
 }
 
 /// Reads files one after another, each by its map if it has one; what was read before a cancel is kept. Folders are read
@@ -69,14 +69,14 @@ fn open(
         let read = read_calibration(path).map(Arc::new);
         read.map_err(|error| error.to_string())
     };
-    match CalibrationFormat::from_path(path) {
-        Some(CalibrationFormat::Json) if Session::is_at(path) => {
+    match target_for(path).and_then(|target| target.reader()) {
+        Some(_) if !names_gauges(path) => calibration().map(Opened::Factory),
+        Some(_) if Session::is_at(path) => {
             let opened = OpenedSession::read(path, progress)?;
             Ok(Opened::Session(Box::new(opened)))
         }
-        Some(CalibrationFormat::Json) => calibration().map(Opened::Calibration),
-        Some(CalibrationFormat::Cal) => calibration().map(Opened::Factory),
-        _ => open_recordings(path, map, remembered, progress).map_err(|error| error.to_string()),
+        Some(_) => calibration().map(Opened::Calibration),
+        None => open_recordings(path, map, remembered, progress).map_err(|error| error.to_string()),
     }
 }
 

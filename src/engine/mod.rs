@@ -22,7 +22,7 @@ mod undo;
 
 pub use comparison::{Comparison, Outcome, Row};
 pub use engine::{Action, Engine, Leaving};
-pub use files::{Opened, OpenedFile, is_json};
+pub use files::{Opened, OpenedFile, is_calibration};
 pub use importing::{ImportCommand, Importing, KnownOf};
 pub use notice::{Level, Notice};
 pub use preferences::{Preferences, Theme};

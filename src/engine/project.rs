@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::{BlockSuggestion, HistoryBlock, Request, View};
 use crate::calibration::{Calibration, FitSettings};
-use crate::export::{CalibrationFormat, name_gauges};
+use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
@@ -399,12 +399,8 @@ impl Project {
         let Some(factory) = self.factory.as_mut().filter(|_| !names.is_empty()) else {
             return Ok(());
         };
-        let format = CalibrationFormat::from_path(&factory.path);
-        if format.is_some_and(|format| !format.names_gauges()) {
-            let renamed = factory.calibration.gauges != *names;
-            if renamed {
-                name_gauges(Arc::make_mut(&mut factory.calibration), names);
-            }
+        if !names_gauges(&factory.path) && factory.calibration.gauges != *names {
+            name_gauges(Arc::make_mut(&mut factory.calibration), names);
         }
         if factory.calibration.gauges == *names {
             return Ok(());

@@ -6,6 +6,7 @@ use egui::RichText;
 
 use crate::calibration::LinearMap;
 use crate::engine::{Action, Engine, Existing};
+use crate::export::{TARGETS, target_endings};
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::ui::command::{Command, Kind, Pane};
@@ -105,17 +106,16 @@ fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut V
         let label = ui.label("Export to");
         let buttons = 118.0;
         let field = egui::TextEdit::singleline(path)
-            .hint_text("path ending in .json, .h, .py, …")
+            .hint_text(format!("path ending in one of {}", target_endings()))
             .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
         let field = ui.add(field).labelled_by(label.id).on_hover_text(
             "Where the calibration is written; its ending says as what, Enter writes it",
         );
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
-            let export = ui.button("Export").on_hover_text(
-                ".json holds everything and can be opened here again; .csv the matrices; .h, .rs and .py are code that runs; .yaml, \
-                 .npz, .mat, .cal and .onnx hold what each can carry",
-            );
+            let held =
+                TARGETS.map(|target| format!(".{}: {}", target.endings()[0], target.holds()));
+            let export = ui.button("Export").on_hover_text(held.join("\n"));
             let path = path.trim();
             if (export.clicked() || entered) && !path.is_empty() {
                 out.push(Action::Export(path.into(), Existing::Ask).into());

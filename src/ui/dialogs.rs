@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::engine::query::Notify;
 use crate::engine::{Action, Existing, FileContent, ImportCommand, Level};
+use crate::export::TARGETS;
 use crate::ui::command::Command;
 
 /// No person cancels a dialog this quickly.
@@ -96,9 +97,14 @@ impl Dialogs for NativeDialogs {
     }
 
     fn save(&mut self, content: FileContent, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new()
+        let mut dialog = rfd::AsyncFileDialog::new()
             .set_title("Save")
             .set_file_name(content.usual_name());
+        if let FileContent::Calibration(..) = content {
+            for target in TARGETS {
+                dialog = dialog.add_filter(target.name(), target.endings());
+            }
+        }
         let none = Command::TypePathFor(content.clone());
         asked(reply, none, || {
             let file = pollster::block_on(dialog.save_file())?;

@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
 use crate::engine::query::{Notify, let_window_go_first};
-use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_json};
+use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_calibration};
 use crate::recording::Tare;
 use crate::ui::actions::CanGo;
 use crate::ui::command::{Command, Pane};
@@ -71,7 +71,7 @@ impl Shell {
         let (commands, inbox): (Sender<Command>, _) = channel();
         let was_given_files = !files.is_empty();
         let mut engine = Engine::new(Arc::clone(&notify));
-        if files.iter().all(|path| is_json(path)) {
+        if files.iter().all(|path| is_calibration(path)) {
             engine.act(Action::OpenBuiltIn);
         }
         engine.act(Action::Open(files));

@@ -8,22 +8,62 @@
 
 use std::io;
 
-use super::code::{LearnedProgram, Program};
-use super::facts::Fact;
 use crate::calibration::network::Layer;
-use crate::calibration::{Calibration, Learned, Network};
+use crate::calibration::{Calibration, Learned, Learner, Network, Regressor};
+use crate::export::code::{LearnedProgram, Program};
+use crate::export::facts::Fact;
+use crate::export::target::{Export, Outline, Refusal, Target};
+
+/// `.onnx`.
+pub(super) struct Onnx;
+
+impl Target for Onnx {
+    fn name(&self) -> &'static str {
+        "ONNX network"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["onnx"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "from a row of features to the compensated load"
+    }
+
+    fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
+        "the blocks that make the row, the conventional load"
+    }
+
+    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
+        match outline.learner {
+            Some(Learner::Network) => Ok(()),
+            _ => Err(Box::new(NoNetwork {
+                regressor: outline.regressor,
+            })),
+        }
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write(export.calibration, &export.facts, out)
+    }
+}
+
+/// A calibration that no network is part of.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "ONNX holds networks, and this calibration ({}) has none; use .h, .py, .npz or .json, or fit a network", .regressor.label()
+)]
+struct NoNetwork {
+    regressor: Regressor,
+}
 
 /// Version of the file's structure, and of the operators: both old enough for any runtime in use.
 const IR_VERSION: u64 = 7;
 const OPSET: u64 = 13;
 const FLOAT: u64 = 1;
 
-/// Writes the model; nothing for a calibration without a network, which the table of formats refuses.
-pub(super) fn write(
-    calibration: &Calibration,
-    facts: &[Fact],
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
+/// Writes the model; nothing for a calibration without a network, which is refused.
+fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
     let program = Program::new(calibration);
     let Some(LearnedProgram {
         inputs,

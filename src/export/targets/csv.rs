@@ -2,18 +2,46 @@
 
 use std::io;
 
-use super::facts::Fact;
 use crate::calibration::Calibration;
+use crate::export::facts::Fact;
+use crate::export::target::{Export, Target};
 use crate::features::Column;
 use crate::formats::csv::CsvWriter;
 use crate::shown::printable;
 
+/// `.csv`.
+pub(super) struct Csv;
+
+impl Target for Csv {
+    fn name(&self) -> &'static str {
+        "Matrices (CSV)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["csv"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "matrices"
+    }
+
+    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
+        match calibration.learned {
+            Some(_) => {
+                "the network or kernel, without which the compensated load is not whole; choices of the blocks but in words, \
+                 scales"
+            }
+            None => "choices of the blocks but in words, scales",
+        }
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write(export.calibration, &export.facts, out)
+    }
+}
+
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
-pub(super) fn write(
-    calibration: &Calibration,
-    facts: &[Fact],
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
+fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
     for (name, text) in facts {
         writeln!(out, "# {name}: {}", printable(text))?;
     }

@@ -2,16 +2,41 @@
 
 use std::io;
 
-use super::facts::Fact;
-use super::text::for_yaml;
 use crate::calibration::{Calibration, LinearMap, Scores};
+use crate::export::facts::Fact;
+use crate::export::target::{Export, Target};
+use crate::export::text::for_yaml;
+
+/// `.yaml`.
+pub(super) struct Yaml;
+
+impl Target for Yaml {
+    fn name(&self) -> &'static str {
+        "YAML"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["yaml", "yml"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "matrices, choices of the blocks, scales"
+    }
+
+    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
+        match calibration.learned {
+            Some(_) => "the network or kernel, without which the compensated load is not whole",
+            None => "nothing",
+        }
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write(export.calibration, &export.facts, out)
+    }
+}
 
 /// Writes scalars, flow lists of numbers, and texts in double quotes.
-pub(super) fn write(
-    calibration: &Calibration,
-    facts: &[Fact],
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
+fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
     let features = &calibration.features;
     let scale = &calibration.gauge_scale;
     writeln!(out, "about:")?;

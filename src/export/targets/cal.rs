@@ -10,17 +10,71 @@ use quick_xml::Reader;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
-use super::facts::Fact;
-use super::text::for_xml_comment;
 use crate::calibration::{Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION};
+use crate::export::facts::Fact;
+use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
+use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::Axis;
 use crate::shown::for_xml;
 
+/// `.cal`.
+pub(super) struct Cal;
+
+impl Target for Cal {
+    fn name(&self) -> &'static str {
+        "ATI-style calibration (XML)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["cal"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "the conventional matrix of six gauges and six axes"
+    }
+
+    fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
+        "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges"
+    }
+
+    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
+        if outline.n_gauges == 6 && *outline.axes == Axis::ALL {
+            return Ok(());
+        }
+        Err(Box::new(NotSix {
+            gauges: outline.n_gauges,
+            axes: outline.axes.iter().map(|axis| axis.symbol()).collect(),
+        }))
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write(export.calibration, &export.facts, out)
+    }
+
+    fn reader(&self) -> Option<ReadBack> {
+        Some(|content| Ok(read(content)?))
+    }
+
+    fn names_gauges(&self) -> bool {
+        false
+    }
+}
+
+/// A calibration that such a file has no room for.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "a .cal file holds six gauges and the axes Fx Fy Fz Mx My Mz, and this calibration has {gauges} gauges and the axes {}; use \
+     .yaml, .h or .json", .axes.join(" ")
+)]
+struct NotSix {
+    gauges: usize,
+    axes: Vec<&'static str>,
+}
+
 /// Why a `.cal` file could not be read.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum CalError {
+#[derive(Debug, thiserror::Error)]
+enum CalError {
     #[error("not an XML file: {reason}")]
     Xml { reason: String },
     #[error("there is no element {element}; this is not an ATI-style calibration of version 1.1")]
@@ -51,11 +105,7 @@ fn spelled(axis: Axis) -> String {
 }
 
 /// Writes the conventional matrix. `Axis` rows are the same with a scale of 1, for readers that look there.
-pub(super) fn write(
-    calibration: &Calibration,
-    facts: &[Fact],
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
+fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
     writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!--")?;
     for (name, text) in facts {
         writeln!(out, "  {name}: {}", for_xml_comment(text))?;
@@ -123,7 +173,7 @@ pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
 type Attributes = BTreeMap<String, String>;
 
 /// Reads the `UserAxis` rows; gauges are called SG0, SG1 and so on.
-pub(super) fn read(content: &[u8]) -> Result<Calibration, CalError> {
+fn read(content: &[u8]) -> Result<Calibration, CalError> {
     let mut sensor = None;
     let mut about = None;
     let mut rows = BTreeMap::new();
