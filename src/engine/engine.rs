@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
-use crate::analysis::{Analysis, HistoryBlock, RecordingResult, Request, View};
+use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, View};
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
@@ -156,6 +156,8 @@ pub struct Engine {
     tasks: Vec<(bool, Lane<Task>)>,
     /// What recordings of files that are being read are for.
     awaited_roles: Roles,
+    /// What questions about the same recordings share.
+    datasets: Datasets,
     notify: Notify,
 }
 
@@ -239,6 +241,7 @@ impl Engine {
             preview: Lane::new(&notify),
             tasks: Vec::new(),
             awaited_roles: Roles::new(),
+            datasets: Datasets::default(),
             notify,
         }
     }
@@ -405,7 +408,10 @@ impl Engine {
 
     /// What is to be analysed.
     fn request(&self) -> Request {
-        self.project.request(self.fitting())
+        Request {
+            datasets: self.datasets.clone(),
+            ..self.project.request(self.fitting())
+        }
     }
 
     /// Asks for what follows from the document.
@@ -455,7 +461,12 @@ impl Engine {
             return;
         }
         let recordings = Arc::clone(&project.recordings);
-        let asked = StudyThresholds::new(recordings, &project.settings, project.thresholds());
+        let asked = StudyThresholds::new(
+            recordings,
+            &project.settings,
+            project.thresholds(),
+            &self.datasets,
+        );
         let is_other = |of: &StudyThresholds| !of.has_same_map(&asked);
         if self.study.answered().is_some_and(is_other) {
             self.study.forget();
@@ -540,7 +551,10 @@ impl Engine {
                 if self.training.is_idle() && self.project.settings.regressor.learner().is_some() {
                     let recordings = Arc::clone(&self.project.recordings);
                     let settings = self.project.settings.clone();
-                    let request = Request::fit(recordings, settings);
+                    let request = Request {
+                        datasets: self.datasets.clone(),
+                        ..Request::fit(recordings, settings)
+                    };
                     self.training.ask_again(Train(request));
                 }
             }
@@ -552,6 +566,7 @@ impl Engine {
                         measure,
                         recordings: Arc::clone(&self.project.recordings),
                         settings: self.project.settings.clone(),
+                        datasets: self.datasets.clone(),
                     });
                 }
             }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{BlockSuggestion, HistoryBlock, Request, View};
+use crate::analysis::{BlockSuggestion, Datasets, HistoryBlock, Request, View};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
@@ -287,6 +287,7 @@ impl Project {
             trained: trained.is_some(),
             calibration: applied.cloned().or(trained),
             factory: factory.cloned(),
+            datasets: Datasets::default(),
         }
     }
 

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
-    Analysis, AnalysisError, Analyst, BlockSuggestion, Candidate, ComparedRow, HistoryBlock,
-    Request, RowEvent, Study, StudyEvent, compare, train,
+    Analysis, AnalysisError, Analyst, BlockSuggestion, Candidate, ComparedRow, Datasets,
+    HistoryBlock, Request, RowEvent, Study, StudyEvent, compare, train,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Query, Unanswered};
@@ -188,6 +188,7 @@ pub struct StudyThresholds {
     settings: FitSettings,
     /// The present thresholds.
     thresholds: Thresholds,
+    datasets: Datasets,
 }
 
 /// A threshold study as far as it is.
@@ -220,6 +221,7 @@ impl StudyThresholds {
         recordings: Arc<RecordingSet>,
         settings: &FitSettings,
         thresholds: Thresholds,
+        datasets: &Datasets,
     ) -> Self {
         let mut settings = settings.clone();
         let default = Thresholds::default_for(settings.features.distance);
@@ -231,6 +233,7 @@ impl StudyThresholds {
             recordings,
             settings,
             thresholds,
+            datasets: datasets.clone(),
         }
     }
 
@@ -263,13 +266,15 @@ impl Query for StudyThresholds {
             recordings,
             settings,
             thresholds,
+            datasets,
         } = self;
         let holds =
             |own: &Prepared| Arc::ptr_eq(&own.recordings, recordings) && own.settings == *settings;
         if !cache.0.as_ref().is_some_and(holds) {
             // Taken away first: two of them need not fit in memory at once.
             cache.0 = None;
-            let study = Study::lay(Arc::clone(recordings), settings.clone(), progress)?;
+            let study =
+                Study::prepare(datasets, Arc::clone(recordings), settings.clone(), progress)?;
             cache.0 = Some(Prepared {
                 recordings: Arc::clone(recordings),
                 settings: settings.clone(),
@@ -323,6 +328,8 @@ pub struct ChooseBlock {
     pub recordings: Arc<RecordingSet>,
     /// Everything else.
     pub settings: FitSettings,
+    /// What is shared with other questions.
+    pub datasets: Datasets,
 }
 
 impl Query for ChooseBlock {
@@ -351,7 +358,7 @@ impl Query for ChooseBlock {
         _: &(dyn Fn(BlockSuggestion) + Sync),
     ) -> Result<BlockSuggestion, Unanswered> {
         let recordings = Arc::clone(&self.recordings);
-        let study = Study::lay(recordings, self.settings.clone(), progress)?;
+        let study = Study::prepare(&self.datasets, recordings, self.settings.clone(), progress)?;
         let measure = self.measure;
         let measure = measure.unwrap_or_else(|| study.scale().default_measure());
         Ok(study.suggest_block(self.block, measure, progress)?)

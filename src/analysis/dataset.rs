@@ -1,13 +1,12 @@
-//! All that does not depend on the blocks: laid once for a set of recordings, used for every slider step.
+//! What does not depend on the blocks, prepared once for a set of recordings: conventional loads, searches.
+//!
+//! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
 
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::analysis::factory::Factory;
-use crate::analysis::traces::{FixedTraces, TraceSet, View};
-use crate::analysis::{Analysis, AnalysisError, RecordingResult, Request};
+use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
     Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
     loads_from_gauges, past_samples,
@@ -20,16 +19,42 @@ use crate::recording::{Entry, Recording, RecordingSet, Role};
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
 
+/// What a dataset is prepared for.
+#[derive(Clone, Debug)]
+pub(super) struct Key {
+    pub recordings: Arc<RecordingSet>,
+    pub offset: bool,
+    pub decimation: usize,
+    /// A calibration that is applied instead of fitted.
+    pub calibration: Option<Arc<Calibration>>,
+}
+
+impl Key {
+    /// What a request needs.
+    pub fn of(request: &Request) -> Self {
+        Self {
+            recordings: Arc::clone(&request.recordings),
+            offset: request.settings.offset,
+            decimation: request.settings.decimation,
+            calibration: request.calibration.clone(),
+        }
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && self.offset == other.offset
+            && self.decimation == other.decimation
+            && is_same(&self.calibration, &other.calibration)
+    }
+}
+
+/// The searches of all recordings, for one set of weights.
+pub(super) type Paths = Arc<Vec<LoadPath>>;
+
+/// Recordings as they are used, with their conventional loads.
 #[derive(Debug)]
-pub(super) struct Ground {
-    /// What it was laid for.
-    recordings: Arc<RecordingSet>,
-    offset: bool,
-    decimation: usize,
-    calibration: Option<Arc<Calibration>>,
-    factory_calibration: Option<Arc<Calibration>>,
-    /// What the factory's matrix gives.
-    factory: Option<Factory>,
+pub(super) struct Dataset {
+    key: Key,
     /// The recordings as they are used.
     pub entries: Vec<Entry>,
     /// What the sums need; `None` where a calibration is applied.
@@ -39,30 +64,47 @@ pub(super) struct Ground {
     pub loads: Vec<Vec<f64>>,
     /// Half the peak-to-peak reference over the training recordings.
     half_ranges: Vec<f64>,
-    /// The search of each recording, with the weights it was laid out for.
-    paths: Vec<LoadPath>,
-    path_weights: Vec<f64>,
-    fixed_traces: Option<FixedTraces>,
+    /// The newest searches, with the weights that they were prepared for.
+    paths: Mutex<Option<(Vec<f64>, Paths)>>,
 }
 
-impl Ground {
-    pub fn holds(&self, request: &Request) -> bool {
-        Arc::ptr_eq(&self.recordings, &request.recordings)
-            && self.offset == request.settings.offset
-            && self.decimation == request.settings.decimation
-            && is_same(&self.calibration, &request.calibration)
-            && is_same(&self.factory_calibration, &request.factory)
-    }
+/// The datasets that questions about the same recordings share.
+#[derive(Clone, Debug, Default)]
+pub struct Datasets(Arc<Mutex<Vec<Arc<Dataset>>>>);
 
-    pub fn lay(request: &Request, progress: &Progress) -> Result<Self, AnalysisError> {
-        let FitSettings {
-            offset, decimation, ..
-        } = request.settings;
-        let entries: Vec<Entry> = request
+/// More than a fit's and an applied calibration's are not kept.
+const KEPT: usize = 2;
+
+impl Datasets {
+    /// The dataset of this key, prepared where it is not there. Whoever asks for the same meanwhile waits for it.
+    pub(super) fn get(
+        &self,
+        key: &Key,
+        progress: &Progress,
+    ) -> Result<Arc<Dataset>, AnalysisError> {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Taken away first: those of other recordings need not fit in memory at once.
+        kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
+        let found = kept.iter().position(|own| own.key.is_same(key));
+        let dataset = match found {
+            Some(at) => kept.remove(at),
+            None => {
+                kept.truncate(KEPT - 1);
+                Arc::new(Dataset::prepare(key, progress)?)
+            }
+        };
+        kept.insert(0, Arc::clone(&dataset));
+        Ok(dataset)
+    }
+}
+
+impl Dataset {
+    fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
+        let entries: Vec<Entry> = key
             .recordings
             .entries()
             .iter()
-            .map(|entry| match decimation {
+            .map(|entry| match key.decimation {
                 1 => entry.clone(),
                 step => Entry {
                     recording: Arc::new(entry.recording.decimated(step)),
@@ -74,7 +116,7 @@ impl Ground {
             .par_iter()
             .try_for_each(|entry| check_size(&entry.recording))?;
         let training = in_role(&entries, Role::Train);
-        let (conventional, map) = match &request.calibration {
+        let (conventional, map) = match &key.calibration {
             Some(calibration) => {
                 for entry in &entries {
                     calibration.check_gauges(&entry.recording)?;
@@ -83,15 +125,11 @@ impl Ground {
             }
             None if training.is_empty() => return Err(AnalysisError::NoTraining),
             None => {
-                let conventional = Conventional::fit(&training, offset);
+                let conventional = Conventional::fit(&training, key.offset);
                 let map = conventional.map.clone();
                 (Some(conventional), map)
             }
         };
-        let factory = request.factory.as_ref();
-        let factory = factory
-            .map(|factory| Factory::new(factory, &entries))
-            .transpose()?;
         progress.check()?;
         let loads = entries
             .par_iter()
@@ -103,78 +141,34 @@ impl Ground {
             })
             .collect::<Result<_, Cancelled>>()?;
         Ok(Self {
-            recordings: Arc::clone(&request.recordings),
-            offset,
-            decimation,
-            calibration: request.calibration.clone(),
-            factory_calibration: request.factory.clone(),
-            factory,
+            key: key.clone(),
             half_ranges: half_ranges(&training),
             entries,
             conventional,
             map,
             loads,
-            paths: Vec::new(),
-            path_weights: Vec::new(),
-            fixed_traces: None,
+            paths: Mutex::default(),
         })
     }
 
-    pub fn analyse(
-        &mut self,
-        request: &Request,
-        progress: &Progress,
-    ) -> Result<Analysis, AnalysisError> {
-        let mut calibration = match &request.calibration {
-            Some(applied) => Calibration::clone(applied),
-            None => self.blank_calibration(&request.settings)?,
-        };
-        let past = self.past(&calibration, progress)?;
-        let errors = if request.calibration.is_some() {
-            let own = calibration.quality.clone();
-            let errors = self.score_applied(&past, &mut calibration);
-            if request.trained {
-                calibration.quality = own;
+    /// The searches for these weights of the axes.
+    pub fn paths(&self, weights: &[f64]) -> Paths {
+        let mut newest = self.paths.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*newest {
+            Some((own, paths)) if own == weights => Arc::clone(paths),
+            _ => {
+                let paths = self.loads.par_iter();
+                let paths = paths.map(|loads| LoadPath::new(loads, weights));
+                let paths: Paths = Arc::new(paths.collect());
+                *newest = Some((weights.to_vec(), Arc::clone(&paths)));
+                paths
             }
-            errors
-        } else {
-            self.fit(request.settings.ridge, &past, &mut calibration)
-        };
-        progress.check()?;
-        let recordings = self
-            .entries
-            .iter()
-            .zip(&past)
-            .zip(errors)
-            .map(|((entry, past), errors)| {
-                let n_samples = entry.recording.n_samples();
-                let (conventional_rmse, compensated_rmse) = errors.unzip();
-                RecordingResult {
-                    n_samples,
-                    conventional_rmse,
-                    compensated_rmse,
-                    share_with_past: past.first().map(|past| {
-                        let with_past = (0..).zip(past).filter(|(k, past)| k != *past).count();
-                        with_past as f64 / n_samples as f64
-                    }),
-                }
-            })
-            .collect();
-        let traces = self.traces(request.view, &calibration, &past);
-        let factory = self.factory.as_ref();
-        Ok(Analysis {
-            factory: factory.map(|factory| factory.scores(&self.entries, &calibration.axes)),
-            calibration: Arc::new(calibration),
-            fitted: request.calibration.is_none() || request.trained,
-            recordings,
-            traces: Arc::new(traces),
-            elapsed: Duration::ZERO,
-        })
+        }
     }
 
     /// A calibration with everything but the compensated map and its quality.
     pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
-        let layout = self.recordings.layout();
+        let layout = self.key.recordings.layout();
         if settings.full_scale.len() > layout.axes.len() {
             return Err(AnalysisError::FullScales {
                 given: settings.full_scale.len(),
@@ -196,12 +190,12 @@ impl Ground {
             .collect();
         let mut features = settings.features.clone();
         features.distance = features.distance.effective(&layout.axes);
-        let conventional = self.conventional.as_ref().expect("fitting has laid it");
+        let conventional = self.conventional.as_ref().expect("fitting has prepared it");
         Ok(Calibration {
             format: FORMAT.to_owned(),
             version: VERSION,
             program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
-            simulated: self.recordings.is_simulated(),
+            simulated: self.key.recordings.is_simulated(),
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
             units: layout
@@ -223,22 +217,20 @@ impl Ground {
                 .iter()
                 .map(|recording| recording.name().to_owned())
                 .collect(),
-            rate_hz: self.recordings.rate_hz(Role::Train),
+            rate_hz: self.key.recordings.rate_hz(Role::Train),
             sources: Vec::new(),
-            tare: self.recordings.tare(),
+            tare: self.key.recordings.tare(),
         })
     }
 
     /// The past samples of every recording.
     pub fn past(
-        &mut self,
+        &self,
         calibration: &Calibration,
         progress: &Progress,
     ) -> Result<Vec<Past>, Cancelled> {
-        self.lay_paths(&calibration.distance_weights());
-        self.entries
-            .par_iter()
-            .zip(&self.paths)
+        let paths = self.paths(&calibration.distance_weights());
+        (self.entries.par_iter().zip(&*paths))
             .map(|(entry, path)| {
                 progress.check()?;
                 let past = past_samples(&calibration.features, path, &entry.recording);
@@ -246,23 +238,6 @@ impl Ground {
                 Ok(past)
             })
             .collect()
-    }
-
-    /// Lays the searches out for these weights of the axes.
-    pub fn lay_paths(&mut self, weights: &[f64]) {
-        if self.paths.is_empty() || self.path_weights != weights {
-            self.paths = self
-                .loads
-                .par_iter()
-                .map(|loads| LoadPath::new(loads, weights))
-                .collect();
-            self.path_weights = weights.to_vec();
-        }
-    }
-
-    /// The searches as they were laid last.
-    pub fn paths(&self) -> &[LoadPath] {
-        &self.paths
     }
 
     /// Scores a whole calibration on the recordings whose reference has its axes, sample by sample.
@@ -316,27 +291,10 @@ impl Ground {
         };
         errors
     }
-
-    fn traces(&mut self, view: View, calibration: &Calibration, past: &[Past]) -> TraceSet {
-        let view = view.within(self.entries.len());
-        let fixed = match self.fixed_traces.take() {
-            Some(fixed) if fixed.view() == view => fixed,
-            _ => FixedTraces::new(
-                view,
-                &self.entries,
-                &self.loads,
-                &calibration.axes,
-                self.factory.as_ref(),
-            ),
-        };
-        let traces = fixed.with_past(&self.entries, calibration, past);
-        self.fixed_traces = Some(fixed);
-        traces
-    }
 }
 
 /// Whether both are the same calibration, or none.
-fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibration>>) -> bool {
+pub(super) fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibration>>) -> bool {
     match (own, asked) {
         (None, None) => true,
         (Some(own), Some(asked)) => Arc::ptr_eq(own, asked),
