@@ -32,7 +32,7 @@ impl PartialEq for FromFile {
     }
 }
 
-/// Recordings that are cut in time.
+/// Recordings that are split in time into training and test.
 #[derive(Clone, Debug)]
 pub struct Split {
     /// The recordings before.
@@ -74,7 +74,7 @@ pub struct SessionFile {
 pub struct Project {
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// How they were cut in time, while they are cut.
+    /// How they were split in time, while they are.
     pub split: Option<Split>,
     /// The choices of the fit.
     pub settings: FitSettings,
@@ -113,9 +113,9 @@ pub enum Edit {
     CloseAll,
     /// Others in the place of these recordings, such as tared ones.
     Replace(Arc<RecordingSet>),
-    /// Cut each recording in time: this first share trains, the rest tests.
+    /// Split each recording in time: this first share trains, the rest tests.
     Split(f64),
-    /// Take the cut back.
+    /// Take the split back.
     Unsplit,
     /// Show or hide an axis.
     ShowAxis(Axis, bool),
@@ -131,8 +131,10 @@ pub enum Edit {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum EditError {
-    #[error("There is nothing to cut: the recordings are off, have no reference, or are too short")]
-    NothingToCut,
+    #[error(
+        "There is nothing to split: the recordings are off, have no reference, or are too short"
+    )]
+    NothingToSplit,
     #[error(
         "{}: made for the gauges {}, while the loaded recordings have {}; open recordings of that sensor first",
         .path.display(), .own.join(" "), .loaded.join(" ")
@@ -183,7 +185,7 @@ impl Project {
                 self.recordings = recordings;
                 self.split = None;
             }
-            Edit::Split(fraction) => self.cut(fraction)?,
+            Edit::Split(fraction) => self.split_at(fraction)?,
             Edit::Unsplit => {
                 if let Some(split) = self.split.take() {
                     self.recordings = split.whole;
@@ -381,12 +383,12 @@ impl Project {
         Arc::make_mut(&mut self.recordings).remove(at);
     }
 
-    fn cut(&mut self, fraction: f64) -> Result<(), EditError> {
+    fn split_at(&mut self, fraction: f64) -> Result<(), EditError> {
         let whole = self.split.as_ref().map(|split| &split.whole);
         let whole = Arc::clone(whole.unwrap_or(&self.recordings));
         let cut = whole.split(fraction);
         if !cut.entries().iter().any(|entry| entry.role == Role::Test) {
-            return Err(EditError::NothingToCut);
+            return Err(EditError::NothingToSplit);
         }
         self.split = Some(Split { whole, fraction });
         self.recordings = Arc::new(cut);

@@ -109,7 +109,7 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
         .only_if(fitted),
         action(
             "Save traces on screen…",
-            "Calc., Conv. and Comp. of the stretch of time on screen, as .csv or .parquet",
+            "Calculated, Conventional and Compensated over the interval on screen, as .csv or .parquet",
             None,
             Command::ChooseTraces,
         )
@@ -144,7 +144,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
     vec![
         action(
             "Undo",
-            "Takes the last change of a setting, a role, a cut, a tare, an applied calibration or the open recordings back",
+            "Takes the last change of a setting, a role, a split, a tare, the notes, an applied calibration or the open recordings back",
             ctrl(Key::Z),
             Do::Undo.into(),
         )

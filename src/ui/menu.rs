@@ -27,7 +27,7 @@ pub fn menu_bar(
         });
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
         ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
-        ui.menu_button("Go", |ui| items(ui, actions::time(can), out));
+        ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
         ui.menu_button("View", |ui| view(ui, engine, workspace, out));
         ui.menu_button("Help", |ui| items(ui, actions::help(), out));
     });
@@ -108,7 +108,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspace: &Workspace, out: &mut Vec
             "Dark on light, as pictures for print are",
         ),
         (
-            "As the system",
+            "Follow system",
             Theme::System,
             "Dark or light as the desktop is",
         ),

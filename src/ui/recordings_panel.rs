@@ -106,7 +106,7 @@ fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
 
 fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Cut in time: train on the first");
+        let label = ui.label("Train/test split: train on the first");
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
             .max_decimals(1)
@@ -114,8 +114,8 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
         ui.add(field)
             .labelled_by(label.id)
             .on_hover_text("The share of each recording's time that trains");
-        let cut = ui.button("Cut").on_hover_text(
-            "Cut each recording in time: the first part trains, the rest tests. History does not cross the cut",
+        let cut = ui.button("Split").on_hover_text(
+            "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split",
         );
         if cut.clicked() {
             out.push(Edit::Split(fields.split_percent / 100.0).into());
@@ -125,7 +125,7 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
             ui.copy_text(as_text(engine));
         }
         if engine.project().split.is_some() {
-            let whole = ui.button("Undo cut");
+            let whole = ui.button("Undo split");
             let whole = whole.on_hover_text("Puts the recordings together again");
             if whole.clicked() {
                 out.push(Edit::Unsplit.into());
@@ -375,7 +375,7 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
     }
     for secs in [0.5, 1.0, 2.0, 5.0] {
         let stretch = ui.button(format!("Over its first {secs} s"));
-        let stretch = stretch.on_hover_text("The mean gauges of this stretch are taken off");
+        let stretch = stretch.on_hover_text("The mean gauges of this interval are taken off");
         if stretch.clicked() {
             out.push(Action::Tare(vec![at], Tare::Stretch(0.0, secs)).into());
             ui.close();

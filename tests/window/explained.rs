@@ -20,7 +20,7 @@ const KNOWN: [&str; 9] = [
     "File",
     "Edit",
     "Roles",
-    "Go",
+    "Navigate",
     "View",
     "Help",
     "Close",
@@ -135,7 +135,7 @@ fn every_item_of_a_menu_says_on_hover_what_it_does() {
     let files = Files::new();
     let mut window = window(files.three());
     quick_to_explain(&mut window);
-    for menu in ["File", "Edit", "Roles", "Go", "View", "Help"] {
+    for menu in ["File", "Edit", "Roles", "Navigate", "View", "Help"] {
         click(&mut window, Role::Button, menu);
         let items = window.ctx.memory(|memory| {
             let layers = memory.areas().visible_layer_ids();

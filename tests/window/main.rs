@@ -515,14 +515,14 @@ fn recordings_are_cut_in_time_and_put_together_again() {
     let mut window = window(files.three());
     assert!(
         window
-            .query_by_role_and_label(Role::Button, "Undo cut")
+            .query_by_role_and_label(Role::Button, "Undo split")
             .is_none()
     );
-    click(&mut window, Role::Button, "Cut");
+    click(&mut window, Role::Button, "Split");
     assert_eq!(names(&window).len(), 6);
     let quality = &analysis(&window).calibration.quality;
     assert_eq!((quality.n_train, quality.n_test), (720, 480));
-    click(&mut window, Role::Button, "Undo cut");
+    click(&mut window, Role::Button, "Undo split");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert_eq!(analysis(&window).calibration.quality.n_train, 800);
 }

@@ -179,10 +179,10 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
     window.key_press(Key::F1);
     settle(&mut window);
     for (page, part) in [
-        ("Mouse", "zooms at the pointer"),
-        ("Words", "leave-one-recording-out"),
+        ("Glossary", "zooms at the pointer"),
+        ("Glossary", "Cross-validation by recording"),
         ("Equations", "Eq. 12"),
-        ("Keys", "Undo"),
+        ("Shortcuts", "Undo"),
     ] {
         click(&mut window, Role::Button, page);
         assert!(has(&window, part), "{page}");

@@ -110,12 +110,12 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Co
         ui.horizontal(|ui| {
             let chosen = path.trim();
             let save = ui
-                .button("Save it")
+                .button("Save")
                 .on_hover_text("Writes this file; Enter does too");
             if (save.clicked() || entered) && !chosen.is_empty() {
                 out.push(Command::PathTyped(Some(chosen.into())));
             }
-            let leave = ui.button("Never mind").on_hover_text("Nothing is written");
+            let leave = ui.button("Cancel").on_hover_text("Nothing is written");
             if leave.clicked() {
                 out.push(Command::PathTyped(None));
             }
