@@ -31,7 +31,7 @@ fn reading(criterion: &mut Criterion, path: &Path, n_bytes: u64) {
     let mut group = criterion.benchmark_group("reading");
     group.sample_size(20).throughput(Throughput::Bytes(n_bytes));
     group.bench_function("243,000 rows, 13 columns", |bencher| {
-        bencher.iter(|| read(path, &Progress::default()).expect("the file is sound"));
+        bencher.iter(|| read(path, None, &[], &Progress::default()).expect("the file is sound"));
     });
     group.finish();
 }

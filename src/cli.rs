@@ -28,6 +28,7 @@ use crate::export::{
     ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets, name_gauges,
     names_gauges, read_calibration, target_endings, target_for, write_atomically, write_loads_csv,
 };
+use crate::formats::FileError;
 use crate::formats::csv::write_csv;
 use crate::import::map::{ColumnMap, MapFileError};
 use crate::import::{self, LoadWarning, ReadError};
@@ -278,7 +279,12 @@ impl JobError {
     fn is_usage(&self) -> bool {
         matches!(
             self,
-            Self::NamedTwice { .. } | Self::Swapped { .. } | Self::Read(ReadError::Folder { .. })
+            Self::NamedTwice { .. }
+                | Self::Swapped { .. }
+                | Self::Read(ReadError::File {
+                    source: FileError::Folder { .. },
+                    ..
+                })
         )
     }
 }
@@ -409,10 +415,7 @@ fn read_hearing(
     files
         .iter()
         .map(|path| {
-            let loaded = match &map {
-                Some(map) => import::read_mapped(path, map, &progress)?,
-                None => import::read(path, &progress)?,
-            };
+            let loaded = import::read(path, map.as_ref(), &[], &progress)?;
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
             let recordings = loaded.recordings.into_iter();

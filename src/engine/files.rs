@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::calibration::Calibration;
-use crate::engine::session::{OpenedSession, Session, read_recordings};
+use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_calibration, target_for};
-use crate::import::inspect::map_for;
 use crate::import::map::ColumnMap;
-use crate::import::{Loaded, ReadError};
+use crate::import::{self, Loaded, ReadError};
 use crate::progress::Progress;
 
 /// What a file held.
@@ -76,29 +75,27 @@ fn open(
             Ok(Opened::Session(Box::new(opened)))
         }
         Some(_) => calibration().map(Opened::Calibration),
-        None => open_recordings(path, map, remembered, progress).map_err(|error| error.to_string()),
+        None => open_recordings(path, map.as_ref(), remembered, progress)
+            .map_err(|error| error.to_string()),
     }
 }
 
-/// Reads by the file's own map, else by its names, else by a remembered map for files like it.
+/// Reads recordings, by the file's own map if there is one.
 fn open_recordings(
     path: &Path,
-    map: Option<ColumnMap>,
+    map: Option<&ColumnMap>,
     remembered: &[ColumnMap],
     progress: &Progress,
 ) -> Result<Opened, ReadError> {
-    let by = |map: Option<ColumnMap>| {
-        let loaded = read_recordings(path, map.as_ref(), progress)?;
-        Ok::<_, ReadError>(Opened::Recordings(loaded, map.map(Box::new)))
-    };
-    match by(map.clone()) {
-        Err(error) if map.is_none() && error.wants_a_map() => {
-            match map_for(path, remembered, progress)? {
-                Some(map) => by(Some(map.clone())),
-                None => Ok(Opened::WantsMap(error.to_string())),
-            }
+    match import::read(path, map, remembered, progress) {
+        Ok(mut loaded) => {
+            let map = loaded.map.take();
+            Ok(Opened::Recordings(loaded, map))
         }
-        read => read,
+        Err(error) if map.is_none() && error.wants_a_map() => {
+            Ok(Opened::WantsMap(error.to_string()))
+        }
+        Err(error) => Err(error),
     }
 }
 

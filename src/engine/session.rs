@@ -16,8 +16,7 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile};
 use crate::engine::{Level, Notice};
 use crate::export::{read_calibration, sha256};
-use crate::import::map::ColumnMap;
-use crate::import::{self, Loaded, ReadError};
+use crate::import::{self, Loaded};
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording, Role, Source};
 use crate::small_file::read_small;
@@ -295,21 +294,6 @@ impl OpenedSession {
     }
 }
 
-/// Reads recordings by a map, or by the names of their columns.
-///
-/// # Errors
-/// [`ReadError`] with the place where it cannot be understood.
-pub fn read_recordings(
-    path: &Path,
-    map: Option<&ColumnMap>,
-    progress: &Progress,
-) -> Result<Loaded, ReadError> {
-    match map {
-        Some(map) => import::read_mapped(path, map, progress),
-        None => import::read(path, progress),
-    }
-}
-
 /// What recordings of files are for, by their names.
 pub type Roles = BTreeMap<PathBuf, BTreeMap<String, Role>>;
 
@@ -333,7 +317,7 @@ impl SessionPart {
                 changed: false,
             };
         };
-        let loaded = read_recordings(&found, file.columns.as_ref(), progress);
+        let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
         let loaded = loaded.map_err(|error| error.to_string());
         Self {
             changed: is_another(file, &found),

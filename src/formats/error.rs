@@ -1,17 +1,33 @@
-//! Why a file of arrays gives no table, in one sentence each.
+//! Why a file gives no numbers, in one sentence each.
 
 use std::io;
+use std::path::PathBuf;
 
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::shown::{listed, shown};
 
-/// Why a file of arrays gives no table.
+/// Why a file gives no numbers.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum ArraysError {
+pub enum FileError {
+    #[error("a folder and not a file; name the recordings in it ({}), or many by a pattern such as {}", listed(files), pattern.display())]
+    Folder {
+        files: Vec<String>,
+        pattern: PathBuf,
+    },
+    #[error("not a file but a pipe or a device; save what comes of it, and choose that file")]
+    NotAFile,
     #[error("cannot be read: {0}")]
     Io(io::Error),
+    #[error("the file is empty; choose another, or record it again")]
+    Empty,
+    #[error("not text but {what}; unpack it, or export the recording as CSV")]
+    NotText { what: &'static str },
+    #[error(
+        "a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample"
+    )]
+    LineTooLong { limit_bytes: usize },
     #[error(
         "the file ends inside {}; it was cut short, so copy or save it again",
         shown(what)
@@ -35,7 +51,7 @@ pub enum ArraysError {
         "no numbers in rows in this file{}; save the samples as arrays with one row each",
         others(left_out)
     )]
-    NoArrays { left_out: Vec<String> },
+    NoNumbers { left_out: Vec<String> },
     #[error(
         "{} would unpack to more than {limit_bytes} bytes, far more than numbers ever pack; save it again, not compressed",
         shown(what)
@@ -73,29 +89,29 @@ fn others(left_out: &[String]) -> String {
     format!(", only {}", listed(left_out))
 }
 
-impl From<Cancelled> for ArraysError {
+impl From<Cancelled> for FileError {
     fn from(_: Cancelled) -> Self {
         Self::Cancelled
     }
 }
 
-impl From<io::Error> for ArraysError {
+impl From<io::Error> for FileError {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
     }
 }
 
 /// Reading `what` failed: most often there is less of it than it says.
-pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> ArraysError {
+pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => ArraysError::CutShort {
+        io::ErrorKind::UnexpectedEof => FileError::CutShort {
             what: what.to_owned(),
         },
-        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => ArraysError::Damaged {
+        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => FileError::Damaged {
             what: what.to_owned(),
             why: error.to_string(),
         },
-        _ => ArraysError::Io(error),
+        _ => FileError::Io(error),
     }
 }
 
@@ -105,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_shape_without_end_is_told_in_short() {
-        let error = ArraysError::NotATable {
+        let error = FileError::NotATable {
             what: "a".repeat(9000),
             shape: "(1, ".repeat(20_000),
         };

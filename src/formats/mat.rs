@@ -1,18 +1,34 @@
-//! MATLAB's `.mat`, version 5: matrices of numbers, compressed or not.
+//! MATLAB's `.mat`, version 5: matrices of numbers, read compressed or not, written plain.
 //!
 //! **Source** MAT-File Format (The MathWorks), level 5: a header of 128 bytes, then one element for each variable. An
 //! element is a kind, a length and so many bytes; a matrix is an element whose parts are elements: class, dimensions,
 //! name, numbers. Numbers may be stored as a smaller kind than their class.
 
-use std::io::Read;
+use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
 use super::error::reading;
-use super::{Array, ArraysError, Table, naming, unpacked_limit};
-use crate::progress::Progress;
+use super::{Array, Columns, Entry, FileError, Format, Source, arrays, unpacked_limit};
+
+pub(super) const FORMAT: Format = Format {
+    name: "MATLAB file",
+    endings: &["mat"],
+    signatures: &[b"MATLAB 5.0", NEWER],
+    read: columns,
+};
+
+/// What is HDF5 within.
+const NEWER: &[u8] = b"MATLAB 7.3";
 
 const HEADER_BYTES: usize = 128;
+const MI_INT8: u32 = 1;
+const MI_INT32: u32 = 5;
+const MI_UINT32: u32 = 6;
+const MI_DOUBLE: u32 = 9;
+const MI_UTF16: u32 = 17;
+const MX_CHAR: u32 = 4;
+const MX_DOUBLE: u32 = 6;
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
 /// Classes of numbers: double, single, and whole numbers of 1 to 8 bytes.
@@ -21,7 +37,12 @@ const COMPLEX_FLAG: u32 = 0x0800;
 const FILE: &str = "the file";
 
 /// The matrices of a file as a table.
-pub(crate) fn table(file: &[u8], progress: &Progress) -> Result<Table, ArraysError> {
+fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    if source.head.starts_with(NEWER) {
+        return Err(FileError::Mat73);
+    }
+    let mut file = Vec::new();
+    source.open()?.read_to_end(&mut file)?;
     let is_big_endian = match file.get(HEADER_BYTES - 2..HEADER_BYTES) {
         Some(b"IM") => false,
         Some(b"MI") => true,
@@ -34,7 +55,7 @@ pub(crate) fn table(file: &[u8], progress: &Progress) -> Result<Table, ArraysErr
     };
     let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
     while !variables.bytes.is_empty() {
-        progress.check()?;
+        source.progress.check()?;
         let (kind, bytes) = variables.next(FILE)?;
         let variable = match kind {
             MI_COMPRESSED => {
@@ -56,10 +77,10 @@ pub(crate) fn table(file: &[u8], progress: &Progress) -> Result<Table, ArraysErr
             Variable::Other(what) => left_out.push(what),
         }
     }
-    Ok(naming::table("MATLAB file", arrays, left_out))
+    Ok(Some(arrays::columns(arrays, left_out)))
 }
 
-fn unpacked(packed: &[u8]) -> Result<Vec<u8>, ArraysError> {
+fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
     let limit_bytes = unpacked_limit(packed.len() as u64);
     let mut unpacked = Vec::new();
     ZlibDecoder::new(packed)
@@ -67,7 +88,7 @@ fn unpacked(packed: &[u8]) -> Result<Vec<u8>, ArraysError> {
         .read_to_end(&mut unpacked)
         .map_err(reading(FILE))?;
     if unpacked.len() as u64 > limit_bytes {
-        return Err(ArraysError::UnpacksTooLarge {
+        return Err(FileError::UnpacksTooLarge {
             what: FILE.to_owned(),
             limit_bytes,
         });
@@ -82,7 +103,7 @@ enum Variable {
 }
 
 /// A matrix from the bytes of its element.
-fn variable(bytes: &[u8], is_big_endian: bool) -> Result<Variable, ArraysError> {
+fn variable(bytes: &[u8], is_big_endian: bool) -> Result<Variable, FileError> {
     let mut parts = Elements {
         bytes,
         is_big_endian,
@@ -180,7 +201,7 @@ impl<'a> Elements<'a> {
     }
 
     /// The kind and the bytes of the next element, a part of `what`.
-    fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), ArraysError> {
+    fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
         let ends = || cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
         // Up to four bytes stand in the place of the length, which moves into the upper half of the kind.
@@ -207,15 +228,99 @@ impl<'a> Elements<'a> {
     }
 }
 
-fn cut_short(what: &str) -> ArraysError {
-    ArraysError::CutShort {
+fn cut_short(what: &str) -> FileError {
+    FileError::CutShort {
         what: what.to_owned(),
     }
 }
 
-fn damaged(what: &str, why: &str) -> ArraysError {
-    ArraysError::Damaged {
+fn damaged(what: &str, why: &str) -> FileError {
+    FileError::Damaged {
         what: what.to_owned(),
         why: why.to_owned(),
     }
+}
+
+/// Writes each entry as a matrix, row-major numbers turned; lists of texts are matrices of characters, one row each,
+/// padded with blanks.
+pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
+    let title = concat!(
+        "MATLAB 5.0 MAT-file, written by LoopScope ",
+        env!("CARGO_PKG_VERSION")
+    );
+    let mut header = title.as_bytes().to_vec();
+    header.resize(124, b' ');
+    header.extend([0x00, 0x01]); // version, little-endian like all that follows
+    header.extend(b"IM");
+    out.write_all(&header)?;
+    for entry in entries {
+        out.write_all(&written(entry)?)?;
+    }
+    Ok(())
+}
+
+fn written(entry: &Entry) -> io::Result<Vec<u8>> {
+    let (class, rows, columns, kind, data) = match entry {
+        Entry::Numbers(Array { shape, values, .. }) => {
+            // A vector is one row.
+            let columns = shape.last().copied().unwrap_or(1);
+            let rows = values.len().checked_div(columns).unwrap_or(0);
+            let data = column_by_column(rows, columns, |row, column| {
+                values[row * columns + column].to_le_bytes()
+            });
+            (MX_DOUBLE, rows, columns, MI_DOUBLE, data)
+        }
+        Entry::Texts { texts, .. } => {
+            let texts: Vec<Vec<u16>> = texts
+                .iter()
+                .map(|text| text.encode_utf16().collect())
+                .collect();
+            let columns = texts.iter().map(Vec::len).max().unwrap_or(0);
+            let blank = u16::from(b' ');
+            let data = column_by_column(texts.len(), columns, |row, column| {
+                texts[row].get(column).unwrap_or(&blank).to_le_bytes()
+            });
+            (MX_CHAR, texts.len(), columns, MI_UTF16, data)
+        }
+    };
+    let mut parts = Vec::new();
+    element(
+        &mut parts,
+        MI_UINT32,
+        &[class.to_le_bytes(), [0; 4]].concat(),
+    )?;
+    let dimensions = [length(rows)?.to_le_bytes(), length(columns)?.to_le_bytes()];
+    element(&mut parts, MI_INT32, &dimensions.concat())?;
+    element(&mut parts, MI_INT8, entry.name().as_bytes())?;
+    element(&mut parts, kind, &data)?;
+    let mut variable = Vec::new();
+    element(&mut variable, MI_MATRIX, &parts)?;
+    Ok(variable)
+}
+
+fn column_by_column<const BYTES: usize>(
+    rows: usize,
+    columns: usize,
+    entry: impl Fn(usize, usize) -> [u8; BYTES],
+) -> Vec<u8> {
+    let entry = &entry;
+    (0..columns)
+        .flat_map(|column| (0..rows).flat_map(move |row| entry(row, column)))
+        .collect()
+}
+
+fn element(out: &mut Vec<u8>, kind: u32, data: &[u8]) -> io::Result<()> {
+    out.extend(kind.to_le_bytes());
+    out.extend(length(data.len())?.to_le_bytes());
+    out.extend(data);
+    out.resize(out.len().next_multiple_of(8), 0);
+    Ok(())
+}
+
+fn length(length: usize) -> io::Result<u32> {
+    u32::try_from(length).map_err(|_| {
+        io::Error::other(
+            "an array of more than 4 GB is too large for .mat; use .json, or fewer landmarks",
+        )
+    })
 }

@@ -1,44 +1,45 @@
-//! Files of numbers, one file a format: NumPy's `.npy` and `.npz`, MATLAB's `.mat`, Parquet, MCAP.
+//! Files of numbers, one file a format: what each holds as named columns, and how it is written.
 //!
-//! Guarantees: a file's first bytes say what it is, never its name; what comes out is one [`Table`] of named columns,
-//! which the same rules and maps understand as a table of text; memory grows with what a file really holds, not with
+//! Guarantees: a file's first bytes say what it is, never its name; memory grows with what a file really holds, not with
 //! what it declares; where a crate that reads a format panics on a damaged file, that is an error of this file.
+//!
+//! A format is one file with a [`Format`] in it, and a line in [`FORMATS`]: the file dialogs, `--help`, the import window
+//! and the messages follow from that list.
 //!
 //! | room | what |
 //! |---|---|
+//! | [`text`], [`csv`] | delimited text: read as any logger writes it, written as every spreadsheet reads it |
 //! | `npy`, `npz` | NumPy's arrays, alone and in an archive |
 //! | `mat` | MATLAB's files of version 5 (`save` without `-v7.3`) |
 //! | `parquet` | columns of numbers; feature `parquet` |
-//! | `mcap`, `cdr` | topics of a ROS 2 recording; feature `mcap` |
-//! | [`text`], `csv` | delimited text |
-//! | `naming` | arrays to columns with the names that headers of text have |
+//! | `mcap` | topics of a ROS 2 recording; feature `mcap` |
+//! | `opened`, `columns` | a file behind one face, whichever of these it is: where its table may be, and its rows |
+//! | `arrays`, `column_name` | arrays to columns with the names that headers have, and what such names mean |
 
-#[cfg(feature = "mcap")]
-mod cdr;
+mod arrays;
 pub(crate) mod column_name;
-pub(crate) mod csv;
+mod columns;
+pub mod csv;
 mod error;
-mod mat;
-#[cfg(feature = "mcap")]
+pub(crate) mod mat;
 mod mcap;
-mod naming;
 mod npy;
-mod npz;
-#[cfg(feature = "parquet")]
-mod parquet;
+pub(crate) mod npz;
+mod opened;
+pub(crate) mod parquet;
 pub mod text;
 
 use std::fs::File;
-use std::io::Read;
+use std::io;
 use std::path::Path;
 
-pub use error::ArraysError;
+pub(crate) use arrays::{Array, Entry};
+pub(crate) use columns::{Cell, Column, Columns, Row};
+pub use error::FileError;
+pub(crate) use opened::{Opened, Part, open};
 
-use crate::panicked;
 use crate::progress::Progress;
 
-/// Enough for a signature, and the name of an archive's first member.
-const HEAD_BYTES: usize = 512;
 /// More columns are no table of a sensor.
 const COLUMN_LIMIT: usize = 4096;
 /// So much may always be unpacked.
@@ -46,153 +47,73 @@ const UNPACKED_BYTES: u64 = 1 << 30;
 /// Beyond [`UNPACKED_BYTES`], no more than so many times what is stored: measured numbers pack far less.
 const UNPACKED_RATIO: u64 = 100;
 
-/// Columns of numbers, as a file of arrays holds them.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Table {
-    /// What the file is called, e.g. `NumPy archive`.
-    pub(crate) kind: &'static str,
-    /// Whether the columns have names.
-    pub(crate) is_named: bool,
-    pub(crate) columns: Vec<Column>,
-    /// Which column is the clock of the reference, where that is another than the gauges'.
-    pub(crate) reference_time: Option<usize>,
-    /// What else the file holds, and what it is.
-    pub(crate) left_out: Vec<String>,
-    /// Whether the file ends before it should.
-    pub(crate) ends_early: bool,
+/// Every format that is read.
+pub const FORMATS: [Format; 6] = [
+    text::FORMAT,
+    npy::FORMAT,
+    npz::FORMAT,
+    mat::FORMAT,
+    parquet::FORMAT,
+    mcap::FORMAT,
+];
+
+/// One kind of file.
+#[derive(Debug)]
+pub struct Format {
+    /// What people call such a file.
+    pub name: &'static str,
+    /// What the names of such files end with, without the point.
+    pub endings: &'static [&'static str],
+    /// What such files start with; what starts like none of them is text.
+    signatures: &'static [&'static [u8]],
+    /// What such a file holds; `None` if it is something else after all.
+    read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
 }
 
-/// One column; another clock's columns may have another length.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Column {
-    /// As a header of text would have it; empty without names.
-    pub(crate) name: String,
-    /// Where the file itself says it; empty otherwise.
-    pub(crate) unit: String,
-    pub(crate) values: Vec<f64>,
-}
-
-impl Table {
-    /// How long the longest column is.
-    pub(crate) fn n_rows(&self) -> usize {
-        let lengths = self.columns.iter().map(|column| column.values.len());
-        lengths.max().unwrap_or(0)
+impl Format {
+    /// The format of a file that starts so.
+    fn of(head: &[u8]) -> Option<&'static Self> {
+        const ALL: &[Format] = &FORMATS;
+        let is_it = |format: &&Self| {
+            format
+                .signatures
+                .iter()
+                .any(|start| head.starts_with(start))
+        };
+        ALL.iter().find(is_it)
     }
 }
 
-/// An array as its file holds it.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Array {
-    name: String,
-    /// Where the file itself says it; empty otherwise.
-    unit: &'static str,
-    shape: Vec<usize>,
-    /// Whether the first index runs fastest.
-    is_by_column: bool,
-    values: Vec<f64>,
+/// A file whose format is known, before it is read.
+#[derive(Clone, Copy, Debug)]
+struct Source<'a> {
+    path: &'a Path,
+    /// How it starts.
+    head: &'a [u8],
+    n_bytes: u64,
+    progress: &'a Progress,
 }
 
-/// What a file is, by its first bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Npy,
-    Zip,
-    EmptyZip,
-    Mat,
-    Mat73,
-    Parquet,
-    Mcap,
-}
-
-impl Kind {
-    fn of(head: &[u8]) -> Option<Self> {
-        const SIGNATURES: [(&[u8], Kind); 7] = [
-            (b"\x93NUMPY", Kind::Npy),
-            (b"PK\x03\x04", Kind::Zip),
-            (b"PK\x05\x06", Kind::EmptyZip),
-            (b"MATLAB 5.0", Kind::Mat),
-            (b"MATLAB 7.3", Kind::Mat73),
-            (b"PAR1", Kind::Parquet),
-            (b"\x89MCAP", Kind::Mcap),
-        ];
-        let is_it = |(start, _): &&(&[u8], Self)| head.starts_with(start);
-        SIGNATURES.iter().find(is_it).map(|&(_, kind)| kind)
+impl Source<'_> {
+    fn open(&self) -> io::Result<File> {
+        File::open(self.path)
     }
 }
 
-/// Reads a file of arrays; `None` if it is another kind of file, or none at all.
-///
-/// # Errors
-/// [`ArraysError`] if the file is damaged, or holds no numbers in rows.
-pub(crate) fn read(path: &Path, progress: &Progress) -> Result<Option<Table>, ArraysError> {
-    // Asked before opening: opening a named pipe would wait for its other end.
-    let Ok(metadata) = std::fs::metadata(path) else {
-        return Ok(None);
+/// What the names of files with recordings end with, without the point.
+pub fn endings() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().flat_map(|format| format.endings).copied()
+}
+
+/// The formats with their endings, as `--help` and the window list them.
+#[must_use]
+pub fn listed() -> String {
+    let of_format = |format: &Format| {
+        let endings = format.endings.iter().map(|ending| format!(".{ending}"));
+        let endings: Vec<String> = endings.collect();
+        format!("{} ({})", format.name, endings.join(", "))
     };
-    if !metadata.is_file() {
-        return Ok(None);
-    }
-    let Ok(mut file) = File::open(path) else {
-        return Ok(None);
-    };
-    let mut head = [0; HEAD_BYTES];
-    let mut n_read = 0;
-    while n_read < head.len() {
-        match file.read(&mut head[n_read..])? {
-            0 => break,
-            more => n_read += more,
-        }
-    }
-    let Some(kind) = Kind::of(&head[..n_read]) else {
-        return Ok(None);
-    };
-    drop(file);
-    // Not all crates that read these formats hold what this one does.
-    let decoded = panicked::caught_quietly(|| decoded(kind, path, &head, progress));
-    match decoded.map_err(ArraysError::ReaderFailed)?? {
-        Some(table) if table.n_rows() == 0 => Err(ArraysError::NoArrays {
-            left_out: table.left_out,
-        }),
-        table => Ok(table),
-    }
-}
-
-/// What a file of this kind holds; `None` if it is an archive of something else.
-fn decoded(
-    kind: Kind,
-    path: &Path,
-    head: &[u8],
-    progress: &Progress,
-) -> Result<Option<Table>, ArraysError> {
-    let file = File::open(path)?;
-    let file_bytes = file.metadata()?.len();
-    let table = match kind {
-        Kind::Npy => npy::table(file, file_bytes, progress),
-        Kind::Zip => {
-            let starts_with_array = memchr::memmem::find(head, b".npy").is_some();
-            return npz::table(file, starts_with_array, progress);
-        }
-        Kind::EmptyZip => Err(ArraysError::NoArrays {
-            left_out: Vec::new(),
-        }),
-        Kind::Mat => mat::table(&std::fs::read(path)?, progress),
-        Kind::Mat73 => Err(ArraysError::Mat73),
-        #[cfg(feature = "parquet")]
-        Kind::Parquet => parquet::table(file, progress),
-        #[cfg(not(feature = "parquet"))]
-        Kind::Parquet => Err(ArraysError::NotBuilt {
-            what: "a Parquet file",
-            feature: "parquet",
-        }),
-        #[cfg(feature = "mcap")]
-        Kind::Mcap => mcap::table(file, file_bytes, progress),
-        #[cfg(not(feature = "mcap"))]
-        Kind::Mcap => Err(ArraysError::NotBuilt {
-            what: "an MCAP recording",
-            feature: "mcap",
-        }),
-    };
-    table.map(Some)
+    FORMATS.iter().map(of_format).collect::<Vec<_>>().join(", ")
 }
 
 /// How many bytes may come out of so many packed ones.

@@ -1,14 +1,20 @@
-//! NumPy's `.npy`: one array.
+//! NumPy's `.npy`: one array, read and written.
 //!
 //! **Source** the NPY format, versions 1.0 to 3.0: magic, length of the header, the header (a Python literal), the
 //! numbers.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 
 use super::error::reading;
-use super::{Array, ArraysError, Column, Table};
+use super::{Array, Column, Columns, Entry, FileError, Format, Source};
 use crate::progress::Progress;
+
+pub(super) const FORMAT: Format = Format {
+    name: "NumPy array",
+    endings: &["npy"],
+    signatures: &[MAGIC],
+    read: columns,
+};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Headers of plain arrays are some hundred bytes.
@@ -76,18 +82,15 @@ struct Header {
 }
 
 /// A lone array: its columns have no names.
-pub(crate) fn table(
-    file: File,
-    file_bytes: u64,
-    progress: &Progress,
-) -> Result<Table, ArraysError> {
+fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const WHAT: &str = "the array";
-    let array = read(WHAT, &mut BufReader::new(file), file_bytes, progress)?;
+    let mut file = BufReader::new(source.open()?);
+    let array = read(WHAT, &mut file, source.n_bytes, source.progress)?;
     let (n_rows, n_columns) = match array.shape[..] {
         [n_rows] => (n_rows, 1),
         [n_rows, n_columns] if n_columns <= super::COLUMN_LIMIT => (n_rows, n_columns),
         _ => {
-            return Err(ArraysError::NotATable {
+            return Err(FileError::NotATable {
                 what: WHAT.to_owned(),
                 shape: format!("{:?}", array.shape),
             });
@@ -98,20 +101,19 @@ pub(crate) fn table(
         unit: array.unit.to_owned(),
         values: array.column(n_rows, n_columns, column),
     });
-    Ok(Table {
-        kind: "NumPy array",
+    Ok(Some(Columns {
         columns: columns.collect(),
-        ..Table::default()
-    })
+        ..Columns::default()
+    }))
 }
 
 /// Reads one array, called `name`, from a stream that cannot give more than `at_most_bytes`.
-pub(crate) fn read(
+pub(super) fn read(
     name: &str,
     from: &mut impl Read,
     at_most_bytes: u64,
     progress: &Progress,
-) -> Result<Array, ArraysError> {
+) -> Result<Array, FileError> {
     let header = header(name, from)?;
     let n_numbers = header
         .shape
@@ -121,7 +123,7 @@ pub(crate) fn read(
     let Some(n_numbers) =
         n_numbers.filter(|&n| n_bytes(n).is_some_and(|b| b as u64 <= at_most_bytes))
     else {
-        return Err(ArraysError::CutShort {
+        return Err(FileError::CutShort {
             what: name.to_owned(),
         });
     };
@@ -129,7 +131,7 @@ pub(crate) fn read(
         name: name.to_owned(),
         unit: header.unit,
         values: numbers(&header, n_numbers, from, progress).map_err(|error| match error {
-            ArraysError::Io(error) => reading(name)(error),
+            FileError::Io(error) => reading(name)(error),
             other => other,
         })?,
         shape: header.shape,
@@ -142,7 +144,7 @@ fn numbers(
     n_numbers: usize,
     from: &mut impl Read,
     progress: &Progress,
-) -> Result<Vec<f64>, ArraysError> {
+) -> Result<Vec<f64>, FileError> {
     let n_bytes = header.number.n_bytes();
     let mut block = vec![0; BLOCK_NUMBERS * n_bytes];
     // Grows with what is there; what the header says may be anything.
@@ -164,8 +166,8 @@ fn numbers(
     Ok(values)
 }
 
-fn header(name: &str, from: &mut impl Read) -> Result<Header, ArraysError> {
-    let damaged = |why: &str| ArraysError::Damaged {
+fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
+    let damaged = |why: &str| FileError::Damaged {
         what: name.to_owned(),
         why: why.to_owned(),
     };
@@ -199,11 +201,10 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, ArraysError> {
         return Err(damaged("its header names no kind, order or shape"));
     };
     let shape = shape_of(shape).ok_or_else(|| damaged("its shape is none"))?;
-    let (number, unit, is_big_endian) =
-        number_of(descr).ok_or_else(|| ArraysError::NotNumbers {
-            what: name.to_owned(),
-            kind: kind_in_words(descr),
-        })?;
+    let (number, unit, is_big_endian) = number_of(descr).ok_or_else(|| FileError::NotNumbers {
+        what: name.to_owned(),
+        kind: kind_in_words(descr),
+    })?;
     Ok(Header {
         number,
         unit,
@@ -259,6 +260,44 @@ fn kind_in_words(descr: &str) -> String {
             kind.split('\'').next().unwrap_or_default()
         ),
     }
+}
+
+/// The file of one array: magic, header padded to a multiple of 64 bytes, little-endian numbers or characters.
+pub(super) fn written(entry: &Entry) -> Vec<u8> {
+    let mut data = Vec::new();
+    let (kind, shape) = match entry {
+        Entry::Numbers(Array { shape, values, .. }) => {
+            data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
+            let shape = match shape.len() {
+                1 => format!("({})", lengths.trim_end()),
+                _ => format!("({})", lengths.trim_end_matches(", ")),
+            };
+            ("<f8".to_owned(), shape)
+        }
+        Entry::Texts { texts, .. } => {
+            let longest = texts.iter().map(|text| text.chars().count()).max();
+            let width = longest.unwrap_or(0).max(1);
+            for text in texts {
+                let codes = text.chars().map(u32::from).chain(std::iter::repeat(0));
+                data.extend(codes.take(width).flat_map(u32::to_le_bytes));
+            }
+            (format!("<U{width}"), format!("({},)", texts.len()))
+        }
+    };
+    let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
+    let unpadded = 10 + header.len() + 1;
+    header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
+    header.push('\n');
+    let length = u16::try_from(header.len()).expect("a header is some hundred bytes");
+    [
+        MAGIC,
+        b"\x01\x00",
+        &length.to_le_bytes()[..],
+        header.as_bytes(),
+        &data,
+    ]
+    .concat()
 }
 
 #[cfg(test)]

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
+use super::error::at;
 use super::join;
+use super::load::Loaded;
 use super::plan::{Plan, TimeScale, Use};
 use super::rows::Rows;
 use super::two_clocks::Table;
-use super::warning::{Finding, LoadWarning};
-use super::{Loaded, ReadError, timeline};
+use super::warning::{Finding, LoadWarning, Trouble};
+use super::{ReadError, TableError, timeline};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
@@ -16,7 +18,6 @@ const RECORDING_LIMIT: usize = 50_000;
 
 /// Why no row is usable.
 pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
-    let path_buf = path.to_owned();
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
     let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
     let mut culprits = rows
@@ -26,37 +27,19 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
         .filter(|(_, n_bad)| is_culprit(n_bad))
         .map(|(index, _)| index);
     if let (Some(index), None) = (culprits.next(), culprits.next()) {
-        return ReadError::NoNumberInColumn {
-            path: path_buf,
-            line: plan.line,
+        return at(path, plan.line)(TableError::NoNumberInColumn {
             what: plan.uses[index].noun(),
             column: index + 1,
             name: plan.names[index].clone(),
-        };
+        });
     }
-    let skips_row = |warning: &LoadWarning| {
-        matches!(
-            warning.finding,
-            Finding::EmptyCell { .. }
-                | Finding::NotANumber { .. }
-                | Finding::NotATime { .. }
-                | Finding::StatusError { .. }
-                | Finding::Dropout { .. }
-                | Finding::NotARotation
-                | Finding::UnknownMount { .. }
-                | Finding::NotFinite { .. }
-                | Finding::TooFewCells { .. }
-        )
-    };
+    let skips_row = |warning: &LoadWarning| warning.finding.skips_row();
     let warnings = rows.findings.into_warnings(path);
     match warnings.into_iter().find(skips_row) {
         Some(first) => ReadError::NoUsableRow {
             first: Box::new(first),
         },
-        None => ReadError::NoRows {
-            path: path_buf,
-            line: plan.line,
-        },
+        None => at(path, plan.line)(TableError::NoRows),
     }
 }
 
@@ -88,10 +71,11 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
         let column = plan.time_column.unwrap_or_default();
-        let finding = Finding::NotFinite {
+        let finding = Finding::Cell {
             column: column + 1,
             name: plan.names[column].clone(),
             value: rows.times[row].to_string(),
+            trouble: Trouble::NotFinite,
         };
         rows.findings.note(rows.line_of(row), finding);
         let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
@@ -137,19 +121,19 @@ pub(super) fn recordings(table: Table, gap_secs: Option<f64>) -> Result<Loaded, 
     let cuts = timeline::cuts(&rows.times, gap_secs);
     if cuts.starts.len() >= RECORDING_LIMIT {
         let column = plan.time_column.unwrap_or_default();
-        return Err(ReadError::TooManyRecordings {
-            line: rows.line_of(cuts.starts[0]),
-            path,
+        let line = rows.line_of(cuts.starts[0]);
+        return Err(at(&path, line)(TableError::TooManyRecordings {
             count: cuts.starts.len(),
             column: column + 1,
             name: plan.names[column].clone(),
-        });
+        }));
     }
     cuts.note(&mut rows);
     let findings = std::mem::take(&mut rows.findings);
     Ok(Loaded {
         recordings: cut(&path, plan, rows, &cuts.starts),
         warnings: findings.into_warnings(&path),
+        map: None,
     })
 }
 
@@ -325,9 +309,9 @@ mod tests {
         let error = TestFile::new(text).read().unwrap_err();
         assert!(matches!(
             error,
-            ReadError::TooManyRecordings {
+            ReadError::Table {
                 line: 4,
-                count: 59_999,
+                source: TableError::TooManyRecordings { count: 59_999, .. },
                 ..
             }
         ));

@@ -8,6 +8,8 @@ use super::tests::TestFile;
 use super::*;
 use crate::formats::text::TextLayout;
 use crate::import::map::ColumnMap;
+use crate::progress::Progress;
+use crate::recording::Recording;
 
 /// What is said about a file: its one error, or its warnings.
 fn told(content: impl AsRef<[u8]>) -> String {
@@ -26,7 +28,9 @@ fn n_samples(content: impl AsRef<[u8]>) -> usize {
 }
 
 fn of_path(path: &Path) -> String {
-    read(path, &Progress::default()).unwrap_err().to_string()
+    read(path, None, &[], &Progress::default())
+        .unwrap_err()
+        .to_string()
 }
 
 #[test]
@@ -57,7 +61,7 @@ fn progress_over_two_bytes_a_character_reaches_its_end() {
     );
     let progress = Progress::default();
     progress.add_total(fs::metadata(&file.path).unwrap().len());
-    read(&file.path, &progress).unwrap();
+    read(&file.path, None, &[], &progress).unwrap();
     assert_eq!(progress.fraction(), Some(1.0));
 }
 
@@ -170,7 +174,7 @@ fn a_delimiter_that_is_not_the_files_is_told_by_the_number_of_columns() {
         br#"{ "format": "loopscope column map", "version": 1, "table": { "shape": { "columns": 3 },
             "columns": [{ "column": 1, "is": "time" }, { "column": 2, "is": "gauge" }] } }"#,
     );
-    let error = read_mapped(&file.path, &wrong.unwrap(), &Progress::default()).unwrap_err();
+    let error = read(&file.path, Some(&wrong.unwrap()), &[], &Progress::default()).unwrap_err();
     assert!(
         error
             .to_string()
@@ -257,12 +261,12 @@ mod mutations {
             let inspected = inspect(&file.path, Known::Nothing, &progress);
             if let Ok(inspection) = inspected {
                 n_read += usize::from(inspection.check.error.is_none());
-                let loaded = read(&file.path, &progress);
+                let loaded = read(&file.path, None, &[], &progress);
                 if let (Ok(loaded), None) = (loaded, &inspection.check.error) {
                     assert_eq!(loaded.recordings.len(), inspection.check.recordings.len());
                 }
             }
-            n_mapped += usize::from(read_mapped(&file.path, &sound_map, &progress).is_ok());
+            n_mapped += usize::from(read(&file.path, Some(&sound_map), &[], &progress).is_ok());
         }
         assert!(n_read > 150 && n_mapped > 50, "{n_read} {n_mapped}");
     }
@@ -279,7 +283,7 @@ mod mutations {
             let mut written = Vec::new();
             map.write_json(&mut written).unwrap();
             assert_eq!(ColumnMap::from_json(&written).unwrap(), map);
-            n_used += usize::from(read_mapped(&file.path, &map, &Progress::default()).is_ok());
+            n_used += usize::from(read(&file.path, Some(&map), &[], &Progress::default()).is_ok());
         }
         assert!(n_used > 20, "{n_used}");
     }

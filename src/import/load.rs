@@ -2,14 +2,31 @@
 
 use std::path::Path;
 
-use super::opened::Opened;
+use super::error::{at, of_file};
 use super::plan::{Plan, Side};
+use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{BLOCK_BYTES, Loaded, ReadError, assemble, names, weigh};
+use super::{ReadError, TableError, assemble, names, weigh};
 use crate::formats::text::Decimal;
+use crate::formats::{self, Opened, Part};
 use crate::import::map::{ColumnMap, TableMap, WeightMap};
 use crate::progress::Progress;
+use crate::recording::Recording;
+
+/// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
+pub(super) const BLOCK_BYTES: usize = 1 << 18;
+
+/// What a file held, and what a person should know about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// At least one, in file order.
+    pub recordings: Vec<Recording>,
+    /// One per kind, in the order of their first lines.
+    pub warnings: Vec<LoadWarning>,
+    /// By which map the file was read, if not by its names.
+    pub map: Option<Box<ColumnMap>>,
+}
 
 /// How files are read.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +57,15 @@ impl<'a> Reading<'a> {
     }
 
     pub(super) fn open(&self, path: &Path) -> Result<Opened, ReadError> {
-        Opened::open(path, self.block_bytes, self.limit_bytes, self.progress)
+        let opened = formats::open(path, self.block_bytes, self.limit_bytes, self.progress);
+        opened.map_err(of_file(path))
     }
 
     /// Reads a file by a map; without one, by its names.
     pub(super) fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
-        self.sides(path, map)?.joined()
+        let mut loaded = self.sides(path, map)?.joined()?;
+        loaded.map = map.map(|map| Box::new(map.clone()));
+        Ok(loaded)
     }
 
     /// Reads gauges and reference.
@@ -66,7 +86,7 @@ impl<'a> Reading<'a> {
         } else {
             Side::Both
         };
-        let notes = opened.notes().into_iter().chain(notes).collect::<Vec<_>>();
+        let notes: Vec<Finding> = about(&opened).chain(notes).collect();
         let weight = map.weight.as_ref();
         let mut gauges = self.table(path, opened, &map.table, side, weight)?;
         if let Some(weight) = weight {
@@ -118,10 +138,22 @@ impl<'a> Reading<'a> {
         side: Side,
         weight: Option<&WeightMap>,
     ) -> Result<Table, ReadError> {
-        let table = opened.fitting(table);
-        let start = opened.start(path, &table)?;
-        let plan = Plan::new(path, &table, &start, side, weight)?;
-        let mut rows = opened.rows(&plan, &start, self.progress)?;
+        let head = opened.head(&table.text).ok_or_else(|| {
+            let what = match (opened.kind(), table.text.header) {
+                (Some(_), _) => "named columns",
+                (None, true) => "lines to skip and a header",
+                (None, false) => "lines to skip and rows",
+            };
+            let path = path.to_owned();
+            ReadError::TooShortForMap { path, what }
+        })?;
+        let plan = Plan::new(table, &head, side, weight).map_err(at(path, head.line))?;
+        let mut rows = Rows::starting_after(head.n_lines);
+        let parse = |part: Part<'_>| Rows::parse(part, &plan);
+        let read = opened.read(&head, self.progress, parse, |parts, share| {
+            rows.append_all(parts, share, &plan);
+        });
+        read.map_err(of_file(path))?;
         assemble::settle_times(&plan, &mut rows);
         if rows.times.is_empty() {
             return Err(assemble::why_nothing_is_usable(path, &plan, rows));
@@ -139,20 +171,30 @@ fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Finding>), R
     let no_header = || ReadError::NoHeader {
         path: path.to_owned(),
     };
-    let detected = opened.detected().ok_or_else(no_header)?;
-    let start = opened.located(&detected.text).ok_or_else(no_header)?;
-    if opened.kind().is_some() && !detected.text.header {
+    let mut text = opened.layout().ok_or_else(no_header)?;
+    let head = opened.head(&text).ok_or_else(no_header)?;
+    if opened.kind().is_some() && !text.header {
         return Err(ReadError::NoNames {
             path: path.to_owned(),
-            columns: start.n_columns,
+            columns: head.n_columns,
         });
     }
-    names::check_named(path, &detected, &start)?;
-    let rows = opened.first_rows(&detected.text, &start);
-    let mut named = names::by_names(&detected, &start, &rows);
+    if !text.header && head.names_in_comment.is_empty() {
+        return Err(at(path, head.line)(TableError::HeaderIsNumbers));
+    }
+    let guess = names::by_names(&text, &head, &opened.first_rows(&text, &head));
     // Nobody has said that commas are decimal points: then each is told.
-    named.table.text.decimal = Decimal::Point;
-    Ok((ColumnMap::of_table(named.table), named.notes))
+    text.decimal = Decimal::Point;
+    let table = guess.table(&text, &head);
+    Ok((ColumnMap::of_table(table), guess.notes))
+}
+
+/// What the file itself gives reason to say.
+fn about(opened: &Opened) -> impl Iterator<Item = Finding> {
+    let names = opened.left_out().to_vec();
+    let left_out = (!names.is_empty()).then_some(Finding::LeftOut { names });
+    let ends_early = opened.ends_early().then_some(Finding::EndsEarly);
+    left_out.into_iter().chain(ends_early)
 }
 
 impl Sides {

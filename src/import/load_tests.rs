@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::load::Reading;
 use super::*;
 use crate::import::map::ColumnMap;
+use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
 /// A folder with files.
@@ -23,7 +25,7 @@ impl Folder {
     }
 
     fn read(&self, name: &str, map: &ColumnMap) -> Result<Loaded, ReadError> {
-        read_mapped(&self.path(name), map, &Progress::default())
+        read(&self.path(name), Some(map), &[], &Progress::default())
     }
 }
 
@@ -73,7 +75,7 @@ fn a_point_among_decimal_commas_is_no_number() {
     let (recording, findings) = single(read_one("0;1;x;3\n5;1;x;1.500\n10;1;x;4\n", HEADERLESS));
     assert_eq!(recording.n_samples(), 2);
     assert!(
-        matches!(&findings[0], Finding::NotANumber { column: 4, value, .. } if value == "1.500")
+        matches!(&findings[0], Finding::Cell { trouble: Trouble::NotANumber, column: 4, value, .. } if value == "1.500")
     );
 }
 
@@ -112,7 +114,13 @@ fn a_column_can_count_samples() {
     ));
     assert_eq!(recording.times(), [3.5, 4.0, 5.0]);
     let error = read_one("7,1\n", &parts("")).unwrap_err();
-    assert!(matches!(error, ReadError::NoSampleRate { column: 1, .. }));
+    assert!(matches!(
+        error,
+        ReadError::Table {
+            source: TableError::NoSampleRate { column: 1, .. },
+            ..
+        }
+    ));
 }
 
 #[test]
@@ -137,7 +145,7 @@ fn dates_are_read_from_one_column_and_from_two() {
         ),
     ]);
     for name in ["two.csv", "one.csv"] {
-        let loaded = read(&folder.path(name), &Progress::default()).unwrap();
+        let loaded = read(&folder.path(name), None, &[], &Progress::default()).unwrap();
         assert_eq!(loaded.recordings[0].times(), recording.times(), "{name}");
     }
 }
@@ -148,7 +156,7 @@ fn a_units_row_is_read_by_names() {
         "run.csv",
         "Export of 1 May\n\ntime;S1;Fx\n[ms];[mV/V];[kN]\n0;1;2\n10;3;4\n",
     )]);
-    let loaded = read(&folder.path("run.csv"), &Progress::default()).unwrap();
+    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
     let recording = &loaded.recordings[0];
     assert_eq!(
         (recording.times(), recording.loads()),
@@ -202,7 +210,7 @@ fn a_reference_file_is_joined_without_its_dropouts() {
         ("a_ref.csv", "0,0\n0.5,-1\n1,10\n2,20\n"),
     ]);
     let progress = Progress::default();
-    let loaded = read_mapped(&folder.path("a.csv"), &map(TWO_FILES), &progress).unwrap();
+    let loaded = read(&folder.path("a.csv"), Some(&map(TWO_FILES)), &[], &progress).unwrap();
     assert_eq!(loaded.recordings[0].loads(), [0.0, 10.0, 20.0]);
     let [dropout] = &loaded.warnings[..] else {
         panic!("{:?}", loaded.warnings)
@@ -210,7 +218,11 @@ fn a_reference_file_is_joined_without_its_dropouts() {
     assert!(dropout.path.ends_with("a_ref.csv") && dropout.first_line == 2);
     assert!(matches!(
         dropout.finding,
-        Finding::Dropout { column: 2, .. }
+        Finding::Cell {
+            trouble: Trouble::Dropout,
+            column: 2,
+            ..
+        }
     ));
     // The second file is counted too: all that was added to the total is done, and the first file besides.
     progress.add_total(std::fs::metadata(folder.path("a.csv")).unwrap().len());
@@ -268,7 +280,7 @@ fn a_held_reference_is_told() {
         text.push_str(&format!("{},{},{}\n", k as f64 / 100.0, k, k / 4));
     }
     let folder = Folder::with(&[("run.csv", &text)]);
-    let loaded = read(&folder.path("run.csv"), &Progress::default()).unwrap();
+    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
     let told = loaded.warnings[0].to_string();
     assert!(
         told.contains("changes only every 4 samples and is held"),
@@ -315,10 +327,19 @@ fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
     assert_eq!(on_axis(0)[1..], [2.0, 3.0]);
     assert_eq!(on_axis(2), [-2.0, -2.0, -2.0]);
     assert_eq!(on_axis(3), [1.0, 2.0, 3.0]);
-    assert!(matches!(&findings[..], [Finding::StatusError { value, .. }] if value == "80000002"));
-    let alone = read(&folder.path("ati.csv"), &progress).unwrap_err();
     assert!(
-        matches!(alone, ReadError::ReferenceAlone { line: 7, .. }),
+        matches!(&findings[..], [Finding::Cell { trouble: Trouble::StatusError, value, .. }] if value == "80000002")
+    );
+    let alone = read(&folder.path("ati.csv"), None, &[], &progress).unwrap_err();
+    assert!(
+        matches!(
+            alone,
+            ReadError::Table {
+                line: 7,
+                source: TableError::ReferenceAlone,
+                ..
+            }
+        ),
         "{alone}"
     );
 }
@@ -410,7 +431,16 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
     ] {
         let text = "t [s],S1,S2,Fx [N]\n0,1,2,3\n0.1,2,3,4\n";
         let error = read_one(text, &parts(columns)).unwrap_err();
-        assert!(matches!(error, ReadError::MapTwice { .. }), "{error}");
+        assert!(
+            matches!(
+                error,
+                ReadError::Table {
+                    source: TableError::MapTwice { .. },
+                    ..
+                }
+            ),
+            "{error}"
+        );
         let told = error.to_string();
         let place = format!("run.csv:1: the column map speaks of column {number} twice, {keys}");
         assert!(told.contains(&place), "{told}");
@@ -454,7 +484,14 @@ fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
         { "column": 1, "is": "time", "unit": "samples" }, { "column": 2, "is": "gauge" }] }"#;
     let (recording, findings) = single(read_one("1,1\n2,2\n1.5e308,3\n", slow));
     assert_eq!(recording.times(), [10.0, 20.0]);
-    assert!(matches!(findings[0], Finding::NotFinite { column: 1, .. }));
+    assert!(matches!(
+        findings[0],
+        Finding::Cell {
+            trouble: Trouble::NotFinite,
+            column: 1,
+            ..
+        }
+    ));
     assert!(read_one("1.5e308,1\n", slow).is_err());
     let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
     assert!(matches!(blended, ReadError::ClocksApart { .. }));
@@ -499,7 +536,7 @@ fn a_proposed_map_reads_its_file_like_its_names_do() {
         let path = folder.path("run.csv");
         let inspected = inspect::inspect(&path, inspect::Known::Nothing, &Progress::default());
         let inspection = inspected.unwrap();
-        match read(&path, &Progress::default()) {
+        match read(&path, None, &[], &Progress::default()) {
             Ok(loaded) => {
                 let mapped = folder.read("run.csv", &inspection.map).unwrap();
                 assert_eq!(mapped.recordings, loaded.recordings, "{content}");

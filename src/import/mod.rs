@@ -8,8 +8,7 @@
 //! | [`map`] | what the columns of a table are |
 //! | `names` | names to a [`ColumnMap`] |
 //! | `plan` | a map, brought to one file |
-//! | `opened` | a file, text or arrays, behind one face |
-//! | `rows`, `stream` | blocks to numbers, many at a time |
+//! | `rows` | the cells of rows to numbers, each where it belongs |
 //! | [`pose`], `weigh`, `estimate` | poses to loads; loads to a weight |
 //! | `two_clocks`, `join`, [`clock_offset`] | gauges and reference to one table |
 //! | `timeline` | the unit of time, where recordings start |
@@ -26,67 +25,20 @@ mod join;
 mod load;
 pub mod map;
 mod names;
-mod opened;
 mod plan;
 pub mod pose;
+mod read;
 mod rows;
-mod stream;
 mod timeline;
 mod two_clocks;
 mod warning;
 mod weigh;
 
-use std::path::Path;
-
-pub use error::ReadError;
+pub use error::{ReadError, TableError};
 pub use estimate::estimate_weight;
-pub use warning::{Finding, LoadWarning};
-
-use crate::import::map::ColumnMap;
-use crate::progress::Progress;
-use crate::recording::Recording;
-use load::Reading;
-
-/// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
-const BLOCK_BYTES: usize = 1 << 18;
-
-/// What a file held, and what a person should know about it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Loaded {
-    /// At least one, in file order.
-    pub recordings: Vec<Recording>,
-    /// One per kind, in the order of their first lines.
-    pub warnings: Vec<LoadWarning>,
-}
-
-/// Reads one file: delimited text, or arrays of NumPy, MATLAB, Parquet or MCAP. Its first bytes say which, not its name.
-///
-/// The names of the columns say what they are: a time, 1 to 64 gauges, and the axes of the reference load if there is
-/// one. Other columns are not looked at. A pause or a step back in time starts a new recording. Where names settle too
-/// little, a map does it: [`read_mapped`].
-///
-/// `progress` advances by bytes; whoever shows it adds the size of the file to its total.
-///
-/// **Units** those that the header names; without one newtons, newton metres, and what the times look like.
-///
-/// # Errors
-/// [`ReadError`] if the file cannot be read, is no such table, has no usable row, or `progress` is cancelled.
-pub fn read(path: &Path, progress: &Progress) -> Result<Loaded, ReadError> {
-    Reading::whole(progress).load(path, None)
-}
-
-/// Reads one file, and the file of its reference if the map names one, as the map says.
-///
-/// `progress` advances by bytes; whoever shows it adds the size of the file to its total. What is read besides, a second
-/// file or the same one for its second clock, is added here.
-///
-/// **Units** those of the map, then those that the header names.
-///
-/// # Errors
-/// As [`read`]; also if the map is for another kind of file, or the two clocks have no time in common.
-pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &Progress) -> Result<Loaded, ReadError> {
-    Reading::whole(progress).load(path, Some(map))
-}
+pub use load::Loaded;
+pub use read::read;
+pub use warning::{Finding, LoadWarning, Trouble};
 
 #[cfg(test)]
 mod bad_input_tests;
@@ -96,10 +48,14 @@ mod load_tests;
 #[cfg(test)]
 mod tests {
     use std::fmt::Write as _;
-    use std::path::PathBuf;
+    use std::path::{Path, PathBuf};
 
+    use super::load::Reading;
     use super::*;
-    use crate::recording::{Axis, Source};
+    use crate::formats::FileError;
+    use crate::formats::text::{detect, locate};
+    use crate::progress::Progress;
+    use crate::recording::{Axis, Recording, Source};
 
     /// A file of this name and content; the folder goes when it is dropped.
     pub(super) struct TestFile {
@@ -119,7 +75,7 @@ mod tests {
         }
 
         pub(super) fn read(&self) -> Result<Loaded, ReadError> {
-            read(&self.path, &Progress::default())
+            read(&self.path, None, &[], &Progress::default())
         }
 
         fn read_in_blocks(
@@ -138,12 +94,15 @@ mod tests {
     /// What the names of a header line make of a table, and what they leave out.
     pub(super) fn plan_and_notes(header: &str) -> Result<(plan::Plan, Vec<Finding>), ReadError> {
         let (path, head) = (Path::new("a.csv"), header.as_bytes());
-        let detected = crate::formats::text::layout::detect(head).unwrap();
-        let start = crate::formats::text::layout::locate(head, &detected.text).unwrap();
-        names::check_named(path, &detected, &start)?;
-        let named = names::by_names(&detected, &start, &[]);
-        let plan = plan::Plan::new(path, &named.table, &start, plan::Side::Both, None)?;
-        Ok((plan, named.notes))
+        let text = detect(head).unwrap();
+        let start = locate(head, &text).unwrap();
+        if !text.header {
+            return Err(error::at(path, start.line)(TableError::HeaderIsNumbers));
+        }
+        let guess = names::by_names(&text, &start, &[]);
+        let table = guess.table(&text, &start);
+        let plan = plan::Plan::new(&table, &start, plan::Side::Both, None);
+        Ok((plan.map_err(error::at(path, start.line))?, guess.notes))
     }
 
     pub(super) fn plan_of_names(header: &str) -> plan::Plan {
@@ -254,21 +213,53 @@ mod tests {
 
     #[test]
     fn what_is_no_table_is_an_error_that_says_so() {
-        assert!(matches!(error(""), ReadError::Empty { .. }));
+        assert!(matches!(
+            error(""),
+            ReadError::File {
+                source: FileError::Empty,
+                ..
+            }
+        ));
         assert!(matches!(error("\u{feff}"), ReadError::NoHeader { .. }));
         assert!(matches!(error("# a\n\n"), ReadError::NoHeader { .. }));
-        assert!(matches!(error("t,S1\n"), ReadError::NoRows { line: 1, .. }));
+        assert!(matches!(
+            error("t,S1\n"),
+            ReadError::Table {
+                line: 1,
+                source: TableError::NoRows,
+                ..
+            }
+        ));
         assert!(matches!(
             error("#\n0,1\n"),
-            ReadError::HeaderIsNumbers { line: 2, .. }
+            ReadError::Table {
+                line: 2,
+                source: TableError::HeaderIsNumbers,
+                ..
+            }
         ));
-        assert!(matches!(error("\x1f\u{8b}\0"), ReadError::NotText { .. }));
+        assert!(matches!(
+            error("\x1f\u{8b}\0"),
+            ReadError::File {
+                source: FileError::NotText { .. },
+                ..
+            }
+        ));
         let folder = tempfile::tempdir().unwrap();
-        let of = |path: &Path| read(path, &Progress::default()).unwrap_err();
-        assert!(matches!(of(folder.path()), ReadError::Folder { .. }));
+        let of = |path: &Path| read(path, None, &[], &Progress::default()).unwrap_err();
+        assert!(matches!(
+            of(folder.path()),
+            ReadError::File {
+                source: FileError::Folder { .. },
+                ..
+            }
+        ));
         assert!(matches!(
             of(&folder.path().join("gone")),
-            ReadError::Io { .. }
+            ReadError::File {
+                source: FileError::Io(_),
+                ..
+            }
         ));
     }
 
@@ -314,7 +305,7 @@ mod tests {
         let progress = Progress::default();
         progress.cancel();
         assert!(matches!(
-            read(&file.path, &progress),
+            read(&file.path, None, &[], &progress),
             Err(ReadError::Cancelled)
         ));
     }

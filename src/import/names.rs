@@ -1,90 +1,89 @@
 //! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
 
-use super::ReadError;
+use super::map::{ColumnRole, ColumnRule, Header, Shape, TableMap};
 use super::warning::Finding;
+use crate::formats::Cell;
 use crate::formats::column_name::{ColumnName, Kind};
-use crate::formats::text::layout::{Detected, Start, unbracketed};
 use crate::formats::text::times::TimeForm;
-use crate::formats::text::{Preamble, TextLayout};
-use crate::import::map::{ColumnRole, ColumnRule, Header, Shape, TableMap};
+use crate::formats::text::{Head, Preamble, TextLayout};
 
 /// What a column of days is called.
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 
-/// A table as its names describe it, and what they leave out.
+/// What the columns of a table seem to be.
 #[derive(Clone, Debug)]
-pub(super) struct Named {
-    pub(super) table: TableMap,
-    /// The column that each rule of the table speaks of, from 0 on.
-    pub(super) indices: Vec<usize>,
+pub(super) struct Guess {
+    /// Each with the column that it speaks of, from 0 on.
+    pub(super) rules: Vec<(usize, ColumnRule)>,
+    /// What the names leave out.
     pub(super) notes: Vec<Finding>,
 }
 
-/// Makes a map from the names of a table whose first rows are `rows`.
-pub(super) fn by_names(detected: &Detected, start: &Start, rows: &[Vec<&[u8]>]) -> Named {
-    let names = if detected.text.header {
-        &start.names
+impl Guess {
+    /// The map of the table.
+    pub(super) fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
+        let rules = self.rules.iter();
+        TableMap {
+            shape: Shape {
+                columns: head.n_columns,
+                names: head.names.clone(),
+            },
+            text: text.clone(),
+            sample_rate_hz: None,
+            columns: rules.map(|(_, rule)| rule.clone()).collect(),
+        }
+    }
+
+    pub(super) fn has_role(&self, role: ColumnRole) -> bool {
+        self.rules.iter().any(|(_, rule)| rule.is == role)
+    }
+}
+
+/// Guesses by the names of a table, or by those in a comment above it, and by its first rows how times are written.
+pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -> Guess {
+    let names = if text.header {
+        &head.names
     } else {
-        &detected.names_in_comment
+        &head.names_in_comment
     };
     let columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
     let times: Vec<usize> = (0..columns.len())
         .filter(|&index| columns[index].kind == Some(Kind::Time))
-        .filter(|&index| start.reference_time != Some(index))
+        .filter(|&index| head.reference_time != Some(index))
         .collect();
-    let keys = start.header();
+    let keys = Header::of(head);
     let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let is = match column.kind {
-            _ if start.reference_time == Some(index) => ColumnRole::TimeReference,
+            _ if head.reference_time == Some(index) => ColumnRole::TimeReference,
             Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
             Some(Kind::Gauge) => ColumnRole::Gauge,
             Some(Kind::Load(axis)) => ColumnRole::Load(axis),
             Some(Kind::Time) | None => continue,
         };
-        let in_units_row = start
-            .units
-            .get(index)
-            .map(|cell| unbracketed(cell).to_owned());
         let rule = ColumnRule {
-            unit: column
-                .unit
-                .clone()
-                .or(in_units_row.filter(|unit| !unit.is_empty())),
-            name: (!detected.text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
+            unit: column.unit.clone().or_else(|| head.unit(index)),
+            name: (!text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
             ..ColumnRule::new(keys.key(index), is)
         };
         rules.push((index, rule));
     }
     let mut ignored_times = times.get(1..).unwrap_or_default().to_vec();
-    if detected.text.preamble == Some(Preamble::AtiNetFt) {
-        name_ati_columns(&mut rules, start, &keys);
+    if text.preamble == Some(Preamble::AtiNetFt) {
+        name_ati_columns(&mut rules, head, &keys);
         ignored_times.clear();
     } else if let Some(&time) = times.first() {
         settle_time_form(&mut rules, &keys, names, time, rows);
     }
-    let mut notes = notes(&detected.text, &rules, names, &times, &ignored_times);
+    let mut notes = notes(text, &rules, names, &times, &ignored_times);
     notes.extend(date_order(&rules, names, rows));
-    let (indices, columns) = rules.into_iter().unzip();
-    Named {
-        table: TableMap {
-            shape: Shape {
-                columns: start.n_columns,
-                names: start.names.clone(),
-            },
-            text: detected.text.clone(),
-            sample_rate_hz: None,
-            columns,
-        },
-        indices,
-        notes,
-    }
+    Guess { rules, notes }
 }
 
 /// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
-fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, start: &Start, keys: &Header<'_>) {
+fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &Header<'_>) {
     rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
-    let column = |name: &str| start.names.iter().position(|other| other.starts_with(name));
+    let column = |name: &str| head.names.iter().position(|other| other.starts_with(name));
     if let Some(index) = column("RDT Sequence") {
         let sequence = ColumnRule {
             unit: Some("samples".to_owned()),
@@ -104,7 +103,7 @@ fn settle_time_form(
     keys: &Header<'_>,
     names: &[String],
     time: usize,
-    rows: &[Vec<&[u8]>],
+    rows: &[Vec<Cell<'_>>],
 ) {
     let form = |index| form_of_column(rows, index);
     let Some(time_form) = form(time) else {
@@ -134,14 +133,13 @@ fn settle_time_form(
 fn date_order(
     rules: &[(usize, ColumnRule)],
     names: &[String],
-    rows: &[Vec<&[u8]>],
+    rows: &[Vec<Cell<'_>>],
 ) -> Option<Finding> {
     let is_day = |rule: &ColumnRule| [ColumnRole::Time, ColumnRole::Date].contains(&rule.is);
     let days = rules.iter().filter(|(_, rule)| is_day(rule));
     let mut days = days.filter_map(|&(index, _)| {
         let form = form_of_column(rows, index)?;
-        let cells = rows.iter().filter_map(|row| row.get(index).copied());
-        let other = form.other_order(cells.filter(|cell| !cell.is_empty()))?;
+        let other = form.other_order(written(rows, index)?.into_iter())?;
         Some(Finding::AssumedDateOrder {
             column: index + 1,
             name: names.get(index).cloned().unwrap_or_default(),
@@ -152,10 +150,16 @@ fn date_order(
     days.next()
 }
 
-/// The form of a column whose cells are dates or times of day.
-pub(super) fn form_of_column(rows: &[Vec<&[u8]>], index: usize) -> Option<TimeForm> {
+/// What is written in the cells of a column that are not empty; `None` if some are numbers already.
+fn written<'a>(rows: &[Vec<Cell<'a>>], index: usize) -> Option<Vec<&'a [u8]>> {
     let cells = rows.iter().filter_map(|row| row.get(index).copied());
-    TimeForm::of_all(cells.filter(|cell| !cell.is_empty()))
+    let filled = cells.filter(|cell| !cell.is_empty());
+    filled.map(Cell::written).collect()
+}
+
+/// The form of a column whose cells are dates or times of day.
+pub(super) fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<TimeForm> {
+    TimeForm::of_all(written(rows, index)?.into_iter())
 }
 
 /// What the names leave out.
@@ -195,27 +199,13 @@ fn notes(
     notes
 }
 
-/// Whether there are no names to go by.
-pub(super) fn check_named(
-    path: &std::path::Path,
-    detected: &Detected,
-    start: &Start,
-) -> Result<(), ReadError> {
-    if detected.text.header || !detected.names_in_comment.is_empty() {
-        return Ok(());
-    }
-    Err(ReadError::HeaderIsNumbers {
-        path: path.to_owned(),
-        line: start.line,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::plan::Use;
     use super::super::tests::plan_and_notes;
     use super::*;
     use crate::import::map::ColumnKey;
+    use crate::import::{ReadError, TableError};
 
     #[test]
     fn the_first_time_wins_and_the_rest_is_noted() {
@@ -248,17 +238,20 @@ mod tests {
         let error = plan_and_notes(&header("ch")).unwrap_err();
         assert!(matches!(
             error,
-            ReadError::TooManyGauges { count: 20_000, .. }
+            ReadError::Table {
+                source: TableError::TooManyGauges { count: 20_000, .. },
+                ..
+            }
         ));
     }
 
     #[test]
     fn a_repeated_name_is_listed_by_its_number() {
-        let start = Start {
+        let head = Head {
             names: ["t", "x", "x", ""].map(str::to_owned).to_vec(),
-            ..Start::default()
+            ..Head::default()
         };
-        let keys = start.header();
+        let keys = Header::of(&head);
         let keys: Vec<_> = (0..4).map(|index| keys.key(index)).collect();
         let number = ColumnKey::Number;
         assert_eq!(

@@ -1,14 +1,12 @@
-//! Rows of numbers from blocks of lines. Blocks know nothing of each other, so they can be parsed at the same time.
+//! Rows of numbers from parts of a file. Parts know nothing of each other, so they can be parsed at the same time.
 //!
-//! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two blocks gives
-//! what one block with the lines of both would have given.
-
-mod of_arrays;
+//! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two parts gives
+//! what one part with the lines of both would have given.
 
 use super::plan::{Plan, PosePlan, Use};
-use super::warning::{Finding, Findings};
-use crate::formats::text::ati;
-use crate::formats::text::cells::{Cells, decimal_comma_number, is_skipped, number};
+use super::warning::{Finding, Findings, Trouble};
+use crate::formats::text::{ati, lines};
+use crate::formats::{Cell, Part, Row};
 use crate::recording::Axis;
 
 /// The rows of a stretch of lines, in SI but for the times, which stay in the unit of the file.
@@ -22,7 +20,6 @@ pub(super) struct Rows {
     /// Row-major, as the plan's pose says; empty once the loads are computed.
     pub(super) poses: Vec<f64>,
     pub(super) findings: Findings,
-    pub(super) n_bytes: usize,
     pub(super) n_lines: u64,
     pub(super) n_skipped: u64,
     /// Per column, in how many skipped rows it holds no finite number.
@@ -53,32 +50,48 @@ impl Rows {
         }
     }
 
-    /// The rows among the lines of `block`, line 1 being its first.
-    pub(super) fn parse(block: &[u8], plan: &Plan) -> Self {
+    /// The rows of a part of a file, line 1 being its first; rows that are no text count as lines.
+    pub(super) fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
-            n_bytes: block.len(),
             bad_cells: vec![0; plan.uses.len()],
             counts_rows: plan.time_column.is_none(),
             ..Self::default()
         };
-        let mut rest = block;
-        while !rest.is_empty() {
-            let end = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
-            let line = &rest[..end];
-            if rows.n_lines == 0 {
+        match part {
+            Part::Lines(block) => {
+                let mut lines = lines(block).peekable();
                 // As many rows as if all lines were like the first, but never more than fit with one digit a cell.
-                let line_bytes = line.len().max(2 * plan.uses.len());
+                let first_bytes = lines.peek().map_or(0, |line| line.len());
+                let line_bytes = first_bytes.max(2 * plan.uses.len());
                 rows.reserve(block.len() / line_bytes + 1, plan);
+                for line in lines {
+                    rows.n_lines += 1;
+                    if let Some(row) = plan.text.row(line) {
+                        rows.row(row, plan);
+                    }
+                }
             }
-            rest = rest.get(end + 1..).unwrap_or_default();
-            rows.n_lines += 1;
-            if is_skipped(line) {
-                continue;
+            Part::Rows(columns, range) => {
+                rows.reserve(range.len(), plan);
+                for row in range {
+                    rows.n_lines += 1;
+                    rows.row(columns.row(row), plan);
+                }
             }
-            rows.line(line.strip_suffix(b"\r").unwrap_or(line), plan);
-            rows.n_table_rows += 1;
         }
         rows
+    }
+
+    /// Appends the parts that follow, which are such a share of the file; the first time it makes room for the whole
+    /// file, as growing later would copy everything.
+    pub(super) fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
+        if self.times.is_empty() {
+            let n_rows: usize = parts.iter().map(|rows| rows.times.len()).sum();
+            // A little more than as many rows as so far everywhere.
+            let slack = if share < 1.0 { 1.02 } else { 1.0 };
+            self.reserve((slack * n_rows as f64 / share) as usize, plan);
+        }
+        parts.into_iter().for_each(|next| self.append(next));
     }
 
     /// Makes room for about `n_rows` rows more.
@@ -90,7 +103,7 @@ impl Rows {
     }
 
     /// Appends the rows of the block that follows.
-    pub(super) fn append(&mut self, next: Self) {
+    fn append(&mut self, next: Self) {
         let (n_rows, n_lines) = (self.times.len(), self.n_lines);
         if next.counts_rows {
             let n_before = self.n_table_rows as f64;
@@ -103,7 +116,6 @@ impl Rows {
         self.loads.extend_from_slice(&next.loads);
         self.poses.extend_from_slice(&next.poses);
         self.findings.append(next.findings, n_lines);
-        self.n_bytes += next.n_bytes;
         self.n_lines += next.n_lines;
         self.n_table_rows += next.n_table_rows;
         self.n_skipped += next.n_skipped;
@@ -129,21 +141,20 @@ impl Rows {
         }
     }
 
-    fn line(&mut self, line: &[u8], plan: &Plan) {
-        let (n_rows, n_gauges, n_loads) = (self.times.len(), self.gauges.len(), self.loads.len());
-        match self.keep(line, plan) {
+    fn row<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
+        let (n_rows, n_gauges) = (self.times.len(), self.gauges.len());
+        match self.keep(row.clone(), plan) {
             Ok(()) => self.place_row(n_rows, self.n_lines),
             Err(Unusable) => {
-                self.times.truncate(n_rows);
                 self.gauges.truncate(n_gauges);
-                self.loads.truncate(n_loads);
-                self.explain(line, plan);
+                self.explain(row, plan);
             }
         }
+        self.n_table_rows += 1;
     }
 
-    fn keep(&mut self, line: &[u8], plan: &Plan) -> Result<(), Unusable> {
-        let mut cells = Cells::new(line, plan.delimiter);
+    /// Puts every cell of a row where it belongs.
+    fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<(), Unusable> {
         let mut loads = [0.0; Axis::ALL.len()];
         let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
         let mut time = if self.counts_rows {
@@ -153,37 +164,18 @@ impl Rows {
         };
         let mut comma = None;
         for (index, usage) in plan.uses.iter().enumerate() {
+            let mut value = || next_value(&mut row, *usage, index, plan, &mut comma);
             match *usage {
                 Use::Ignored => {
-                    cells.next().ok_or(Unusable)?;
+                    row.next().ok_or(Unusable)?;
                 }
-                Use::Gauge { factor } => {
-                    let value = next_number(&mut cells, index, plan, &mut comma)?;
-                    self.gauges.push(finite(value * factor).ok_or(Unusable)?);
+                Use::Gauge { .. } => self.gauges.push(value()?),
+                Use::Load { slot, .. } => loads[slot] = value()?,
+                Use::Time | Use::TimeText(_) => time += value()?,
+                Use::Pose { slot, .. } | Use::Mount { slot } => pose[slot] = value()?,
+                Use::Status => {
+                    value()?;
                 }
-                Use::Load { slot, factor } => {
-                    let value = next_number(&mut cells, index, plan, &mut comma)?;
-                    loads[slot] = finite(value * factor).ok_or(Unusable)?;
-                }
-                Use::Time => {
-                    let value = next_number(&mut cells, index, plan, &mut comma)?;
-                    time += finite(value).ok_or(Unusable)?;
-                }
-                Use::TimeText(form) => {
-                    time += form.secs(cells.next().ok_or(Unusable)?).ok_or(Unusable)?;
-                }
-                Use::Pose { slot, factor } => {
-                    let value = next_number(&mut cells, index, plan, &mut comma)?;
-                    pose[slot] = finite(value * factor).ok_or(Unusable)?;
-                }
-                Use::Mount { slot } => {
-                    let cell = cells.next().ok_or(Unusable)?;
-                    pose[slot] = mount_in(cell, plan).ok_or(Unusable)?;
-                }
-                Use::Status => match ati::reports_error(cells.next().ok_or(Unusable)?) {
-                    Some(false) => {}
-                    _ => return Err(Unusable),
-                },
             }
         }
         self.times.push(time);
@@ -193,11 +185,11 @@ impl Rows {
             let finding = Finding::DecimalComma {
                 column: index + 1,
                 name: plan.names[index].clone(),
-                value: text(cell),
+                value: cell.shown(),
             };
             self.findings.note(self.n_lines, finding);
         }
-        let n_extra = cells.count();
+        let n_extra = row.count();
         if n_extra > 0 {
             let expected = plan.uses.len();
             let actual = expected + n_extra;
@@ -208,32 +200,29 @@ impl Rows {
     }
 
     /// Notes why a row cannot be kept: the first reason as a finding, all bad cells as counts.
-    fn explain(&mut self, line: &[u8], plan: &Plan) {
-        let cells = || Cells::new(line, plan.delimiter);
-        let used = || {
-            let is_used = |(_, usage): &(&[u8], &Use)| **usage != Use::Ignored;
-            cells().zip(&plan.uses).filter(is_used)
-        };
-        if plan.may_be_blank && used().all(|(cell, _)| cell.is_empty()) {
+    fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
+        let is_used = |(_, usage): &(Cell<'_>, &Use)| **usage != Use::Ignored;
+        let mut used = row.clone().zip(&plan.uses).filter(is_used);
+        if plan.may_be_blank && used.all(|(cell, _)| cell.is_empty()) {
             return;
         }
         self.n_skipped += 1;
-        let (expected, actual) = (plan.uses.len(), cells().count());
+        let (expected, actual) = (plan.uses.len(), row.clone().count());
         if actual < expected {
             let finding = Finding::TooFewCells { expected, actual };
             self.findings.note(self.n_lines, finding);
             return;
         }
         let mut first = None;
-        for (index, (cell, usage)) in cells().zip(&plan.uses).enumerate() {
-            if let Some(finding) = trouble(cell, *usage, index, plan) {
-                // What the map says to leave out is no bad cell.
-                let is_bad = !matches!(
-                    finding,
-                    Finding::Dropout { .. } | Finding::StatusError { .. }
-                );
-                self.bad_cells[index] += u64::from(is_bad);
-                first.get_or_insert(finding);
+        for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
+            if let Err(trouble) = value_of(cell, *usage, index, plan) {
+                self.bad_cells[index] += u64::from(!trouble.is_wanted());
+                first.get_or_insert_with(|| Finding::Cell {
+                    column: index + 1,
+                    name: plan.names[index].clone(),
+                    value: cell.shown(),
+                    trouble,
+                });
             }
         }
         if let Some(finding) = first {
@@ -274,147 +263,92 @@ impl Rows {
     }
 }
 
-/// What is wrong with a cell, if anything is.
-fn trouble(cell: &[u8], usage: Use, index: usize, plan: &Plan) -> Option<Finding> {
-    let (column, name) = (index + 1, plan.names[index].clone());
-    let value = text(cell);
-    match usage {
-        Use::Ignored => None,
-        _ if cell.is_empty() => Some(Finding::EmptyCell { column, name }),
-        Use::TimeText(form) => match form.secs(cell) {
-            Some(_) => None,
-            None => Some(Finding::NotATime {
-                column,
-                name,
-                value,
-            }),
-        },
-        Use::Status => match ati::reports_error(cell) {
-            Some(false) => None,
-            Some(true) => Some(Finding::StatusError {
-                column,
-                name,
-                value,
-            }),
-            None => Some(Finding::NotANumber {
-                column,
-                name,
-                value,
-            }),
-        },
-        Use::Mount { .. } => match mount_in(cell, plan) {
-            Some(_) => None,
-            None => Some(Finding::UnknownMount {
-                column,
-                name,
-                value,
-            }),
-        },
-        Use::Time | Use::Gauge { .. } | Use::Load { .. } | Use::Pose { .. } => {
-            match number_in(cell, plan) {
-                None => Some(Finding::NotANumber {
-                    column,
-                    name,
-                    value,
-                }),
-                Some((number, _)) if is_dropout(number, index, plan) => Some(Finding::Dropout {
-                    column,
-                    name,
-                    value,
-                }),
-                Some((number, _)) => match in_si(number, usage) {
-                    Some(_) => None,
-                    None => Some(Finding::NotFinite {
-                        column,
-                        name,
-                        value,
-                    }),
-                },
-            }
+/// The number that the next cell stands for; the first cell whose comma had to be read as a decimal point is kept.
+#[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
+fn next_value<'a>(
+    row: &mut impl Row<'a>,
+    usage: Use,
+    index: usize,
+    plan: &Plan,
+    comma: &mut Option<(usize, Cell<'a>)>,
+) -> Result<f64, Unusable> {
+    let plain = if usage.is_number() {
+        row.next_number()
+    } else {
+        None
+    };
+    match plain {
+        Some(number) => in_si(number, usage, index, plan).map_err(|_| Unusable),
+        None => {
+            let cell = row.next().ok_or(Unusable)?;
+            other_value(cell, usage, index, plan, comma)
         }
     }
 }
 
-/// The number in the next cell, however it is written; where a comma had to be read as a decimal point, the first such
-/// cell is kept.
+/// See [`next_value`]; for every cell that is no plain number.
 #[inline(never)]
-fn next_other_number<'a>(
-    cells: &mut Cells<'a>,
+fn other_value<'a>(
+    cell: Cell<'a>,
+    usage: Use,
     index: usize,
     plan: &Plan,
-    comma: &mut Option<(usize, &'a [u8])>,
+    comma: &mut Option<(usize, Cell<'a>)>,
 ) -> Result<f64, Unusable> {
-    let cell = cells.next().ok_or(Unusable)?;
-    let (value, has_comma) = number_in(cell, plan).ok_or(Unusable)?;
+    let (value, has_comma) = value_of(cell, usage, index, plan).map_err(|_| Unusable)?;
     if has_comma {
         comma.get_or_insert((index, cell));
     }
     Ok(value)
 }
 
-/// The number in the next cell; see [`next_other_number`].
-#[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
-fn next_number<'a>(
-    cells: &mut Cells<'a>,
-    index: usize,
-    plan: &Plan,
-    comma: &mut Option<(usize, &'a [u8])>,
-) -> Result<f64, Unusable> {
-    let value = match cells.next_plain_number(plan.point) {
-        Some(value) => value,
-        None => next_other_number(cells, index, plan, comma)?,
-    };
-    if is_dropout(value, index, plan) {
-        return Err(Unusable);
-    }
-    Ok(value)
-}
-
-/// The number in a cell, and whether its comma had to be read as a decimal point although none is expected.
-fn number_in(cell: &[u8], plan: &Plan) -> Option<(f64, bool)> {
-    let with_comma = || decimal_comma_number(cell);
-    if plan.point == b',' {
-        let is_whole = !cell.contains(&b'.');
-        let value = with_comma().or_else(|| is_whole.then(|| number(cell)).flatten())?;
-        return Some((value, false));
-    }
-    match number(cell) {
-        Some(value) => Some((value, false)),
-        None if plan.delimiter.allows_decimal_comma() => Some((with_comma()?, true)),
-        None => None,
+/// The number that a cell stands for, and whether its comma had to be read as a decimal point; or why it stands for none.
+fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f64, bool), Trouble> {
+    match usage {
+        Use::Ignored => Ok((0.0, false)),
+        _ if cell.is_empty() => Err(Trouble::Empty),
+        // A number is no date.
+        Use::TimeText(form) => {
+            let secs = cell.written().and_then(|text| form.secs(text));
+            Ok((secs.ok_or(Trouble::NotATime)?, false))
+        }
+        Use::Status => match ati::reports_error(cell) {
+            Some(false) => Ok((0.0, false)),
+            Some(true) => Err(Trouble::StatusError),
+            None => Err(Trouble::NotANumber),
+        },
+        Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
+        Use::Time | Use::Gauge { .. } | Use::Load { .. } | Use::Pose { .. } => {
+            let (number, has_comma) = match cell {
+                Cell::Number(number) => (number, false),
+                Cell::Text(text) => plan.text.number(text).ok_or(Trouble::NotANumber)?,
+            };
+            Ok((in_si(number, usage, index, plan)?, has_comma))
+        }
     }
 }
 
 /// Which mount a cell names.
-fn mount_in(cell: &[u8], plan: &Plan) -> Option<f64> {
+fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     let mounts = &plan.pose.as_ref()?.mounts;
-    let mount = mounts.iter().position(|name| name.as_bytes() == cell)?;
-    Some(mount as f64)
-}
-
-fn is_dropout(value: f64, index: usize, plan: &Plan) -> bool {
-    !plan.dropouts.is_empty() && plan.dropouts[index].contains(&value)
-}
-
-/// The value in SI (times as they are); `None` unless finite.
-fn in_si(value: f64, usage: Use) -> Option<f64> {
-    let value = match usage {
-        Use::Gauge { factor } | Use::Load { factor, .. } | Use::Pose { factor, .. } => {
-            value * factor
-        }
-        _ => value,
+    let is_it = |name: &String| match cell {
+        Cell::Text(text) => name.as_bytes() == text,
+        Cell::Number(number) => *name == number.to_string(),
     };
-    finite(value)
+    Some(mounts.iter().position(is_it)? as f64)
 }
 
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
-/// The start of a cell, long enough for any message.
-fn text(cell: &[u8]) -> String {
-    const LONG_ENOUGH_BYTES: usize = 200;
-    String::from_utf8_lossy(&cell[..cell.len().min(LONG_ENOUGH_BYTES)]).into_owned()
+/// A number in SI (times as they are), if it is one.
+#[inline(always)]
+fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
+    if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
+        return Err(Trouble::Dropout);
+    }
+    let value = number * usage.factor();
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err(Trouble::NotFinite),
+    }
 }
 
 #[cfg(test)]
@@ -425,8 +359,8 @@ mod tests {
     #[test]
     fn rows_know_their_lines_across_blocks() {
         let plan = plan_of_names("t,S1");
-        let mut rows = Rows::parse(b"0,0\n\n1,1\n", &plan);
-        rows.append(Rows::parse(b"2,2\nx,0\n3,3\n4,4", &plan));
+        let mut rows = Rows::parse(Part::Lines(b"0,0\n\n1,1\n"), &plan);
+        rows.append(Rows::parse(Part::Lines(b"2,2\nx,0\n3,3\n4,4"), &plan));
         assert_eq!(rows.times, [0.0, 1.0, 2.0, 3.0, 4.0]);
         let lines: Vec<_> = (0..5).map(|row| rows.line_of(row)).collect();
         assert_eq!(lines, [1, 3, 4, 6, 7]);
@@ -437,7 +371,10 @@ mod tests {
     #[test]
     fn an_unusable_row_leaves_nothing_behind() {
         let plan = plan_of_names("t,S1,S2,Fz,Fx [kN]");
-        let rows = Rows::parse(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n", &plan);
+        let rows = Rows::parse(
+            Part::Lines(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n"),
+            &plan,
+        );
         assert_eq!(rows.times, [0.0]);
         assert_eq!(rows.gauges, [1.0, 2.0]);
         assert_eq!(rows.loads, [4000.0, 3.0]);
@@ -448,7 +385,7 @@ mod tests {
     #[test]
     fn rows_that_are_left_out_later_take_their_lines_along() {
         let plan = plan_of_names("t,S1,S2,Fz");
-        let mut rows = Rows::parse(b"0,1,2,3\n\n1,4,5,6\n2,7,8,9\n", &plan);
+        let mut rows = Rows::parse(Part::Lines(b"0,1,2,3\n\n1,4,5,6\n2,7,8,9\n"), &plan);
         rows.retain(|row| row != 0);
         assert_eq!(rows.times, [1.0, 2.0]);
         assert_eq!(rows.gauges, [4.0, 5.0, 7.0, 8.0]);

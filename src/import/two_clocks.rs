@@ -4,10 +4,11 @@
 
 use std::path::{Path, PathBuf};
 
+use super::error::at;
 use super::plan::Plan;
 use super::rows::Rows;
 use super::warning::Finding;
-use super::{ReadError, timeline};
+use super::{ReadError, TableError, timeline};
 use crate::import::join::{self, Series};
 use crate::import::map::{Join, ReferenceFile};
 
@@ -30,12 +31,13 @@ pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     let rows = &reference.rows;
     match rows.times.windows(2).position(|pair| pair[1] < pair[0]) {
         None => Ok(()),
-        Some(before) => Err(ReadError::ReferenceGoesBack {
-            path: reference.path.clone(),
-            line: rows.line_of(before + 1),
-            from_secs: rows.times[before],
-            to_secs: rows.times[before + 1],
-        }),
+        Some(before) => {
+            let line = rows.line_of(before + 1);
+            Err(at(&reference.path, line)(TableError::ReferenceGoesBack {
+                from_secs: rows.times[before],
+                to_secs: rows.times[before + 1],
+            }))
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! What did not stop the reading, collected: one warning per kind and file, however often it happened.
 
 use std::fmt;
-use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 
 use crate::recording::Axis;
@@ -24,70 +23,71 @@ pub struct LoadWarning {
 }
 
 /// What happened. Columns are counted from 1.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Finding {
-    /// A row is skipped: nothing stands where a number is needed.
-    EmptyCell { column: usize, name: String },
-    /// A row is skipped: something other than a number stands where one is needed.
-    NotANumber {
+    /// A row is skipped or left out for one of its cells.
+    #[error("column {column} ({}) {}", shown(name), trouble.told(&shown(value)))]
+    Cell {
         column: usize,
         name: String,
         value: String,
-    },
-    /// A row is skipped: NaN or infinity.
-    NotFinite {
-        column: usize,
-        name: String,
-        value: String,
-    },
-    /// A row is skipped: something other than a date or a time of day stands where one is needed.
-    NotATime {
-        column: usize,
-        name: String,
-        value: String,
-    },
-    /// A row is left out: its status word reports an error.
-    StatusError {
-        column: usize,
-        name: String,
-        value: String,
-    },
-    /// A row is left out: a value says that there is none.
-    Dropout {
-        column: usize,
-        name: String,
-        value: String,
+        trouble: Trouble,
     },
     /// A row is skipped: it is shorter than the header.
+    #[error("{actual} cells where the table has {expected} columns; row skipped")]
     TooFewCells { expected: usize, actual: usize },
     /// A row is longer than the header; what is too much is left out.
+    #[error("{actual} cells where the table has {expected} columns; the extra ones are ignored")]
     TooManyCells { expected: usize, actual: usize },
     /// A number with a comma where others write a point.
+    #[error(
+        "column {column} ({}) holds {}; its comma is read as a decimal point",
+        shown(name),
+        shown(value)
+    )]
     DecimalComma {
         column: usize,
         name: String,
         value: String,
     },
     /// A gauge that never changes.
+    #[error(
+        "column {column} (gauge {}) is {value} in every row; is it connected?",
+        shown(name)
+    )]
     ConstantGauge {
         column: usize,
         name: String,
         value: f64,
     },
     /// Time jumps or goes back, so that a new recording starts.
+    #[error("time goes from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
     /// Pauses that are taken for a logger's own, so that no new recording starts.
+    #[error(
+        "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, set \"gap_secs\" in a column map"
+    )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     /// Two samples of one time.
+    #[error("time {time_secs} s is that of the row before")]
     RepeatedTime { time_secs: f64 },
     /// The header names no time unit, and the values do not look like seconds.
+    #[error(
+        "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
+        shown(name),
+        unit = unit.symbol()
+    )]
     AssumedTimeUnit {
         column: usize,
         name: String,
         unit: TimeUnit,
     },
     /// Day and month could stand the other way round.
+    #[error(
+        "the dates of column {column} ({}) are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map",
+        shown(name)
+    )]
     AssumedDateOrder {
         column: usize,
         name: String,
@@ -95,209 +95,115 @@ pub enum Finding {
         other: &'static str,
     },
     /// More than one column could be the time.
+    #[error(
+        "several columns could be the time: {} is used, ignored: {}",
+        shown(used),
+        listed(others)
+    )]
     SeveralTimes { used: String, others: Vec<String> },
     /// Columns that are neither time nor gauge nor reference.
+    #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
     /// Lines above the header are no part of the table.
+    #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
     /// A reference that is held between fewer measurements.
+    #[error(
+        "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to so much"
+    )]
     HeldReference { samples_each: usize },
     /// A gauge sample at whose time there is no reference.
+    #[error("no reference at {time_secs} s on the gauges' clock; sample left out")]
     NoReferenceThen { time_secs: f64 },
     /// A row is left out: its pose is no way to be turned.
+    #[error(
+        "the pose is no rotation (a quaternion of no length, or a matrix that is not orthogonal); row left out"
+    )]
     NotARotation,
-    /// A row is left out: its mount is none that the map knows.
-    UnknownMount {
-        column: usize,
-        name: String,
-        value: String,
-    },
     /// A weight's own acceleration is more than can be left out.
+    #[error(
+        "the weight's own acceleration {} {percent:.1} % of the full scale of {}{}",
+        if *is_counted { "makes up to" } else { "adds up to" },
+        axis.symbol(),
+        if *is_counted {
+            "; it is only as good as the pose is smooth"
+        } else {
+            " and is left out; move more slowly, or set \"inertia\" under \"weight\""
+        }
+    )]
     Inertia {
         axis: Axis,
         percent: f64,
         is_counted: bool,
     },
     /// What a file of arrays holds besides the table.
+    #[error("not columns of the table, so left out: {}", listed(names))]
     LeftOut { names: Vec<String> },
     /// A recording whose end is missing.
+    #[error("the file ends early, as if its recorder was stopped; what it holds is read")]
     EndsEarly,
     /// Samples in bursts became their means.
+    #[error("{n_before} samples in bursts became {n_after} means")]
     AveragedBursts { n_before: usize, n_after: usize },
 }
 
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Finding {
+    /// Whether two of them are told as one, which only counts.
+    fn is_of_kind(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Cell { trouble, .. }, Self::Cell { trouble: other, .. }) => trouble == other,
+            // Constant gauges differ in their columns: each is worth its own warning.
+            (Self::ConstantGauge { .. }, _) => false,
+            _ => std::mem::discriminant(self) == std::mem::discriminant(other),
+        }
+    }
+
+    /// Whether a row is not used for it.
+    pub(super) const fn skips_row(&self) -> bool {
+        matches!(
+            self,
+            Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation
+        )
+    }
+}
+
+/// Why a cell makes its row unusable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// Nothing stands where a number is needed.
+    Empty,
+    /// Something other than a number stands where one is needed.
+    NotANumber,
+    /// NaN or infinity.
+    NotFinite,
+    /// Something other than a date or a time of day stands where one is needed.
+    NotATime,
+    /// The status word reports an error.
+    StatusError,
+    /// The value says that there is none.
+    Dropout,
+    /// The mount is none that the map knows.
+    UnknownMount,
+}
+
+impl Trouble {
+    /// Whether the map itself says that such rows are left out.
+    pub(super) const fn is_wanted(self) -> bool {
+        matches!(self, Self::StatusError | Self::Dropout)
+    }
+
+    fn told(self, value: &str) -> String {
         match self {
-            Self::EmptyCell { column, name } => {
-                write!(f, "column {column} ({}) is empty; row skipped", shown(name))
+            Self::Empty => "is empty; row skipped".to_owned(),
+            Self::NotANumber => format!("holds \"{value}\", which is not a number; row skipped"),
+            Self::NotFinite => format!("holds {value}, which is not a finite number; row skipped"),
+            Self::NotATime => {
+                format!("holds \"{value}\", which is not a time as in the other rows; row skipped")
             }
-            Self::NotANumber {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) holds \"{}\", which is not a number; row skipped",
-                shown(name),
-                shown(value)
-            ),
-            Self::NotFinite {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) holds {}, which is not a finite number; row skipped",
-                shown(name),
-                shown(value)
-            ),
-            Self::NotATime {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) holds \"{}\", which is not a time as in the other rows; row skipped",
-                shown(name),
-                shown(value)
-            ),
-            Self::StatusError {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) is {}, which reports an error; row left out",
-                shown(name),
-                shown(value)
-            ),
-            Self::Dropout {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) holds {}, which marks a dropout; row left out",
-                shown(name),
-                shown(value)
-            ),
-            Self::TooFewCells { expected, actual } => write!(
-                f,
-                "{actual} cells where the table has {expected} columns; row skipped"
-            ),
-            Self::TooManyCells { expected, actual } => write!(
-                f,
-                "{actual} cells where the table has {expected} columns; the extra ones are ignored"
-            ),
-            Self::DecimalComma {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) holds {}; its comma is read as a decimal point",
-                shown(name),
-                shown(value)
-            ),
-            Self::ConstantGauge {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} (gauge {}) is {value} in every row; is it connected?",
-                shown(name)
-            ),
-            Self::NewRecording { from_secs, to_secs } => write!(
-                f,
-                "time goes from {from_secs} s to {to_secs} s, so a new recording starts"
-            ),
-            Self::Bursts {
-                pause_secs,
-                gap_secs,
-            } => write!(
-                f,
-                "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, set \"gap_secs\" in a column map"
-            ),
-            Self::RepeatedTime { time_secs } => {
-                write!(f, "time {time_secs} s is that of the row before")
-            }
-            Self::AssumedTimeUnit { column, name, unit } => write!(
-                f,
-                "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
-                shown(name),
-                unit = unit.symbol(),
-            ),
-            Self::AssumedDateOrder {
-                column,
-                name,
-                order,
-                other,
-            } => write!(
-                f,
-                "the dates of column {column} ({}) are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map",
-                shown(name)
-            ),
-            Self::SeveralTimes { used, others } => write!(
-                f,
-                "several columns could be the time: {} is used, ignored: {}",
-                shown(used),
-                listed(others)
-            ),
-            Self::IgnoredColumns { names } => write!(f, "ignored columns: {}", listed(names)),
-            Self::SkippedPreamble { n_lines } => {
-                write!(f, "{n_lines} lines above the table are skipped")
-            }
-            Self::HeldReference { samples_each } => write!(
-                f,
-                "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to so much"
-            ),
-            Self::NoReferenceThen { time_secs } => write!(
-                f,
-                "no reference at {time_secs} s on the gauges' clock; sample left out"
-            ),
-            Self::NotARotation => write!(
-                f,
-                "the pose is no rotation (a quaternion of no length, or a matrix that is not orthogonal); row left out"
-            ),
-            Self::UnknownMount {
-                column,
-                name,
-                value,
-            } => write!(
-                f,
-                "column {column} ({}) holds \"{}\", which is no mount of the column map; row skipped",
-                shown(name),
-                shown(value)
-            ),
-            Self::Inertia {
-                axis,
-                percent,
-                is_counted: false,
-            } => write!(
-                f,
-                "the weight's own acceleration adds up to {percent:.1} % of the full scale of {} and is left out; move more slowly, or set \"inertia\" under \"weight\"",
-                axis.symbol()
-            ),
-            Self::Inertia { axis, percent, .. } => write!(
-                f,
-                "the weight's own acceleration makes up to {percent:.1} % of the full scale of {}; it is only as good as the pose is smooth",
-                axis.symbol()
-            ),
-            Self::LeftOut { names } => {
-                write!(
-                    f,
-                    "not columns of the table, so left out: {}",
-                    listed(names)
-                )
-            }
-            Self::EndsEarly => write!(
-                f,
-                "the file ends early, as if its recorder was stopped; what it holds is read"
-            ),
-            Self::AveragedBursts { n_before, n_after } => {
-                write!(f, "{n_before} samples in bursts became {n_after} means")
+            Self::StatusError => format!("is {value}, which reports an error; row left out"),
+            Self::Dropout => format!("holds {value}, which marks a dropout; row left out"),
+            Self::UnknownMount => {
+                format!("holds \"{value}\", which is no mount of the column map; row skipped")
             }
         }
     }
@@ -361,16 +267,13 @@ impl Findings {
     }
 
     fn add(&mut self, new: Collected) {
-        let kind = discriminant(&new.finding);
-        let same = |old: &&mut Collected| discriminant(&old.finding) == kind;
-        // Constant gauges differ in their columns: each is worth its own warning.
-        let is_single = matches!(new.finding, Finding::ConstantGauge { .. });
+        let same = |old: &&mut Collected| old.finding.is_of_kind(&new.finding);
         match self.0.iter_mut().find(same) {
-            Some(old) if !is_single => {
+            Some(old) => {
                 old.count += new.count;
                 old.last_line = new.last_line;
             }
-            _ => self.0.push(new),
+            None => self.0.push(new),
         }
     }
 
@@ -402,9 +305,11 @@ mod tests {
 
     #[test]
     fn one_kind_is_one_warning_across_stretches() {
-        let empty = |column| Finding::EmptyCell {
+        let empty = |column| Finding::Cell {
             column,
             name: "S1".into(),
+            value: String::new(),
+            trouble: Trouble::Empty,
         };
         let mut findings = Findings::default();
         findings.note(3, empty(2));

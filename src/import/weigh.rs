@@ -134,7 +134,7 @@ fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight
 #[cfg(test)]
 mod tests {
     use super::super::tests::TestFile;
-    use super::super::{Loaded, estimate_weight, read_mapped};
+    use super::super::{Loaded, estimate_weight, read};
     use super::*;
     use crate::import::map::{ColumnMap, ColumnRole, ReferenceFile};
     use crate::progress::Progress;
@@ -155,7 +155,7 @@ mod tests {
 
     fn load(text: &str, map: &ColumnMap) -> Result<(Loaded, String), ReadError> {
         let file = TestFile::new(text);
-        let loaded = read_mapped(&file.path, map, &Progress::default())?;
+        let loaded = read(&file.path, Some(map), &[], &Progress::default())?;
         let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
         Ok((loaded, told.join("\n")))
     }
@@ -219,7 +219,7 @@ mod tests {
         let file = TestFile::new("t_s,S1,w,x,y,z\n0,1,,,,\n5,2,,,,\n10,3,,,,\n");
         let text = "t_s,S1,w,x,y,z\n0,,1,0,0,0\n10,,1,1,0,0\n";
         std::fs::write(file.path.with_file_name("states.csv"), text).unwrap();
-        let loaded = read_mapped(&file.path, &map, &Progress::default()).unwrap();
+        let loaded = read(&file.path, Some(&map), &[], &Progress::default()).unwrap();
         let loads = loaded.recordings[0].loads();
         let half = STANDARD_GRAVITY / 2.0;
         for (sample, force) in [

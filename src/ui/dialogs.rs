@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use crate::engine::query::Notify;
 use crate::engine::{Action, Existing, FileContent, ImportCommand, Level};
 use crate::export::TARGETS;
+use crate::formats;
 use crate::ui::command::Command;
 
 /// No person cancels a dialog this quickly.
@@ -70,15 +71,14 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
+        let calibrations = TARGETS
+            .into_iter()
+            .filter(|target| target.reader().is_some());
+        let calibrations = calibrations.flat_map(|target| target.endings().iter().copied());
+        let endings: Vec<&str> = formats::endings().chain(calibrations).collect();
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open recordings, a calibration or a session")
-            .add_filter(
-                "Recordings, calibrations, sessions",
-                &[
-                    "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json",
-                    "cal",
-                ],
-            )
+            .add_filter("Recordings, calibrations, sessions", &endings)
             .add_filter("All files", &["*"]);
         asked(reply, no_dialog(), || {
             let files = pollster::block_on(dialog.pick_files())?;

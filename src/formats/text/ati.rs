@@ -3,6 +3,8 @@
 //! **Source** the manuals of Net F/T and Ethernet Axia: the values are counts; the status is a 32-bit word whose highest
 //! bit is set whenever any bit is that means an error.
 
+use crate::formats::Cell;
+
 /// In a status word: some error.
 const ANY_ERROR: u32 = 1 << 31;
 
@@ -63,9 +65,15 @@ impl Preamble {
     }
 }
 
-/// Whether a status word in hexadecimal digits reports an error; `None` if it is no such word.
-pub(crate) fn reports_error(cell: &[u8]) -> Option<bool> {
-    let text = std::str::from_utf8(cell).ok()?;
+/// Whether a status word, written in hexadecimal digits or a number, reports an error; `None` if it is no such word.
+pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
+    let text = match cell {
+        Cell::Number(number) => {
+            let is_word = (0.0..=f64::from(u32::MAX)).contains(&number) && number.fract() == 0.0;
+            return is_word.then_some(number as u32 & ANY_ERROR != 0);
+        }
+        Cell::Text(text) => std::str::from_utf8(text).ok()?,
+    };
     let digits = text
         .strip_prefix("0x")
         .or(text.strip_prefix("0X"))
@@ -119,7 +127,11 @@ mod tests {
             ("+1", None),
             ("180000000", None),
         ] {
-            assert_eq!(reports_error(status.as_bytes()), is_error, "{status}");
+            let cell = Cell::Text(status.as_bytes());
+            assert_eq!(reports_error(cell), is_error, "{status}");
+        }
+        for (status, is_error) in [(0.0, Some(false)), (2147483649.0, Some(true)), (0.5, None)] {
+            assert_eq!(reports_error(Cell::Number(status)), is_error, "{status}");
         }
     }
 }

@@ -2,19 +2,18 @@
 //!
 //! Guarantees: the blocks joined are the file without its byte order mark; no block splits a line.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::cells::is_skipped;
 use super::encoding::{Encoding, Text};
-use crate::import::ReadError;
+use super::{FileError, lines};
 
 /// A longer line is no row of a table; without a limit one would fill the memory.
 const LINE_LIMIT_BYTES: usize = 4 << 20;
 
 /// Reads a file block by block.
 #[derive(Debug)]
-pub(crate) struct Blocks {
-    path: PathBuf,
+pub(super) struct Blocks {
     text: Text,
     block_bytes: usize,
     /// Whether only the start of the file is read, so that its last line may be half of one.
@@ -26,14 +25,13 @@ pub(crate) struct Blocks {
 
 impl Blocks {
     /// Opens a file and makes sure that it is text; with a limit, only so many bytes of it are read.
-    pub(crate) fn open(
+    pub(super) fn open(
         path: &Path,
         block_bytes: usize,
         limit_bytes: Option<u64>,
-    ) -> Result<Self, ReadError> {
+    ) -> Result<Self, FileError> {
         let text = Text::open(path, limit_bytes)?;
         Ok(Self {
-            path: path.to_owned(),
             is_sample: text.is_sample(),
             text,
             block_bytes,
@@ -43,53 +41,46 @@ impl Blocks {
     }
 
     /// How many bytes of the file are read in all; its length when it was opened, or less.
-    pub(crate) fn file_bytes(&self) -> u64 {
+    pub(super) fn file_bytes(&self) -> u64 {
         self.text.file_bytes()
     }
 
     /// How long the file was when it was opened.
-    pub(crate) fn whole_file_bytes(&self) -> u64 {
+    pub(super) fn whole_file_bytes(&self) -> u64 {
         self.text.whole_file_bytes()
     }
 
-    pub(crate) fn encoding(&self) -> Encoding {
+    pub(super) fn encoding(&self) -> Encoding {
         self.text.encoding()
     }
 
     /// The first blocks as one, with at least so many bytes and a line that is no comment, if the file has them.
-    pub(crate) fn head(&mut self, at_least: usize) -> Result<Vec<u8>, ReadError> {
+    pub(super) fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;
         while (head.len() < at_least || is_comment_only)
             && let Some(mut block) = self.next()?
         {
-            is_comment_only &= block.split(|byte| *byte == b'\n').all(is_skipped);
+            is_comment_only &= lines(&block).all(is_skipped);
             head.append(&mut block);
         }
         Ok(head)
     }
 
     /// The next block: whole lines, of which only the file's last may lack its end. `None` at the end.
-    pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, ReadError> {
+    pub(super) fn next(&mut self) -> Result<Option<Vec<u8>>, FileError> {
         let mut block = Vec::with_capacity(self.carry.len() + self.block_bytes);
         block.append(&mut self.carry);
         while !self.is_at_end {
             let before = block.len();
-            let has_more = self
-                .text
-                .read_into(&mut block, self.block_bytes)
-                .map_err(|source| ReadError::Io {
-                    path: self.path.clone(),
-                    source,
-                })?;
+            let has_more = self.text.read_into(&mut block, self.block_bytes)?;
             self.is_at_end = !has_more;
             if let Some(end) = memchr::memrchr(b'\n', &block[before..]) {
                 self.carry = block.split_off(before + end + 1);
                 break;
             }
             if block.len() > LINE_LIMIT_BYTES {
-                return Err(ReadError::LineTooLong {
-                    path: self.path.clone(),
+                return Err(FileError::LineTooLong {
                     limit_bytes: LINE_LIMIT_BYTES,
                 });
             }
@@ -148,6 +139,6 @@ mod tests {
     fn an_endless_line_is_refused() {
         let file = file(&vec![b'x'; LINE_LIMIT_BYTES + 2]);
         let mut blocks = Blocks::open(file.path(), 1 << 20, None).unwrap();
-        assert!(matches!(blocks.next(), Err(ReadError::LineTooLong { .. })));
+        assert!(matches!(blocks.next(), Err(FileError::LineTooLong { .. })));
     }
 }

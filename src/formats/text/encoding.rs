@@ -9,7 +9,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::import::ReadError;
+use super::FileError;
 
 /// How much of a file is looked at to tell what it is.
 const HEAD_BYTES: usize = 8 << 10;
@@ -52,7 +52,7 @@ impl Encoding {
     }
 
     /// How many bytes of the file one byte of plain text stands for.
-    pub(crate) const fn bytes_per_character(self) -> u64 {
+    pub(super) const fn bytes_per_character(self) -> u64 {
         match self {
             Self::Utf8 | Self::Latin1 | Self::Arrays => 1,
             Self::Utf16LittleEndian | Self::Utf16BigEndian => 2,
@@ -60,21 +60,9 @@ impl Encoding {
     }
 }
 
-/// The names of the files in a folder, but for hidden ones.
-fn files_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let files = entries.filter(|entry| entry.path().is_file());
-    let mut names: Vec<String> = files
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .filter(|name| !name.starts_with('.'))
-        .collect();
-    names.sort();
-    names
-}
-
 /// A text that is read from its start to its end.
 #[derive(Debug)]
-pub(crate) struct Text {
+pub(super) struct Text {
     file: File,
     /// How many bytes may still be read.
     left_bytes: u64,
@@ -91,48 +79,23 @@ pub(crate) struct Text {
 
 impl Text {
     /// Opens a file and makes sure that it is text; with a limit, only so many bytes of it are read.
-    pub(crate) fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, ReadError> {
-        let io_error = |source| ReadError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        // Asked before opening: opening a named pipe would wait for its other end.
-        let metadata = std::fs::metadata(path).map_err(io_error)?;
-        if metadata.is_dir() {
-            return Err(ReadError::Folder {
-                path: path.to_owned(),
-                files: files_in(path),
-            });
-        }
-        if !metadata.is_file() {
-            return Err(ReadError::NotAFile {
-                path: path.to_owned(),
-            });
-        }
-        let mut file = File::open(path).map_err(io_error)?;
+    pub(super) fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
+        let mut file = File::open(path)?;
         let mut head = Vec::with_capacity(HEAD_BYTES);
-        (&mut file)
-            .take(HEAD_BYTES as u64)
-            .read_to_end(&mut head)
-            .map_err(io_error)?;
+        (&mut file).take(HEAD_BYTES as u64).read_to_end(&mut head)?;
         if head.is_empty() {
-            return Err(ReadError::Empty {
-                path: path.to_owned(),
-            });
+            return Err(FileError::Empty);
         }
-        let (encoding, mark_bytes) = encoding_of(&head).map_err(|what| ReadError::NotText {
-            path: path.to_owned(),
-            what,
-        })?;
-        file.seek(SeekFrom::Start(mark_bytes as u64))
-            .map_err(io_error)?;
+        let (encoding, mark_bytes) =
+            encoding_of(&head).map_err(|what| FileError::NotText { what })?;
+        file.seek(SeekFrom::Start(mark_bytes as u64))?;
         let head = head.split_off(mark_bytes);
         let (head, _) = decoded(encoding, head);
         let limit_bytes = limit_bytes.unwrap_or(u64::MAX);
         Ok(Self {
             left_bytes: limit_bytes.saturating_sub(mark_bytes as u64),
+            file_bytes: file.metadata()?.len(),
             file,
-            file_bytes: metadata.len(),
             limit_bytes,
             encoding,
             has_bare_returns: has_bare_returns(&head),
@@ -142,26 +105,26 @@ impl Text {
     }
 
     /// How many bytes are read in all.
-    pub(crate) fn file_bytes(&self) -> u64 {
+    pub(super) fn file_bytes(&self) -> u64 {
         self.file_bytes.min(self.limit_bytes)
     }
 
     /// How long the file was when it was opened.
-    pub(crate) fn whole_file_bytes(&self) -> u64 {
+    pub(super) fn whole_file_bytes(&self) -> u64 {
         self.file_bytes
     }
 
     /// Whether the file goes on after what is read.
-    pub(crate) fn is_sample(&self) -> bool {
+    pub(super) fn is_sample(&self) -> bool {
         self.file_bytes > self.limit_bytes
     }
 
-    pub(crate) fn encoding(&self) -> Encoding {
+    pub(super) fn encoding(&self) -> Encoding {
         self.encoding
     }
 
     /// Appends the text of the next `wanted_bytes` of the file, and says whether there may be more.
-    pub(crate) fn read_into(
+    pub(super) fn read_into(
         &mut self,
         text: &mut Vec<u8>,
         wanted_bytes: usize,
@@ -372,7 +335,7 @@ mod tests {
             (b"\x7fELF\x02\x01\x01", "binary data"),
         ] {
             let error = Text::open(file(content).path(), None).unwrap_err();
-            assert!(matches!(error, ReadError::NotText { what: told, .. } if told == what));
+            assert!(matches!(error, FileError::NotText { what: told, .. } if told == what));
         }
         let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
         assert_eq!(encoding_of(&few_zeros), Ok((Encoding::Utf8, 0)));

@@ -1,10 +1,11 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
-use super::super::names::{Named, form_of_column};
+use super::super::names::{Guess, form_of_column};
 use super::columns::{ColumnReport, Content};
 use super::question::Question;
+use crate::formats::Cell;
 use crate::formats::column_name::is_load_unit;
-use crate::formats::text::layout::Start;
+use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
 
@@ -13,29 +14,24 @@ const GAUGE_LIMIT: usize = 64;
 
 /// Adds a time, and gauges, to a map that has none, and says what a person has to decide.
 pub(super) fn fill_in(
-    named: &mut Named,
-    start: &Start,
-    rows: &[Vec<&[u8]>],
+    guess: &mut Guess,
+    head: &Head,
+    rows: &[Vec<Cell<'_>>],
     reports: &[ColumnReport],
 ) -> Vec<Question> {
     let mut questions = Vec::new();
-    let Named { table, indices, .. } = named;
-    if table.text.preamble.is_some() {
-        questions.push(Question::ReferenceAlone);
-        return questions;
-    }
-    let keys = start.header();
+    let keys = Header::of(head);
     let mut is_free = vec![true; reports.len()];
-    indices.iter().for_each(|index| is_free[*index] = false);
-    let needs_time = !table.has_role(ColumnRole::Time);
-    let needs_gauges = !table.has_role(ColumnRole::Gauge);
-    let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
-    let has_loads = table.columns.iter().any(is_load);
-    let rules = indices.drain(..).zip(table.columns.drain(..));
-    let mut rules: Vec<(usize, ColumnRule)> = rules.collect();
+    for (index, _) in &guess.rules {
+        is_free[*index] = false;
+    }
+    let needs_time = !guess.has_role(ColumnRole::Time);
+    let needs_gauges = !guess.has_role(ColumnRole::Gauge);
+    let is_load = |(_, rule): &(usize, ColumnRule)| matches!(rule.is, ColumnRole::Load(_));
+    let has_loads = guess.rules.iter().any(is_load);
     let mut add = |(index, rule): (usize, ColumnRule), is_free: &mut [bool]| {
         is_free[index] = false;
-        rules.push((index, rule));
+        guess.rules.push((index, rule));
     };
     let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
         report.runs_like_clock && is_free[report.number - 1]
@@ -76,8 +72,7 @@ pub(super) fn fill_in(
             });
         }
     }
-    rules.sort_by_key(|(index, _)| *index);
-    (*indices, table.columns) = rules.into_iter().unzip();
+    guess.rules.sort_by_key(|(index, _)| *index);
     questions
 }
 
@@ -88,7 +83,7 @@ fn may_be_gauge(report: &ColumnReport) -> bool {
 }
 
 /// The rules that make column `index` the time, and a date beside a time of day part of it.
-fn times(keys: &Header<'_>, rows: &[Vec<&[u8]>], index: usize) -> Vec<(usize, ColumnRule)> {
+fn times(keys: &Header<'_>, rows: &[Vec<Cell<'_>>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
     let rule = |index, is, form: Option<TimeForm>| {
         let rule = ColumnRule {

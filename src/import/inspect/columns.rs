@@ -3,11 +3,9 @@
 use serde::Serialize;
 
 use super::super::names::form_of_column;
-use crate::formats::column_name::ColumnName;
-use crate::formats::text::Delimiter;
-use crate::formats::text::cells::{decimal_comma_number, number};
-use crate::formats::text::layout::{Start, unbracketed};
-use crate::import::map::{ColumnRole, ColumnRule, TableMap};
+use crate::formats::Cell;
+use crate::formats::text::Head;
+use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
 /// How many values are shown.
 const SHOWN_VALUES: usize = 3;
@@ -84,15 +82,14 @@ impl Content {
 }
 
 /// A report on each column.
-pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> Vec<ColumnReport> {
+pub(super) fn reports(table: &TableMap, head: &Head, rows: &[Vec<Cell<'_>>]) -> Vec<ColumnReport> {
     let n_columns = rows
         .iter()
         .map(Vec::len)
         .max()
         .unwrap_or(0)
-        .max(start.n_columns);
-    let allows_comma = table.text.delimiter != Delimiter::Comma;
-    let header = start.header();
+        .max(head.n_columns);
+    let header = Header::of(head);
     let mut rules: Vec<Option<&ColumnRule>> = vec![None; n_columns];
     for rule in &table.columns {
         if let Some(slot) = header
@@ -107,11 +104,12 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
         .map(|index| {
             let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
             let filled = || cells().filter(|cell| !cell.is_empty());
-            let value = |cell: &[u8]| {
-                let with_comma = || allows_comma.then(|| decimal_comma_number(cell)).flatten();
-                number(cell)
-                    .or_else(with_comma)
-                    .filter(|value| value.is_finite())
+            let value = |cell: Cell<'_>| {
+                let value = match cell {
+                    Cell::Number(value) => Some(value),
+                    Cell::Text(text) => table.text.number(text).map(|(value, _)| value),
+                };
+                value.filter(|value| value.is_finite())
             };
             let numbers: Vec<f64> = filled().filter_map(value).collect();
             let form = form_of_column(rows, index);
@@ -125,31 +123,21 @@ pub(super) fn reports(table: &TableMap, start: &Start, rows: &[Vec<&[u8]>]) -> V
                 Content::Text
             };
             let times = || match (content, form) {
-                (Content::Times, Some(form)) => {
-                    filled().filter_map(|cell| form.secs(cell)).collect()
-                }
+                (Content::Times, Some(form)) => filled()
+                    .filter_map(|cell| form.secs(cell.written()?))
+                    .collect(),
                 _ => numbers.clone(),
             };
-            let header = start.names.get(index).map_or("", String::as_str);
-            let named = ColumnName::parse(header);
-            let units_row = start
-                .units
-                .get(index)
-                .map(|cell| unbracketed(cell).to_owned());
             let rule = rules[index];
             ColumnReport {
                 number: index + 1,
-                header: header.to_owned(),
-                name: named.name,
+                header: head.names.get(index).cloned().unwrap_or_default(),
+                name: head.name(index).map_or_else(String::new, |name| name.name),
                 unit: rule
                     .and_then(|rule| rule.unit.clone())
-                    .or(named.unit)
-                    .or(units_row.filter(|unit| !unit.is_empty())),
+                    .or_else(|| head.unit(index)),
                 content,
-                first: cells()
-                    .take(SHOWN_VALUES)
-                    .map(|cell| String::from_utf8_lossy(cell).into_owned())
-                    .collect(),
+                first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
                 min: numbers.iter().copied().reduce(f64::min),
                 max: numbers.iter().copied().reduce(f64::max),
                 runs_like_clock: runs_like_clock(&times()),

@@ -14,13 +14,12 @@ use serde::Serialize;
 pub use columns::{ColumnReport, Content};
 pub use question::Question;
 
-use super::load::Reading;
-use super::opened::Opened;
+use super::load::{BLOCK_BYTES, Loaded, Reading};
 use super::two_clocks::{self, Table};
-use super::{BLOCK_BYTES, Finding, Loaded, ReadError, names};
+use super::{Finding, ReadError, names};
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
-use crate::formats::text::layout::Detected;
+use crate::formats::{Cell, Opened};
 use crate::import::clock_offset::{self, ClockOffset};
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
@@ -127,15 +126,9 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     let opened = reading.open(path)?;
     let (map, questions) = match known {
         Known::Map(map) => (map.clone(), Vec::new()),
-        Known::Layout(text) => propose(
-            &opened,
-            Detected {
-                text: text.clone(),
-                names_in_comment: Vec::new(),
-            },
-        ),
-        Known::Nothing => match opened.detected() {
-            Some(detected) => propose(&opened, detected),
+        Known::Layout(text) => propose(&opened, text),
+        Known::Nothing => match opened.layout() {
+            Some(text) => propose(&opened, &text),
             None => (ColumnMap::default(), Vec::new()),
         },
     };
@@ -160,26 +153,30 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
 }
 
 /// A map by the names of a table, and where they leave something open by its values.
-fn propose(opened: &Opened, detected: Detected) -> (ColumnMap, Vec<Question>) {
-    let Some(start) = opened.located(&detected.text) else {
+fn propose(opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
+    let Some(head) = opened.head(text) else {
         let table = TableMap {
-            text: detected.text,
+            text: text.clone(),
             ..TableMap::default()
         };
         return (ColumnMap::of_table(table), Vec::new());
     };
-    let rows = opened.first_rows(&detected.text, &start);
-    let mut named = names::by_names(&detected, &start, &rows);
-    let reports = columns::reports(&named.table, &start, &rows);
-    let questions = by_values::fill_in(&mut named, &start, &rows, &reports);
-    (ColumnMap::of_table(named.table), questions)
+    let rows = opened.first_rows(text, &head);
+    let mut guess = names::by_names(text, &head, &rows);
+    let questions = if text.preamble.is_some() {
+        vec![Question::ReferenceAlone]
+    } else {
+        let reports = columns::reports(&guess.table(text, &head), &head, &rows);
+        by_values::fill_in(&mut guess, &head, &rows, &reports)
+    };
+    (ColumnMap::of_table(guess.table(text, &head)), questions)
 }
 
 /// The first of the maps that is for files like this one, if any is.
 ///
 /// # Errors
 /// [`ReadError`] if the file cannot be opened, or if `progress` is cancelled.
-pub fn map_for<'a>(
+pub(super) fn map_for<'a>(
     path: &Path,
     maps: &'a [ColumnMap],
     progress: &Progress,
@@ -196,42 +193,37 @@ pub fn map_for<'a>(
 /// Whether a map was made for files like this one: the header is the same, name by name. Without a header there are as
 /// many columns, looking finds that they are cut as the map says, and in each stands what the map takes from it.
 fn is_for(opened: &Opened, table: &TableMap) -> bool {
-    let table = opened.fitting(table);
-    let Some(start) = opened.located(&table.text) else {
+    let Some(head) = opened.head(&table.text) else {
         return false;
     };
-    let has_shape = start.n_columns == table.shape.columns && start.names == table.shape.names;
+    let has_shape = head.n_columns == table.shape.columns && head.names == table.shape.names;
     if !has_shape || table.text.header {
         return has_shape;
     }
-    let rows = opened.first_rows(&table.text, &start);
-    let columns = columns::reports(&table, &start, &rows);
-    let is_cut_so = opened
-        .detected()
-        .is_some_and(|detected| detected.text == table.text);
-    is_cut_so && columns.iter().all(ColumnReport::can_be_what_it_is)
+    let rows = opened.first_rows(&table.text, &head);
+    let columns = columns::reports(table, &head, &rows);
+    opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::can_be_what_it_is)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
-    let start = opened.located(&table.text);
-    let rows = match &start {
-        Some(start) => opened.first_rows(&table.text, start),
+    let head = opened.head(&table.text);
+    let rows = match &head {
+        Some(head) => opened.first_rows(&table.text, head),
         None => Vec::new(),
     };
-    let as_text = |cell: &&[u8]| String::from_utf8_lossy(cell).into_owned();
     TableReport {
         path: path.to_owned(),
         file_bytes: opened.file_bytes(),
         encoding: opened.encoding(),
         kind: opened.kind(),
         text: table.text.clone(),
-        line: start.as_ref().map(|start| start.line),
-        about_rows: start.as_ref().map_or(0, |start| opened.about_rows(start)),
-        columns: start.map_or_else(Vec::new, |start| columns::reports(table, &start, &rows)),
+        line: head.as_ref().map(|head| head.line),
+        about_rows: head.as_ref().map_or(0, |head| opened.about_rows(head)),
+        columns: head.map_or_else(Vec::new, |head| columns::reports(table, &head, &rows)),
         preview: rows
             .iter()
             .take(PREVIEW_ROWS)
-            .map(|row| row.iter().map(as_text).collect())
+            .map(|row| row.iter().copied().map(Cell::text).collect())
             .collect(),
     }
 }

@@ -5,6 +5,7 @@
 use std::collections::HashMap;
 
 use super::{ColumnKey, ColumnRule, TableMap};
+use crate::formats::text::Head;
 
 /// What the columns of a file are called; without a header it knows no name.
 #[derive(Clone, Debug)]
@@ -50,6 +51,11 @@ impl<'a> Header<'a> {
             }
         }
         Self { names, places }
+    }
+
+    /// The columns of a table in a file.
+    pub(in crate::import) fn of(head: &'a Head) -> Self {
+        Self::new(head.names.iter().map(String::as_str))
     }
 
     /// How a rule names column `index`, from 0 on: as the header does, if that name is the only one.

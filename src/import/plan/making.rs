@@ -1,79 +1,59 @@
 //! How a map becomes a plan, part by part, and what is refused on the way.
 
-use std::path::Path;
-
-use super::super::ReadError;
+use super::super::TableError;
 use super::{GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
-use crate::formats::column_name::ColumnName;
+use crate::formats::text::Head;
 use crate::formats::text::ati::CountedUnit;
-use crate::formats::text::layout::{Start, unbracketed};
 use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
 use crate::import::map::{
-    Attitude, ColumnKey, ColumnRole, ColumnRule, KeyError, PosePart, TableMap, WeightMap,
+    Attitude, ColumnKey, ColumnRole, ColumnRule, Header, KeyError, PosePart, TableMap, WeightMap,
 };
 use crate::recording::{Axis, units};
 
 /// The columns that rules speak of, in file order.
 fn resolved<'a>(
-    path: &Path,
     table: &'a TableMap,
-    start: &Start,
-) -> Result<Vec<(usize, &'a ColumnRule)>, ReadError> {
+    head: &Head,
+) -> Result<Vec<(usize, &'a ColumnRule)>, TableError> {
     let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
-    let (expected, actual) = (table.shape.columns, start.n_columns);
+    let (expected, actual) = (table.shape.columns, head.n_columns);
     if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
-        return Err(ReadError::MapShape {
-            path: path.to_owned(),
-            line: start.line,
-            expected,
-            actual,
-        });
+        return Err(TableError::MapShape { expected, actual });
     }
-    let header = start.header();
-    let columns = header.rules(table).map_err(|error| {
-        let (path, line) = (path.to_owned(), start.line);
-        match error {
-            KeyError::Missing { name } => ReadError::MapNoColumn {
-                path,
-                line,
-                expected: name,
-                names: start.names.clone(),
-            },
-            KeyError::SameNames {
-                name,
-                first,
-                second,
-            } => ReadError::MapSameNames {
-                path,
-                line,
-                name,
-                first: first + 1,
-                second: second + 1,
-            },
-            KeyError::ListedTwice {
-                index,
-                first,
-                second,
-            } => ReadError::MapTwice {
-                path,
-                line,
-                column: index + 1,
-                first,
-                second,
-            },
-        }
+    let header = Header::of(head);
+    let columns = header.rules(table).map_err(|error| match error {
+        KeyError::Missing { name } => TableError::MapNoColumn {
+            expected: name,
+            names: head.names.clone(),
+        },
+        KeyError::SameNames {
+            name,
+            first,
+            second,
+        } => TableError::MapSameNames {
+            name,
+            first: first + 1,
+            second: second + 1,
+        },
+        KeyError::ListedTwice {
+            index,
+            first,
+            second,
+        } => TableError::MapTwice {
+            column: index + 1,
+            first,
+            second,
+        },
     })?;
     let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
     let mut other_names = by_number.filter_map(|(index, _)| {
         let expected = table.shape.names.get(*index)?;
-        let actual = start.names.get(*index)?;
+        let actual = head.names.get(*index)?;
         (expected != actual).then_some((*index, expected, actual))
     });
     match other_names.next() {
         None => Ok(columns),
-        Some((index, expected, actual)) => Err(ReadError::MapOtherName {
-            path: path.to_owned(),
-            line: start.line,
+        Some((index, expected, actual)) => Err(TableError::MapOtherName {
             column: index + 1,
             expected: expected.clone(),
             actual: actual.clone(),
@@ -83,9 +63,8 @@ fn resolved<'a>(
 
 /// What a plan is made from.
 pub(super) struct Making<'a> {
-    path: &'a Path,
     table: &'a TableMap,
-    start: &'a Start,
+    head: &'a Head,
     side: Side,
     /// Each with its index in the file, in file order.
     columns: Vec<(usize, &'a ColumnRule)>,
@@ -93,18 +72,12 @@ pub(super) struct Making<'a> {
 
 impl<'a> Making<'a> {
     /// Finds the columns of a map in a file.
-    pub(super) fn new(
-        path: &'a Path,
-        table: &'a TableMap,
-        start: &'a Start,
-        side: Side,
-    ) -> Result<Self, ReadError> {
+    pub(super) fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
         Ok(Self {
-            path,
             table,
-            start,
+            head,
             side,
-            columns: resolved(path, table, start)?,
+            columns: resolved(table, head)?,
         })
     }
 }
@@ -116,13 +89,11 @@ impl Making<'_> {
     }
 
     /// The only column with this role, if there is one.
-    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &ColumnRule)>, ReadError> {
+    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &ColumnRule)>, TableError> {
         let mut columns = self.with_role(role);
         let first = columns.next();
         match (first, columns.next()) {
-            (Some((first, _)), Some((second, _))) => Err(ReadError::RoleTwice {
-                path: self.path.to_owned(),
-                line: self.start.line,
+            (Some((first, _)), Some((second, _))) => Err(TableError::RoleTwice {
                 role,
                 first: first + 1,
                 second: second + 1,
@@ -133,26 +104,20 @@ impl Making<'_> {
 
     /// What columns are called where one was looked for.
     fn all_names(&self) -> Vec<String> {
-        if self.start.names.is_empty() {
-            return vec![format!("{} columns without names", self.start.n_columns)];
+        if self.head.names.is_empty() {
+            return vec![format!("{} columns without names", self.head.n_columns)];
         }
-        self.start.names.clone()
+        self.head.names.clone()
     }
 
     /// The header's name of a column, without its unit.
     fn bare_name(&self, index: usize) -> Option<String> {
-        let name = self.start.names.get(index)?;
-        Some(ColumnName::parse(name).name)
+        self.head.name(index).map(|name| name.name)
     }
 
     /// A column's unit: that of the rule, else that of the header or the units row.
     fn unit(&self, index: usize, rule: &ColumnRule) -> Option<String> {
-        let in_header = || ColumnName::parse(self.start.names.get(index)?).unit;
-        let in_units_row = || {
-            let unit = unbracketed(self.start.units.get(index)?);
-            (!unit.is_empty()).then(|| unit.to_owned())
-        };
-        rule.unit.clone().or_else(in_header).or_else(in_units_row)
+        rule.unit.clone().or_else(|| self.head.unit(index))
     }
 
     fn unknown_unit(
@@ -161,11 +126,9 @@ impl Making<'_> {
         rule: &ColumnRule,
         unit: &str,
         known: &'static str,
-    ) -> ReadError {
+    ) -> TableError {
         let name = self.bare_name(index).or(rule.name.clone());
-        ReadError::UnknownUnit {
-            path: self.path.to_owned(),
-            line: self.start.line,
+        TableError::UnknownUnit {
             column: index + 1,
             name: name.unwrap_or_else(|| rule.is.to_string()),
             unit: unit.to_owned(),
@@ -173,9 +136,9 @@ impl Making<'_> {
         }
     }
 
-    pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), ReadError> {
-        let n_columns = match self.start.names.len() {
-            0 => self.start.n_columns,
+    pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+        let n_columns = match self.head.names.len() {
+            0 => self.head.n_columns,
             n_names => n_names,
         };
         let mut uses = vec![Use::Ignored; n_columns];
@@ -184,17 +147,15 @@ impl Making<'_> {
         {
             uses[index] = Use::Status;
         }
-        let ati_rate = self.start.ati.as_ref().and_then(|ati| ati.rate_hz);
+        let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
         let Some((index, rule)) = self.single(self.side.time_role())? else {
             return match rate {
                 Some(rate) => Ok((None, TimeScale::PerSecond(rate), uses)),
-                None if self.start.ati.is_some() && self.side == Side::Both => {
+                None if self.head.ati.is_some() && self.side == Side::Both => {
                     Err(self.reference_alone())
                 }
-                None => Err(ReadError::NoTime {
-                    path: self.path.to_owned(),
-                    line: self.start.line,
+                None => Err(TableError::NoTime {
                     names: self.all_names(),
                 }),
             };
@@ -212,9 +173,7 @@ impl Making<'_> {
             Some((_, Some(TimeSpelling::Samples))) => match rate {
                 Some(rate) => TimeScale::PerSecond(rate),
                 None => {
-                    return Err(ReadError::NoSampleRate {
-                        path: self.path.to_owned(),
-                        line: self.start.line,
+                    return Err(TableError::NoSampleRate {
                         column: index + 1,
                         name: self.bare_name(index).unwrap_or_else(|| "time".to_owned()),
                     });
@@ -230,7 +189,7 @@ impl Making<'_> {
     }
 
     /// The column with the day, which adds to a time of day.
-    fn date(&self, uses: &mut [Use]) -> Result<(), ReadError> {
+    fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
         if self.side.time_role() != ColumnRole::Time {
             return Ok(());
         }
@@ -249,16 +208,17 @@ impl Making<'_> {
         Ok(())
     }
 
-    pub(super) fn gauges(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), ReadError> {
+    pub(super) fn gauges(
+        &self,
+        uses: &mut [Use],
+    ) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         if !self.side.has_gauges() {
             return Ok((names, labels));
         }
         let count = self.with_role(ColumnRole::Gauge).count();
         if count > GAUGE_LIMIT {
-            return Err(ReadError::TooManyGauges {
-                path: self.path.to_owned(),
-                line: self.start.line,
+            return Err(TableError::TooManyGauges {
                 count,
                 limit: GAUGE_LIMIT,
                 names: self.all_names(),
@@ -270,9 +230,7 @@ impl Making<'_> {
             let name = rule.name.clone().or_else(in_header);
             let name = name.unwrap_or_else(|| format!("S{}", names.len() + 1));
             if let Some(first) = names.iter().position(|other| *other == name) {
-                return Err(ReadError::DuplicateGauge {
-                    path: self.path.to_owned(),
-                    line: self.start.line,
+                return Err(TableError::DuplicateGauge {
                     name,
                     first: indices[first] + 1,
                     second: index + 1,
@@ -286,21 +244,16 @@ impl Making<'_> {
             labels.push(self.unit(index, rule).unwrap_or_default());
         }
         match names.len() {
-            0 if self.start.ati.is_some() => Err(self.reference_alone()),
-            0 => Err(ReadError::NoGauges {
-                path: self.path.to_owned(),
-                line: self.start.line,
+            0 if self.head.ati.is_some() => Err(self.reference_alone()),
+            0 => Err(TableError::NoGauges {
                 names: self.all_names(),
             }),
             _ => Ok((names, labels)),
         }
     }
 
-    fn reference_alone(&self) -> ReadError {
-        ReadError::ReferenceAlone {
-            path: self.path.to_owned(),
-            line: self.start.line,
-        }
+    fn reference_alone(&self) -> TableError {
+        TableError::ReferenceAlone {}
     }
 
     /// The columns of a pose, if the load is computed from it.
@@ -308,15 +261,16 @@ impl Making<'_> {
         &self,
         weight: Option<&WeightMap>,
         uses: &mut [Use],
-    ) -> Result<Option<PosePlan>, ReadError> {
+    ) -> Result<Option<PosePlan>, TableError> {
         let (Some(weight), true) = (weight, self.side.has_loads()) else {
             return Ok(None);
         };
-        let Some(attitude) = Attitude::of_table(self.table)? else {
+        // Whether it is whole was checked with the map.
+        let Ok(Some(attitude)) = Attitude::of_table(self.table) else {
             return Ok(None);
         };
         let mut width = 0;
-        let mut place = |part: PosePart, uses: &mut [Use]| -> Result<bool, ReadError> {
+        let mut place = |part: PosePart, uses: &mut [Use]| -> Result<bool, TableError> {
             let Some((index, rule)) = self.single(ColumnRole::Pose(part))? else {
                 return Ok(false);
             };
@@ -358,7 +312,7 @@ impl Making<'_> {
         part: PosePart,
         index: usize,
         rule: &ColumnRule,
-    ) -> Result<f64, ReadError> {
+    ) -> Result<f64, TableError> {
         let (in_si, known) = match self.unit(index, rule) {
             None => (Some(1.0), ""),
             Some(unit) if part.is_angle() => (units::angle_in_radians(&unit), units::ANGLE_UNITS),
@@ -372,7 +326,7 @@ impl Making<'_> {
         Ok(in_si * rule.scale / rule.counts_per_unit)
     }
 
-    pub(super) fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, ReadError> {
+    pub(super) fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
         let mut axes = Vec::new();
         if !self.side.has_loads() {
             return Ok(axes);
@@ -383,9 +337,7 @@ impl Making<'_> {
                 continue;
             };
             if let Some((second, _)) = candidates.next() {
-                return Err(ReadError::DuplicateAxis {
-                    path: self.path.to_owned(),
-                    line: self.start.line,
+                return Err(TableError::DuplicateAxis {
                     axis,
                     first: index + 1,
                     second: second + 1,
@@ -398,9 +350,7 @@ impl Making<'_> {
             axes.push(axis);
         }
         if axes.is_empty() && self.side != Side::Both && !has_pose {
-            return Err(ReadError::NoLoads {
-                path: self.path.to_owned(),
-                line: self.start.line,
+            return Err(TableError::NoLoads {
                 names: self.all_names(),
             });
         }
@@ -408,7 +358,7 @@ impl Making<'_> {
     }
 
     /// What one of a column's numbers is in SI.
-    fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, ReadError> {
+    fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, TableError> {
         let counted = self.counted_unit(axis);
         let in_preamble = || counted.map(|counted| counted.unit.clone());
         let in_si = match self.unit(index, rule).or_else(in_preamble) {
@@ -422,7 +372,7 @@ impl Making<'_> {
 
     /// What the preamble says about an axis.
     fn counted_unit(&self, axis: Axis) -> Option<&CountedUnit> {
-        let ati = self.start.ati.as_ref()?;
+        let ati = self.head.ati.as_ref()?;
         Some(if axis.is_force() {
             &ati.force
         } else {

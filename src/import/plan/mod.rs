@@ -5,12 +5,9 @@
 
 mod making;
 
-use std::path::Path;
-
-use super::ReadError;
-use crate::formats::text::layout::Start;
+use super::TableError;
 use crate::formats::text::times::TimeForm;
-use crate::formats::text::{Decimal, Delimiter};
+use crate::formats::text::{Head, TextLayout};
 use crate::import::map::{Attitude, ColumnRole, TableMap, WeightMap};
 use crate::recording::Axis;
 use making::Making;
@@ -48,6 +45,22 @@ pub(super) enum Use {
 }
 
 impl Use {
+    /// Whether it is read as a number.
+    pub(super) const fn is_number(self) -> bool {
+        !matches!(self, Self::TimeText(_) | Self::Status | Self::Mount { .. })
+    }
+
+    /// What one of its numbers is as the map wants it.
+    #[inline(always)]
+    pub(super) const fn factor(self) -> f64 {
+        match self {
+            Self::Gauge { factor } | Self::Load { factor, .. } | Self::Pose { factor, .. } => {
+                factor
+            }
+            _ => 1.0,
+        }
+    }
+
     /// What a message calls such a column.
     pub(super) fn noun(self) -> &'static str {
         match self {
@@ -105,9 +118,7 @@ pub(super) enum TimeScale {
 pub(super) struct Plan {
     /// The header's line, or that of the first row.
     pub(super) line: u64,
-    pub(super) delimiter: Delimiter,
-    /// What stands before decimals.
-    pub(super) point: u8,
+    pub(super) text: TextLayout,
     /// One per column, in file order.
     pub(super) uses: Vec<Use>,
     /// One per column, as a message calls it.
@@ -155,25 +166,20 @@ impl Plan {
 
     /// Brings a map to the file whose table starts so.
     pub(super) fn new(
-        path: &Path,
         table: &TableMap,
-        start: &Start,
+        head: &Head,
         side: Side,
         weight: Option<&WeightMap>,
-    ) -> Result<Self, ReadError> {
-        let making = Making::new(path, table, start, side)?;
+    ) -> Result<Self, TableError> {
+        let making = Making::new(table, head, side)?;
         let (time_column, time_scale, mut uses) = making.times()?;
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
         let pose = making.pose(weight, &mut uses)?;
         let axes = making.loads(pose.is_some(), &mut uses)?;
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
-            line: start.line,
-            delimiter: table.text.delimiter,
-            point: match table.text.decimal {
-                Decimal::Point => b'.',
-                Decimal::Comma => b',',
-            },
+            line: head.line,
+            text: table.text.clone(),
             dropouts: making.dropouts(&uses),
             uses,
             names,
@@ -190,6 +196,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ReadError;
     use super::super::tests::{plan_and_notes, plan_of_names};
     use super::*;
 
@@ -239,7 +246,13 @@ mod tests {
             64
         );
         let error = plan_and_notes(&format!("t{}", gauges(70))).unwrap_err();
-        assert!(matches!(error, ReadError::TooManyGauges { count: 70, .. }));
+        assert!(matches!(
+            error,
+            ReadError::Table {
+                source: TableError::TooManyGauges { count: 70, .. },
+                ..
+            }
+        ));
         assert!(error.to_string().ends_with("ch6 and 63 more"));
     }
 }

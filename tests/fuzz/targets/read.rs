@@ -12,7 +12,7 @@ fuzz_target!(|content: &[u8]| {
     let mut file = tempfile::NamedTempFile::new().expect("a file can be made");
     file.write_all(content).expect("the file can be written");
     let progress = Progress::default();
-    let loaded = read(file.path(), &progress);
+    let loaded = read(file.path(), None, &[], &progress);
     if let Ok(loaded) = &loaded {
         assert!(!loaded.recordings.is_empty());
     }

@@ -3,23 +3,15 @@
 use super::super::ati;
 use super::super::cells::{Cells, decimal_comma_number, delimiter_of_header, is_skipped, number};
 use super::super::times::TimeForm;
-use super::{Line, first_lines, locate, names, unbracketed};
+use super::{Line, first_lines, names, unbracketed};
 use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
 use crate::formats::text::{Decimal, Delimiter, Preamble, TextLayout};
 
 /// A header stands among so many first lines.
 const HEADER_LIMIT: usize = 60;
 
-/// What looking at the start of a file finds.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Detected {
-    pub(crate) text: TextLayout,
-    /// Without a header: the columns' names, if a comment above the rows has one for each.
-    pub(crate) names_in_comment: Vec<String>,
-}
-
 /// Finds out how a table is written. `None` without a line that is neither blank nor a comment.
-pub(crate) fn detect(head: &[u8]) -> Option<Detected> {
+pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
     let lines: Vec<Line> = all
         .iter()
@@ -28,14 +20,11 @@ pub(crate) fn detect(head: &[u8]) -> Option<Detected> {
         .collect();
     let first = lines.first()?;
     if let Some(preamble) = ati::Preamble::of(all.iter().map(|line| line.text)) {
-        return Some(Detected {
-            text: TextLayout {
-                skip_rows: preamble.n_lines,
-                header: true,
-                preamble: Some(Preamble::AtiNetFt),
-                ..TextLayout::default()
-            },
-            names_in_comment: Vec::new(),
+        return Some(TextLayout {
+            skip_rows: preamble.n_lines,
+            header: true,
+            preamble: Some(Preamble::AtiNetFt),
+            ..TextLayout::default()
         });
     }
     let delimiter = delimiter_of_rows(&lines);
@@ -55,7 +44,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<Detected> {
             None => Some(0),
         })
     };
-    let text = match header {
+    Some(match header {
         Some(at) => {
             let own = delimiter_of_header(lines[at].text);
             let delimiter = if fits_rows(&lines[at..], own) {
@@ -90,21 +79,6 @@ pub(crate) fn detect(head: &[u8]) -> Option<Detected> {
                 ..TextLayout::default()
             }
         }
-    };
-    let mut names_in_comment = if text.header {
-        Vec::new()
-    } else {
-        names_in_comment(&all, delimiter)
-    };
-    // The first line need not be as wide as the table.
-    let is_width =
-        |names: &[String]| locate(head, &text).map(|start| start.n_columns) == Some(names.len());
-    if !names_in_comment.is_empty() && !is_width(&names_in_comment) {
-        names_in_comment.clear();
-    }
-    Some(Detected {
-        text,
-        names_in_comment,
     })
 }
 
@@ -242,36 +216,26 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
 }
 
 /// The names in the last comment above the first row, if it has one for each column and they are understood.
-fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Vec<String> {
-    let Some(row) = all.iter().position(|line| !is_skipped(line.text)) else {
-        return Vec::new();
-    };
+pub(super) fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec<String>> {
+    let row = all.iter().position(|line| !is_skipped(line.text))?;
     let n_cells = Cells::new(all[row].text, delimiter).count();
-    let comments = all[..row]
-        .iter()
-        .rev()
-        .filter(|line| !line.text.trim_ascii().is_empty());
-    let mut names = comments.take(1).map(|line| {
-        let text = line.text.trim_ascii_start();
-        let text = &text[text.iter().take_while(|byte| **byte == b'#').count()..];
-        let is_named = is_understood(text) && !holds_only_values(text);
-        let cells = names(text.trim_ascii_start(), delimiter_of_header(text));
-        if is_named && cells.len() == n_cells {
-            cells
-        } else {
-            Vec::new()
-        }
-    });
-    names.next().unwrap_or_default()
+    let is_filled = |line: &&Line| !line.text.trim_ascii().is_empty();
+    let text = all[..row].iter().rev().find(is_filled)?.text;
+    let text = text.trim_ascii_start();
+    let text = &text[text.iter().take_while(|byte| **byte == b'#').count()..];
+    let is_named = is_understood(text) && !holds_only_values(text);
+    let cells = names(text.trim_ascii_start(), delimiter_of_header(text));
+    (is_named && cells.len() == n_cells).then_some(cells)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::locate;
     use super::*;
     use crate::formats::text::Delimiter::{Comma, Semicolon, Spaces, Tab};
 
     fn text(text: &str) -> TextLayout {
-        detect(text.as_bytes()).unwrap().text
+        detect(text.as_bytes()).unwrap()
     }
 
     #[test]
@@ -333,22 +297,22 @@ mod tests {
             "# t S1 S2 Fx\nab  1 2 3\n0c\n0 1 2 3\n0",
             "# t S1 S2 Fx\nab  S1 S2 Fx\nac\n0 1 2",
         ] {
-            let detected = detect(content.as_bytes()).unwrap();
-            assert!(!detected.text.header);
-            assert_eq!(detected.names_in_comment, [""; 0], "{content}");
+            let layout = detect(content.as_bytes()).unwrap();
+            assert!(!layout.header);
+            let head = locate(content.as_bytes(), &layout).unwrap();
+            assert_eq!(head.names_in_comment, [""; 0], "{content}");
         }
     }
 
     #[test]
     fn a_comment_may_name_the_columns() {
-        let detected = detect(b"# run 3\n# t S1 Fx\n0 1 2\n1 2 3\n").unwrap();
-        assert!(!detected.text.header);
-        assert_eq!(detected.names_in_comment, ["t", "S1", "Fx"]);
-        assert!(
-            detect(b"# a note\n0 1 2\n")
-                .unwrap()
-                .names_in_comment
-                .is_empty()
-        );
+        let in_comment = |content: &[u8]| {
+            let layout = detect(content).unwrap();
+            assert!(!layout.header);
+            locate(content, &layout).unwrap().names_in_comment
+        };
+        let named = in_comment(b"# run 3\n# t S1 Fx\n0 1 2\n1 2 3\n");
+        assert_eq!(named, ["t", "S1", "Fx"]);
+        assert!(in_comment(b"# a note\n0 1 2\n").is_empty());
     }
 }

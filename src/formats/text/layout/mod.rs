@@ -6,13 +6,14 @@ mod detect;
 
 use std::borrow::Cow;
 
-pub(crate) use detect::{Detected, detect};
+pub(crate) use detect::detect;
 
 use super::ati;
 use super::cells::{Cells, is_skipped};
 use super::{Delimiter, Preamble, TextLayout};
+use crate::formats::Cell;
+use crate::formats::column_name::ColumnName;
 use crate::formats::csv::unguarded;
-use crate::import::map::Header;
 
 /// How many lines besides comments are looked at.
 const LINES_LOOKED_AT: usize = 200;
@@ -49,11 +50,13 @@ fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
 
 /// Where a table stands in its file, as a layout says.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Start {
+pub(crate) struct Head {
     /// The header's line, or that of the first row.
     pub(crate) line: u64,
     /// The header's cells; none without a header.
     pub(crate) names: Vec<String>,
+    /// Without a header: the columns' names, if a comment above the rows has one for each.
+    pub(crate) names_in_comment: Vec<String>,
     /// The cells of the units row; none without one.
     pub(crate) units: Vec<String>,
     /// How many columns most of the first rows have; the header's number where there is a header.
@@ -67,15 +70,25 @@ pub(crate) struct Start {
     pub(crate) reference_time: Option<usize>,
 }
 
-impl Start {
-    /// The columns as a map names them.
-    pub(crate) fn header(&self) -> Header<'_> {
-        Header::new(self.names.iter().map(String::as_str))
+impl Head {
+    /// A column's name in the header, understood.
+    pub(crate) fn name(&self, index: usize) -> Option<ColumnName> {
+        self.names.get(index).map(|name| ColumnName::parse(name))
+    }
+
+    /// A column's unit in the header, or in the units row.
+    pub(crate) fn unit(&self, index: usize) -> Option<String> {
+        let in_units_row = || {
+            let unit = unbracketed(self.units.get(index)?);
+            (!unit.is_empty()).then(|| unit.to_owned())
+        };
+        let in_header = self.name(index).and_then(|name| name.unit);
+        in_header.or_else(in_units_row)
     }
 }
 
 /// Finds the table; `None` if there is no line for its header, or for its first row.
-pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Start> {
+pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     let all = first_lines(head, layout.skip_rows);
     let ati = match layout.preamble {
         Some(Preamble::AtiNetFt) => Some(ati::Preamble::of(all.iter().map(|line| line.text))?),
@@ -90,13 +103,13 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Start> {
         .filter(|line| !is_skipped(line.text))
         .peekable();
     let delimiter = layout.delimiter;
-    let mut start = Start {
+    let mut start = Head {
         n_lines: n_skipped as u64,
         n_bytes: n_skipped
             .checked_sub(1)
             .map_or(Some(0), |last| Some(all.get(last)?.end))?,
         ati,
-        ..Start::default()
+        ..Head::default()
     };
     if layout.header {
         let header = rows.next()?;
@@ -114,6 +127,10 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Start> {
     } else {
         start.line = rows.peek()?.number;
         start.n_columns = most_frequent(rows.map(|line| Cells::new(line.text, delimiter).count()));
+        // The first line need not be as wide as the table.
+        start.names_in_comment = detect::names_in_comment(&all, delimiter)
+            .filter(|names| names.len() == start.n_columns)
+            .unwrap_or_default();
     }
     Some(start)
 }
@@ -122,12 +139,11 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Start> {
 pub(crate) fn first_rows<'a>(
     head: &'a [u8],
     layout: &TextLayout,
-    start: &Start,
-) -> Vec<Vec<&'a [u8]>> {
+    start: &Head,
+) -> Vec<Vec<Cell<'a>>> {
     first_lines(&head[start.n_bytes..], 0)
         .iter()
-        .filter(|line| !is_skipped(line.text))
-        .map(|line| Cells::new(line.text, layout.delimiter).collect())
+        .filter_map(|line| Some(layout.row(line.text)?.collect()))
         .collect()
 }
 
@@ -185,7 +201,7 @@ fn decoded(text: &[u8]) -> Cow<'_, str> {
 }
 
 /// A unit without the brackets that it may stand in.
-pub(crate) fn unbracketed(cell: &str) -> &str {
+fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
     inside('[', ']')
         .or_else(|| inside('(', ')'))

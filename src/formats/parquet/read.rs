@@ -1,6 +1,4 @@
-//! Parquet: the columns of plain numbers.
-
-use std::fs::File;
+//! The columns of plain numbers.
 
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -9,7 +7,7 @@ use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 
-use super::{ArraysError, COLUMN_LIMIT, Column, Table};
+use super::super::{COLUMN_LIMIT, Column, Columns, FileError, Source};
 use crate::progress::Progress;
 
 const FILE: &str = "the file";
@@ -17,13 +15,12 @@ const FILE: &str = "the file";
 const BATCH_ROWS: usize = 1 << 14;
 
 /// The columns of numbers as a table; other columns are listed.
-pub(crate) fn table(file: File, progress: &Progress) -> Result<Table, ArraysError> {
-    let reader = SerializedFileReader::new(file).map_err(damaged)?;
+pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
-    let mut table = Table {
-        kind: "Parquet file",
+    let mut table = Columns {
         is_named: true,
-        ..Table::default()
+        ..Columns::default()
     };
     let mut indices = Vec::new();
     for index in 0..schema.num_columns() {
@@ -51,7 +48,7 @@ pub(crate) fn table(file: File, progress: &Progress) -> Result<Table, ArraysErro
             let scale = decimal_scale(&schema.column(index));
             let start = column.values.len();
             let reader = group.get_column_reader(index).map_err(damaged)?;
-            append(reader, &mut column.values, progress)?;
+            append(reader, &mut column.values, source.progress)?;
             if scale != 1.0 {
                 column.values[start..]
                     .iter_mut()
@@ -59,24 +56,24 @@ pub(crate) fn table(file: File, progress: &Progress) -> Result<Table, ArraysErro
             }
         }
     }
-    Ok(table)
+    Ok(Some(table))
 }
 
-fn damaged(error: ParquetError) -> ArraysError {
+fn damaged(error: ParquetError) -> FileError {
     let why = error.to_string();
     // The crate says so in words alone.
     if why.contains("Disabled feature at compile time") {
-        return ArraysError::Compression {
+        return FileError::Compression {
             what: FILE.to_owned(),
             codec: why.rsplit(' ').next().unwrap_or_default().to_owned(),
             instead: "zstd, snappy, gzip, lz4 or none",
         };
     }
     match error {
-        ParquetError::EOF(_) => ArraysError::CutShort {
+        ParquetError::EOF(_) => FileError::CutShort {
             what: FILE.to_owned(),
         },
-        _ => ArraysError::Damaged {
+        _ => FileError::Damaged {
             what: FILE.to_owned(),
             why,
         },
@@ -120,7 +117,7 @@ fn append(
     reader: ColumnReader,
     values: &mut Vec<f64>,
     progress: &Progress,
-) -> Result<(), ArraysError> {
+) -> Result<(), FileError> {
     match reader {
         ColumnReader::BoolColumnReader(reader) => all(reader, values, f64::from, progress),
         ColumnReader::Int32ColumnReader(reader) => all(reader, values, f64::from, progress),
@@ -140,7 +137,7 @@ fn all<T: DataType>(
     values: &mut Vec<f64>,
     value: impl Fn(T::T) -> f64,
     progress: &Progress,
-) -> Result<(), ArraysError> {
+) -> Result<(), FileError> {
     let (mut levels, mut batch) = (Vec::new(), Vec::new());
     loop {
         progress.check()?;

@@ -1,4 +1,5 @@
-//! Arrays become columns with the names that a header of text would have.
+//! Named arrays: what NumPy and MATLAB keep in their files. Read, they become columns with the names that a header of text
+//! would have.
 //!
 //! | array | columns |
 //! |---|---|
@@ -13,7 +14,7 @@
 
 use std::collections::HashMap;
 
-use super::{Array, COLUMN_LIMIT, Column, Table};
+use super::{COLUMN_LIMIT, Column, Columns};
 use crate::formats::column_name::{is_gauge_name, is_time_name};
 use crate::recording::Axis;
 
@@ -55,14 +56,45 @@ const REFERENCE_TIMES: [&str; 8] = [
     "time_loads",
 ];
 
+/// One part of a file that is written.
+#[derive(Clone, Debug)]
+pub(crate) enum Entry {
+    Numbers(Array),
+    /// One text per entry.
+    Texts {
+        name: String,
+        texts: Vec<String>,
+    },
+}
+
+impl Entry {
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Numbers(array) => &array.name,
+            Self::Texts { name, .. } => name,
+        }
+    }
+}
+
+/// Numbers as a file holds them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Array {
+    pub(crate) name: String,
+    /// Where the file itself says it; empty otherwise.
+    pub(crate) unit: &'static str,
+    pub(crate) shape: Vec<usize>,
+    /// Whether the first index runs fastest.
+    pub(crate) is_by_column: bool,
+    pub(crate) values: Vec<f64>,
+}
+
 /// The arrays as columns; what is none is listed with what it is.
-pub(crate) fn table(kind: &'static str, arrays: Vec<Array>, mut left_out: Vec<String>) -> Table {
+pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
     let n_rows = n_rows(&arrays);
     let reference_rows = reference_time(&arrays, n_rows).map(|array| array.values.len());
-    let mut table = Table {
-        kind,
+    let mut table = Columns {
         is_named: true,
-        ..Table::default()
+        ..Columns::default()
     };
     for array in arrays {
         let is_reference_time = is_reference_time(&array.name) && array.is_vector();
@@ -123,7 +155,7 @@ impl Array {
     }
 
     /// One column of a matrix of this size.
-    pub(crate) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
+    pub(super) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
         } else {
@@ -174,7 +206,7 @@ fn is_load(name: &str) -> bool {
     FORCES.contains(&name) || MOMENTS.contains(&name) || LOADS.contains(&name)
 }
 
-fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Table) -> Vec<String> {
+fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) -> Vec<String> {
     if is_vector && n_columns == 1 {
         return vec![name.to_owned()];
     }
@@ -218,7 +250,7 @@ mod tests {
     }
 
     fn names(arrays: Vec<Array>) -> (Vec<String>, Vec<String>) {
-        let table = table("test", arrays, Vec::new());
+        let table = columns(arrays, Vec::new());
         let names = table.columns.into_iter().map(|column| column.name);
         (names.collect(), table.left_out)
     }
@@ -244,18 +276,10 @@ mod tests {
 
     #[test]
     fn an_array_on_its_side_is_turned() {
-        let table = table(
-            "test",
-            vec![array("t", &[3]), array("S", &[2, 3])],
-            Vec::new(),
-        );
+        let table = columns(vec![array("t", &[3]), array("S", &[2, 3])], Vec::new());
         assert_eq!(table.columns[1].values, [0.0, 1.0, 2.0]);
         assert_eq!(table.columns[2].values, [3.0, 4.0, 5.0]);
-        let upright = super::table(
-            "test",
-            vec![array("t", &[3]), array("S", &[3, 2])],
-            Vec::new(),
-        );
+        let upright = columns(vec![array("t", &[3]), array("S", &[3, 2])], Vec::new());
         assert_eq!(upright.columns[1].values, [0.0, 2.0, 4.0]);
     }
 
@@ -278,7 +302,7 @@ mod tests {
             array("t_ref", &[5]),
             array("F", &[5, 3]),
         ];
-        let table = table("test", arrays, Vec::new());
+        let table = columns(arrays, Vec::new());
         assert_eq!(table.reference_time, Some(3));
         let lengths: Vec<usize> = table.columns.iter().map(|c| c.values.len()).collect();
         assert_eq!(lengths, [8, 8, 8, 5, 5, 5, 5]);

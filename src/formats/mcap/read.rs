@@ -4,16 +4,14 @@
 //! what it holds.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufReader, Read};
 
 use ::mcap::records::{MessageHeader, Record};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
+use super::super::{COLUMN_LIMIT, Column, Columns, FileError, Source, error};
 use super::cdr::Cdr;
-use super::{ArraysError, COLUMN_LIMIT, Column, Table};
-use crate::progress::Progress;
 use crate::recording::Axis;
 
 const FILE: &str = "the recording";
@@ -21,14 +19,10 @@ const FILE: &str = "the recording";
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Reads all topics, and makes a table of one or two of them.
-pub(crate) fn table(
-    file: File,
-    file_bytes: u64,
-    progress: &Progress,
-) -> Result<Table, ArraysError> {
+pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut topics = Topics::default();
-    let mut file = BufReader::new(file);
-    let limit_bytes = usize::try_from(file_bytes.min(CHUNK_LIMIT_BYTES)).unwrap_or(usize::MAX);
+    let mut file = BufReader::new(source.open()?);
+    let limit_bytes = usize::try_from(source.n_bytes.min(CHUNK_LIMIT_BYTES)).unwrap_or(usize::MAX);
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -36,7 +30,7 @@ pub(crate) fn table(
     );
     let mut ends_early = false;
     while let Some(event) = reader.next_event() {
-        progress.check()?;
+        source.progress.check()?;
         match event {
             Ok(LinearReadEvent::ReadRequest(n_bytes)) => {
                 let n_read = file.read(reader.insert(n_bytes.min(limit_bytes)))?;
@@ -60,17 +54,18 @@ pub(crate) fn table(
             Err(error) => return Err(damaged(error)),
         }
     }
-    let mut table = topics.table();
-    table.ends_early = ends_early;
-    Ok(table)
+    Ok(Some(Columns {
+        ends_early,
+        ..topics.columns()
+    }))
 }
 
-fn damaged(error: McapError) -> ArraysError {
+fn damaged(error: McapError) -> FileError {
     match error {
-        McapError::UnexpectedEof => ArraysError::CutShort {
+        McapError::UnexpectedEof => FileError::CutShort {
             what: FILE.to_owned(),
         },
-        other => ArraysError::Damaged {
+        other => FileError::Damaged {
             what: FILE.to_owned(),
             why: other.to_string(),
         },
@@ -78,22 +73,22 @@ fn damaged(error: McapError) -> ArraysError {
 }
 
 /// The records of a chunk.
-fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, ArraysError> {
+fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, FileError> {
     if n_bytes > CHUNK_LIMIT_BYTES {
-        return Err(ArraysError::UnpacksTooLarge {
+        return Err(FileError::UnpacksTooLarge {
             what: "a chunk".to_owned(),
             limit_bytes: CHUNK_LIMIT_BYTES,
         });
     }
     let mut records = Vec::new();
-    let of_chunk = super::error::reading("a chunk");
+    let of_chunk = error::reading("a chunk");
     match compression {
         "" => records.extend_from_slice(packed),
         "zstd" => {
             let damaged = |error: std::io::Error| match error.kind() {
                 std::io::ErrorKind::UnexpectedEof => of_chunk(error),
                 // The library says what is wrong with its input as `Other`.
-                _ => ArraysError::Damaged {
+                _ => FileError::Damaged {
                     what: "a chunk".to_owned(),
                     why: error.to_string(),
                 },
@@ -112,7 +107,7 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, A
                 .map_err(of_chunk)?;
         }
         other => {
-            return Err(ArraysError::Compression {
+            return Err(FileError::Compression {
                 what: "a chunk".to_owned(),
                 codec: other.to_owned(),
                 instead: "zstd, lz4 or none",
@@ -120,7 +115,7 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, A
         }
     }
     if records.len() as u64 != n_bytes {
-        return Err(ArraysError::Damaged {
+        return Err(FileError::Damaged {
             what: "a chunk".to_owned(),
             why: "it unpacks to another size than it says".to_owned(),
         });
@@ -321,7 +316,7 @@ impl Topics {
     }
 
     /// The topic of arrays and that of wrenches with the most samples; all others are listed.
-    fn table(self) -> Table {
+    fn columns(self) -> Columns {
         let most = |is_wrench: bool| {
             let is_it = |(_, topic): &(&u16, &Topic)| {
                 topic
@@ -334,10 +329,9 @@ impl Topics {
             most.map(|(id, _)| *id)
         };
         let (gauges, wrench) = (most(false), most(true));
-        let mut table = Table {
-            kind: "MCAP recording",
+        let mut table = Columns {
             is_named: true,
-            ..Table::default()
+            ..Columns::default()
         };
         let mut topics = self.topics;
         if let Some(topic) = gauges.and_then(|id| topics.remove(&id)) {
@@ -360,7 +354,7 @@ impl Topics {
 
 impl Topic {
     /// Appends a column of times and one for each number, in the order of the times.
-    fn add_to(mut self, table: &mut Table, time: &str, name: impl Fn(usize) -> String) {
+    fn add_to(mut self, table: &mut Columns, time: &str, name: impl Fn(usize) -> String) {
         // Drivers that do not know the time leave it at zero.
         let is_stamped = |sample: &Sample| sample.stamp_nanosecs.is_some_and(|stamp| stamp != 0);
         let has_stamps = self.samples.iter().any(is_stamped);

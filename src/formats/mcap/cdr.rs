@@ -4,13 +4,13 @@
 //! from there; texts and sequences with their length before them.
 
 /// Reads one message from its start to its end; `None` wherever it ends too early.
-pub(crate) struct Cdr<'a> {
+pub(super) struct Cdr<'a> {
     body: &'a [u8],
     at: usize,
 }
 
 /// Numbers that a message is made of.
-pub(crate) trait Plain: Copy {
+pub(super) trait Plain: Copy {
     /// From exactly so many bytes as the number has.
     fn of(bytes: &[u8]) -> Option<Self>;
     fn to_f64(self) -> f64;
@@ -33,7 +33,7 @@ macro_rules! plain {
 plain!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
 
 impl<'a> Cdr<'a> {
-    pub(crate) fn new(message: &'a [u8]) -> Option<Self> {
+    pub(super) fn new(message: &'a [u8]) -> Option<Self> {
         const LITTLE_ENDIAN: [u8; 2] = [0, 1];
         let body = message.strip_prefix(&LITTLE_ENDIAN)?.get(2..)?;
         Some(Self { body, at: 0 })
@@ -46,18 +46,18 @@ impl<'a> Cdr<'a> {
         Some(bytes)
     }
 
-    pub(crate) fn number<N: Plain>(&mut self) -> Option<N> {
+    pub(super) fn number<N: Plain>(&mut self) -> Option<N> {
         self.at = self.at.next_multiple_of(size_of::<N>());
         N::of(self.bytes(size_of::<N>())?)
     }
 
-    pub(crate) fn skip_text(&mut self) -> Option<()> {
+    pub(super) fn skip_text(&mut self) -> Option<()> {
         let n_bytes = self.number::<u32>()? as usize;
         self.bytes(n_bytes).map(drop)
     }
 
     /// Seconds and nanoseconds as nanoseconds, then the name of a frame.
-    pub(crate) fn header_nanosecs(&mut self) -> Option<i64> {
+    pub(super) fn header_nanosecs(&mut self) -> Option<i64> {
         let secs = i64::from(self.number::<i32>()?);
         let nanosecs = i64::from(self.number::<u32>()?);
         self.skip_text()?;
@@ -65,7 +65,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// Every number of a sequence.
-    pub(crate) fn sequence<N: Plain>(&mut self) -> Option<Vec<f64>> {
+    pub(super) fn sequence<N: Plain>(&mut self) -> Option<Vec<f64>> {
         let n_numbers = self.number::<u32>()? as usize;
         if n_numbers == 0 {
             return Some(Vec::new());
@@ -77,7 +77,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// Passes over the texts of a sequence.
-    pub(crate) fn skip_texts(&mut self) -> Option<()> {
+    pub(super) fn skip_texts(&mut self) -> Option<()> {
         let n_texts = self.number::<u32>()?;
         (0..n_texts).try_for_each(|_| self.skip_text())
     }

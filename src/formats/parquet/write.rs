@@ -1,20 +1,20 @@
-//! Traces as Apache Parquet: one column of names, one of optional doubles for each number of a row.
+//! A table as Apache Parquet: one column of names, one of optional doubles for each number of a row.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
-use parquet::errors::ParquetError;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
+use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use ::parquet::errors::ParquetError;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::writer::SerializedFileWriter;
+use ::parquet::schema::types::Type;
 
 /// Rows that are written at once: few enough for any memory, enough for any reader.
 const GROUP_ROWS: usize = 1 << 16;
 
 /// Takes row after row and writes them in groups.
-pub(super) struct ParquetTable<'a> {
+pub(crate) struct ParquetTable<'a> {
     out: &'a mut dyn Write,
     /// What the writer has made and `out` has not yet got.
     made: Made,
@@ -129,8 +129,8 @@ fn schema(head: &[String]) -> Result<Type, ParquetError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parquet::file::reader::{FileReader as _, SerializedFileReader};
-    use parquet::record::Field;
+    use ::parquet::file::reader::{FileReader as _, SerializedFileReader};
+    use ::parquet::record::Field;
 
     /// One row more than a group, so that the file has two.
     #[test]
