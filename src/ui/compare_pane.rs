@@ -103,7 +103,7 @@ fn table(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Comman
                 ui.strong(title);
             }
             for axis in axes {
-                ui.strong(format!("{} [{}]", axis.symbol(), axis.unit()));
+                ui.strong(axis.label());
             }
             for (group, unit) in [(Group::Force, "N"), (Group::Moment, "N·m")] {
                 if axes.iter().any(|axis| group.contains(*axis)) {
