@@ -441,7 +441,7 @@ fn loop_figure(picture: &LoopPicture) -> Figure<'static> {
         })
     });
     let (full, all) = (picture.n_full_cycles, picture.n_cycles);
-    let label = |what: &str| format!("{} {what} [{}]", axis.symbol(), axis.unit());
+    let label = |what: &str| axis.label_of(what);
     Figure {
         title: format!("{}: {full} full of {all} cycles", axis.symbol()),
         across: Scale::new(label("Calc."), picture.whole.loads),

@@ -6,6 +6,7 @@ mod atomic;
 mod calibration_file;
 mod code;
 mod facts;
+mod fields;
 mod hash;
 mod mat;
 mod npz;

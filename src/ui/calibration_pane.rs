@@ -9,6 +9,7 @@ use crate::engine::{Action, Engine, Existing};
 use crate::export::{TARGETS, target_endings};
 use crate::features::Column;
 use crate::recording::Axis;
+use crate::report::{self, Cell, Table};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::equation::laid_out;
 use crate::ui::numbers::significant;
@@ -90,7 +91,7 @@ fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: 
                         .on_hover_text("The matrix as tab-separated text")
                         .clicked()
                     {
-                        ui.copy_text(as_text(map, &names, &calibration.axes));
+                        ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
                     }
                     ui.label(laid_out(ui, &equation(&blocks), color))
                         .on_hover_text(trace.explanation());
@@ -127,19 +128,21 @@ fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut V
     });
 }
 
-/// A matrix with its features and axes as tab-separated text, every digit of it.
-fn as_text(map: &LinearMap, names: &[String], axes: &[Axis]) -> String {
-    let mut lines = vec![format!("\t{}", names.join("\t"))];
-    for (axis, row) in axes.iter().zip(&map.matrix) {
-        let values: Vec<String> = row.iter().map(f64::to_string).collect();
-        lines.push(format!(
-            "{} [{}]\t{}",
-            axis.symbol(),
-            axis.unit(),
-            values.join("\t")
-        ));
+/// A matrix, one row per axis and one column per feature.
+fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
+    let mut columns = vec![report::Column::words("")];
+    columns.extend(names.iter().map(report::Column::numbers));
+    let rows = axes.iter().zip(&map.matrix).map(|(axis, row)| {
+        let numbers = row.iter().map(|value| Cell::digits(Some(*value), 5));
+        std::iter::once(Cell::words(axis.label()))
+            .chain(numbers)
+            .collect()
+    });
+    Table {
+        columns,
+        rows: rows.collect(),
+        ..Table::default()
     }
-    lines.join("\n")
 }
 
 /// A group of columns: the sign that stands for it in the equation, and which columns they are.
@@ -263,7 +266,7 @@ fn matrix(
             }
             ui.end_row();
             for (axis, row) in axes.iter().zip(&cells) {
-                ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                ui.label(axis.label());
                 for (column, (value, width)) in row.iter().zip(&widths).enumerate() {
                     let place = ui.monospace(format!("{value:>width$}")).rect;
                     numbers |= place;

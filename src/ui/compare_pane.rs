@@ -130,7 +130,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, on: ScoreSet, out: &mut Vec<Command
                 ui.strong(title);
             }
             for axis in axes {
-                ui.strong(format!("{} [{}]", axis.symbol(), axis.unit()));
+                ui.strong(axis.label());
             }
             for (group, unit) in [(Group::Force, "N"), (Group::Moment, "N·m")] {
                 if axes.iter().any(|axis| group.contains(*axis)) {

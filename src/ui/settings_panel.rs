@@ -276,7 +276,7 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
                 .zip(&calibration.full_scale)
                 .enumerate()
             {
-                let label = ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                let label = ui.label(axis.label());
                 let entered = settings.full_scale.get(at).copied().flatten();
                 let mut value = entered.unwrap_or(*current);
                 let field = DragValue::new(&mut value)

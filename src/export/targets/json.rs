@@ -2,8 +2,8 @@
 
 use std::io;
 
-use crate::calibration::{Calibration, CalibrationFile};
-use crate::export::target::{Export, ReadBack, Refusal, Target};
+use crate::calibration::Calibration;
+use crate::export::target::{Export, ReadBack, Target};
 
 /// `.json`.
 pub(super) struct Json;
@@ -22,17 +22,11 @@ impl Target for Json {
     }
 
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, export.calibration)?;
+        serde_json::to_writer_pretty(&mut *out, &export.calibration.in_file())?;
         writeln!(out)
     }
 
     fn reader(&self) -> Option<ReadBack> {
-        Some(read)
+        Some(|content| Ok(Calibration::from_json(content)?))
     }
-}
-
-fn read(content: &[u8]) -> Result<Calibration, Refusal> {
-    let file: CalibrationFile = serde_json::from_slice(content)
-        .map_err(|error| format!("not a calibration in JSON: {error}"))?;
-    Ok(file.try_into()?)
 }

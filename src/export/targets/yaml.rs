@@ -2,8 +2,8 @@
 
 use std::io;
 
-use crate::calibration::{Calibration, LinearMap, Scores};
-use crate::export::facts::Fact;
+use crate::calibration::Calibration;
+use crate::export::fields::{Field, Value, fields};
 use crate::export::target::{Export, Target};
 use crate::export::text::for_yaml;
 
@@ -30,122 +30,58 @@ impl Target for Yaml {
         }
     }
 
+    /// Writes scalars, flow lists of numbers, and texts in double quotes.
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        write(export.calibration, &export.facts, out)
+        writeln!(out, "about:")?;
+        for (name, text) in &export.facts {
+            let name = name.replace(' ', "_").to_ascii_lowercase();
+            writeln!(out, "  {name}: {}", for_yaml(text))?;
+        }
+        let mut open = "";
+        for field in fields(export.calibration) {
+            if field.group != open {
+                open = field.group;
+                writeln!(out, "{open}:")?;
+            }
+            let indent = if open.is_empty() { "" } else { "  " };
+            if !field.about.is_empty() {
+                writeln!(out, "{indent}# {}", field.about)?;
+            }
+            for (name, value) in entries(&field) {
+                writeln!(out, "{indent}{name}: {value}")?;
+            }
+        }
+        Ok(())
     }
 }
 
-/// Writes scalars, flow lists of numbers, and texts in double quotes.
-fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
-    let features = &calibration.features;
-    let scale = &calibration.gauge_scale;
-    writeln!(out, "about:")?;
-    for (name, text) in facts {
-        writeln!(
-            out,
-            "  {}: {}",
-            name.replace(' ', "_").to_ascii_lowercase(),
-            for_yaml(text)
-        )?;
-    }
-    writeln!(out, "gauges: {}", texts(&calibration.gauges))?;
-    let axes: Vec<String> = calibration
-        .axes
-        .iter()
-        .map(|axis| axis.symbol().to_owned())
-        .collect();
-    writeln!(out, "axes: {}", texts(&axes))?;
-    writeln!(out, "units: {}", texts(&calibration.units))?;
-    writeln!(out, "full_scale: {}", numbers(&calibration.full_scale))?;
-    writeln!(out, "offset: {}", calibration.offset)?;
-    writeln!(out, "simulated: {}", calibration.simulated)?;
-    if let Some(tare) = calibration.tare {
-        writeln!(out, "tared: \"{tare}\"")?;
-    }
-    writeln!(out, "blocks:")?;
-    writeln!(
-        out,
-        "  look_backs:{}",
-        if features.look_backs.is_empty() {
-            " []"
-        } else {
-            ""
+/// A field as YAML has it: a matrix row-major in one list, as well as rows and columns, so that a parameter of numbers holds
+/// it.
+fn entries(field: &Field) -> Vec<(&'static str, String)> {
+    let value = match &field.value {
+        Value::Flag(flag) => flag.to_string(),
+        Value::Count(count) => count.to_string(),
+        Value::Text(text) => for_yaml(text),
+        Value::Texts(all) => texts(all),
+        Value::Numbers(values) => numbers(values),
+        Value::Table(columns) => {
+            let rows = (0..columns.first().map_or(0, |(_, values)| values.len())).map(|row| {
+                let cells = columns.iter();
+                let cells = cells.map(|(name, values)| format!("{name}: {}", number(values[row])));
+                format!("{{{}}}", cells.collect::<Vec<_>>().join(", "))
+            });
+            format!("[{}]", rows.collect::<Vec<_>>().join(", "))
         }
-    )?;
-    for look_back in &features.look_backs {
-        writeln!(
-            out,
-            "    - {{f_th: {}, t_th_secs: {}}}",
-            number(look_back.f_th),
-            number(look_back.t_th_secs)
-        )?;
-    }
-    writeln!(
-        out,
-        "  # d of the look-back: the norm of the conventional load's differences times these"
-    )?;
-    writeln!(
-        out,
-        "  distance_weights: {}",
-        numbers(&calibration.distance_weights())
-    )?;
-    writeln!(
-        out,
-        "  fixed_lags_secs: {}",
-        numbers(&features.fixed_lags_secs)
-    )?;
-    writeln!(out, "  creep_secs: {}", numbers(&features.creep_secs))?;
-    writeln!(out, "  # in standard deviations of each gauge")?;
-    writeln!(out, "  play_radii: {}", numbers(&features.play_radii))?;
-    writeln!(out, "  polynomial: {}", features.polynomial)?;
-    writeln!(out, "gauge_scale:")?;
-    writeln!(out, "  shift: {}", numbers(&scale.shift))?;
-    writeln!(out, "  inverse_scale: {}", numbers(&scale.inverse_scale))?;
-    writeln!(out, "  deviation: {}", numbers(&scale.deviation))?;
-    let (gauges, quality) = (&calibration.gauges, &calibration.quality);
-    let conventional = &calibration.conventional;
-    map(
-        "conventional",
-        conventional,
-        gauges,
-        &quality.conventional,
-        out,
-    )?;
-    if let Some(compensated) = &calibration.compensated {
-        map(
-            "compensated",
-            compensated,
-            gauges,
-            &quality.compensated,
-            out,
-        )?;
-    }
-    writeln!(out, "trained_on: {}", texts(&calibration.trained_on))
-}
-
-/// Matrix row-major in one list, as well as rows and columns, so that a parameter of numbers holds it.
-fn map(
-    name: &str,
-    map: &LinearMap,
-    gauges: &[String],
-    scores: &Scores,
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
-    writeln!(out, "{name}:")?;
-    writeln!(out, "  features: {}", texts(&map.names(gauges)))?;
-    writeln!(out, "  rows: {}", map.matrix.len())?;
-    writeln!(out, "  columns: {}", map.columns.len())?;
-    writeln!(out, "  matrix: {}", numbers(&map.matrix.concat()))?;
-    for (name, rmse) in [
-        ("test_rmse", &scores.test_rmse),
-        ("left_out_rmse", &scores.cv_rmse),
-        ("train_rmse", &scores.train_rmse),
-    ] {
-        if let Some(rmse) = rmse {
-            writeln!(out, "  {name}: {}", numbers(rmse))?;
+        Value::Matrix(rows) => {
+            let columns = rows.first().map_or(0, Vec::len);
+            return vec![
+                ("rows", rows.len().to_string()),
+                ("columns", columns.to_string()),
+                (field.name, numbers(&rows.concat())),
+            ];
         }
-    }
-    Ok(())
+    };
+    vec![(field.name, value)]
 }
 
 fn texts(texts: &[String]) -> String {

@@ -8,6 +8,7 @@ use egui_plot::{PlotUi, VLine};
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::engine::Engine;
 use crate::evaluation::Series;
+use crate::report::{Cell, Column, Table};
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
 
@@ -28,8 +29,8 @@ struct Figures {
     mean: f64,
     /// Sum of squared differences from the mean (Welford 1962).
     squares: f64,
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
 }
 
 impl Figures {
@@ -38,14 +39,14 @@ impl Figures {
             return;
         }
         if self.n == 0 {
-            (self.least, self.most) = (value, value);
+            (self.min, self.max) = (value, value);
         }
         self.n += 1;
         let difference = value - self.mean;
         self.mean += difference / self.n as f64;
         self.squares += difference * (value - self.mean);
-        self.least = self.least.min(value);
-        self.most = self.most.max(value);
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
     }
 
     fn deviation(&self) -> f64 {
@@ -188,6 +189,7 @@ impl Cursors {
             // Beside the plots, where there is room for it.
             .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
             .show(ui.ctx(), |ui| {
+                let figures = table(span, a, b);
                 let time = |k: usize| significant(traces.times[k], 7);
                 ui.horizontal_wrapped(|ui| {
                     ui.label(match b {
@@ -205,7 +207,7 @@ impl Cursors {
                         .on_hover_text("As tab-separated text")
                         .clicked()
                     {
-                        ui.copy_text(text(span, a, b));
+                        ui.copy_text(figures.tab_separated());
                     }
                     if !complete {
                         ui.spinner();
@@ -214,9 +216,7 @@ impl Cursors {
                 ui.separator();
                 egui::ScrollArea::both()
                     .auto_shrink([false, false])
-                    .show(ui, |ui| {
-                        table(ui, span, a, b);
-                    });
+                    .show(ui, |ui| crate::ui::table::show(ui, &figures));
             });
         if !open {
             self.clear();
@@ -224,51 +224,35 @@ impl Cursors {
     }
 }
 
-const HEADERS: [&str; 9] = ["", "unit", "A", "B", "Δ", "mean", "SD", "least", "most"];
-
-fn cells(row: &Row, a: usize, b: Option<usize>) -> [String; 9] {
-    let value = |k: usize| row.series.value(k);
-    let figures = &row.figures;
-    let of_span = |value: f64| match b {
-        Some(_) => significant(value, 4),
-        None => String::new(),
-    };
-    [
-        row.name.clone(),
-        row.unit.to_owned(),
-        significant(value(a), 4),
-        b.map_or_else(String::new, |b| significant(value(b), 4)),
-        b.map_or_else(String::new, |b| significant(value(b) - value(a), 4)),
-        of_span(figures.mean),
-        of_span(figures.deviation()),
-        of_span(figures.least),
-        of_span(figures.most),
-    ]
-}
-
-fn table(ui: &mut egui::Ui, span: &Span, a: usize, b: Option<usize>) {
-    egui::Grid::new("cursors")
-        .striped(true)
-        .min_col_width(44.0)
-        .spacing([10.0, 3.0])
-        .show(ui, |ui| {
-            for header in HEADERS {
-                ui.strong(header);
-            }
-            ui.end_row();
-            for row in &span.rows {
-                for cell in cells(row, a, b) {
-                    ui.label(cell);
-                }
-                ui.end_row();
-            }
+/// What lies at A and at B, between them, and the figures of the span; of A alone without a B.
+fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
+    let mut columns = ["", "unit"].map(Column::words).to_vec();
+    columns.extend(["A", "B", "Δ", "mean", "SD", "min", "max"].map(Column::numbers));
+    let rows = span.rows.iter().map(|row| {
+        let (at_a, figures) = (row.series.value(a), &row.figures);
+        let at_b = b.map(|b| row.series.value(b));
+        let of_span = |value: f64| b.map(|_| value);
+        let numbers = [
+            Some(at_a),
+            at_b,
+            at_b.map(|at_b| at_b - at_a),
+            of_span(figures.mean),
+            of_span(figures.deviation()),
+            of_span(figures.min),
+            of_span(figures.max),
+        ];
+        let numbers = numbers.map(|number| match number {
+            Some(_) => Cell::digits(number, 4),
+            None => Cell::words(""),
         });
-}
-
-fn text(span: &Span, a: usize, b: Option<usize>) -> String {
-    let rows = span.rows.iter().map(|row| cells(row, a, b).join("\t"));
-    let lines: Vec<String> = std::iter::once(HEADERS.join("\t")).chain(rows).collect();
-    lines.join("\n")
+        let names = [Cell::words(&row.name), Cell::words(row.unit)];
+        names.into_iter().chain(numbers).collect()
+    });
+    Table {
+        columns,
+        rows: rows.collect(),
+        ..Table::default()
+    }
 }
 
 #[cfg(test)]
@@ -282,7 +266,7 @@ mod tests {
         for value in [1.0, 2.0, f64::NAN, 4.0, 9.0] {
             figures.add(value);
         }
-        assert_eq!((figures.n, figures.least, figures.most), (4, 1.0, 9.0));
+        assert_eq!((figures.n, figures.min, figures.max), (4, 1.0, 9.0));
         assert!((figures.mean - 4.0).abs() < 1e-12);
         assert!((figures.deviation() - 9.5_f64.sqrt()).abs() < 1e-12);
     }

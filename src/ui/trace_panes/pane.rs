@@ -185,7 +185,7 @@ fn pane(
 
 fn title(axis: Axis, kind: Kind) -> String {
     match kind {
-        Kind::Load => format!("{} [{}]", axis.symbol(), axis.unit()),
+        Kind::Load => axis.label(),
         Kind::Error => format!("error [{}]", axis.unit()),
     }
 }
