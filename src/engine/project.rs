@@ -211,8 +211,11 @@ impl Project {
             }
             Edit::Apply(None) => self.applied = None,
             Edit::Compare(factory) => {
-                self.factory = factory;
-                self.name_factory_gauges()?;
+                let before = std::mem::replace(&mut self.factory, factory);
+                if let Err(error) = self.name_factory_gauges() {
+                    self.factory = before;
+                    return Err(error);
+                }
             }
         }
         Ok(())
@@ -305,8 +308,10 @@ impl Project {
         let before = set.entries().len();
         for recordings in files {
             for recording in recordings {
-                let mut entry = Entry::with_default_role(recording);
-                entry.role = role_of(&entry.recording).unwrap_or(entry.role);
+                let entry = match role_of(&recording) {
+                    Some(role) => Entry::new(recording, role),
+                    None => Entry::with_default_role(recording),
+                };
                 if let Err(error) = set.push(entry) {
                     refused.push(error.to_string());
                     break; // the other runs of this file have the same columns

@@ -124,7 +124,11 @@ pub struct Lane<Q: Query> {
     inbox: Option<Receiver<Reply<Q>>>,
     asked: Option<Q>,
     newest: u64,
+    /// Answers to questions up to this one are not wanted any more.
+    forgotten: u64,
     shown: Option<Shown<Q>>,
+    /// The whole answer before, while only a part is shown.
+    before: Option<Shown<Q>>,
     problem: Option<String>,
 }
 
@@ -181,7 +185,9 @@ impl<Q: Query> Lane<Q> {
             inbox: None,
             asked: None,
             newest: 0,
+            forgotten: 0,
             shown: None,
+            before: None,
             problem: None,
         }
     }
@@ -233,6 +239,9 @@ impl<Q: Query> Lane<Q> {
     }
 
     fn hear(&mut self, reply: Reply<Q>) -> Option<Heard> {
+        if reply.number <= self.forgotten {
+            return None;
+        }
         let is_newest = reply.number == self.newest;
         let (answer, is_whole) = match reply.news {
             News::Part(answer) if is_newest => (answer, false),
@@ -244,11 +253,13 @@ impl<Q: Query> Lane<Q> {
             News::End(Err(Unanswered::Cancelled)) if is_newest => return Some(Heard::Cancelled),
             _ => return None,
         };
-        self.shown = Some(Shown {
+        let last = self.shown.replace(Shown {
             question: reply.question,
             answer,
             is_whole,
         });
+        let last = last.filter(|last| last.is_whole).or(self.before.take());
+        self.before = last.filter(|_| !is_whole);
         Some(match is_whole {
             true => Heard::Answer,
             false => Heard::Part,
@@ -271,6 +282,14 @@ impl<Q: Query> Lane<Q> {
     #[must_use]
     pub fn answered(&self) -> Option<&Q> {
         self.shown.as_ref().map(|shown| &shown.question)
+    }
+
+    /// The newest whole answer with its question.
+    #[must_use]
+    pub fn whole(&self) -> Option<(&Q, &Q::Answer)> {
+        let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
+        let whole = shown.or(self.before.as_ref())?;
+        Some((&whole.question, &whole.answer))
     }
 
     /// The answer, if it is whole; it is nowhere else then.
@@ -315,11 +334,11 @@ impl<Q: Query> Lane<Q> {
         }
     }
 
-    /// Stops, and forgets what was asked and answered.
+    /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
     pub fn forget(&mut self) {
         self.cancel();
-        self.newest += 1;
-        (self.asked, self.shown, self.problem) = (None, None, None);
+        self.forgotten = self.newest;
+        (self.asked, self.shown, self.before, self.problem) = (None, None, None, None);
     }
 }
 

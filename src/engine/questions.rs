@@ -201,7 +201,7 @@ pub struct ThresholdStudy {
     pub hysteresis: MeanHysteresis,
 }
 
-/// A study with what it was prepared for, and its map once that is complete.
+/// A study with what it was prepared for, and its map as far as it has come.
 struct Prepared {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
@@ -284,7 +284,7 @@ impl Query for StudyThresholds {
             touch: study.touch(*thresholds),
             hysteresis: study.mean_hysteresis(),
         };
-        if found.map.is_some() {
+        if found.map.as_ref().is_some_and(|map| map.is_complete()) {
             return Ok(found);
         }
         show(found.clone());
@@ -305,9 +305,12 @@ impl Query for StudyThresholds {
                 map: so_far.clone().map(Arc::new),
                 ..found.clone()
             });
-        })?;
-        prepared.map = Some(Arc::new(map));
-        found.map.clone_from(&prepared.map);
+        });
+        let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // Other thresholds begin the map again; until they have one, this one stays.
+        found.map = so_far.map(Arc::new).or(found.map);
+        prepared.map.clone_from(&found.map);
+        map?;
         Ok(found)
     }
 }
