@@ -28,7 +28,7 @@ use crate::export::CalibrationFormat;
 use crate::recording::Tare;
 
 /// More notices than this are forgotten, oldest first.
-const MOST_NOTICES: usize = 200;
+pub(super) const MOST_NOTICES: usize = 200;
 
 /// Something to do.
 #[derive(Clone, Debug)]
@@ -668,7 +668,7 @@ impl Engine {
         }
     }
 
-    fn finish(&mut self, done: Done) {
+    pub(super) fn finish(&mut self, done: Done) {
         match done {
             Done::Opened(files) => {
                 let has_session = files

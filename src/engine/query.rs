@@ -507,6 +507,45 @@ mod tests {
     }
 
     #[test]
+    fn the_last_whole_answer_stays_while_parts_of_the_next_are_shown() {
+        let (mut lane, question, started, open) = lane();
+        let whole = |lane: &Lane<Gated>| lane.whole().map(|(of, answer)| (of.number, *answer));
+        open.send(()).unwrap();
+        lane.ask(question(1));
+        wait(&mut lane);
+        lane.ask(question(2));
+        assert_eq!((lane.answer(), lane.is_current()), (Some(&1001), false));
+        started.iter().find(|number| *number == 2).unwrap();
+        lane.take();
+        assert_eq!(lane.answer(), Some(&102));
+        assert_eq!(whole(&lane), Some((1, 1001)));
+        lane.cancel();
+        open.send(()).unwrap();
+        wait(&mut lane);
+        assert_eq!(whole(&lane), Some((1, 1001)), "the other one never came");
+        open.send(()).unwrap();
+        lane.ask(question(3));
+        wait(&mut lane);
+        assert_eq!(whole(&lane), Some((3, 2003)));
+        assert_eq!(lane.take_whole(), Some(2003));
+        assert_eq!(whole(&lane), None);
+    }
+
+    #[test]
+    fn what_was_forgotten_is_not_answered_any_more() {
+        let (mut lane, question, started, open) = lane();
+        lane.ask(question(1));
+        started.recv().unwrap();
+        lane.forget();
+        lane.ask(question(2));
+        open.send(()).unwrap();
+        open.send(()).unwrap();
+        let heard = wait(&mut lane);
+        assert_eq!(heard, [Heard::Part, Heard::Answer], "of the second alone");
+        assert_eq!(lane.whole().unwrap().0.number, 2);
+    }
+
+    #[test]
     fn a_panic_is_a_problem_of_its_question_and_the_next_is_answered() {
         let (mut lane, question, _started, open) = lane();
         lane.ask(question(13));

@@ -392,3 +392,43 @@ impl Query for LookAt {
         Ok(viewer.look(&self.0, progress)?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::with_files;
+
+    #[test]
+    fn the_map_stays_while_other_thresholds_begin_it_again() {
+        let project = with_files();
+        let study = |thresholds| {
+            let recordings = Arc::clone(&project.recordings);
+            StudyThresholds::new(recordings, &project.settings, thresholds)
+        };
+        let thresholds = project.thresholds();
+        let mut cache = StudyCache::default();
+        let progress = Progress::default();
+        let stopped = study(thresholds).compute(&mut cache, &progress, &|found| {
+            if found.map.is_some_and(|map| map.n_rows_done() > 0) {
+                progress.cancel();
+            }
+        });
+        assert_eq!(stopped.unwrap_err(), Unanswered::Cancelled);
+        let shown = Mutex::new(Vec::new());
+        let moved = study(Thresholds {
+            f_th: 2.0 * thresholds.f_th,
+            ..thresholds
+        });
+        let found = moved.compute(&mut cache, &Progress::default(), &|found| {
+            let n_rows = found.map.map(|map| map.n_rows_done());
+            shown.lock().unwrap().push(n_rows);
+        });
+        assert!(found.unwrap().map.unwrap().is_complete());
+        let shown = shown.into_inner().unwrap();
+        assert!(shown[0].is_some_and(|n_rows| n_rows > 0), "{shown:?}");
+        let again = study(thresholds).compute(&mut cache, &Progress::default(), &|_| {
+            panic!("the map is there, and what the thresholds touch takes no time")
+        });
+        assert!(again.unwrap().map.unwrap().is_complete());
+    }
+}
