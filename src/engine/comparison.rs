@@ -34,10 +34,8 @@ pub struct Outcome {
 /// The whole table.
 #[derive(Clone, Debug, Default)]
 pub struct Comparison {
-    /// Its rows, quick ones first.
+    /// Its rows, quick ones first; no two are of the same kind.
     pub rows: Vec<Row>,
-    /// The rows of the last run.
-    run: Vec<usize>,
 }
 
 impl Row {
@@ -68,19 +66,21 @@ fn shared_settings(settings: &FitSettings) -> FitSettings {
     }
 }
 
+/// What tells a row from the others, whatever the numbers of its blocks are.
+fn kind(candidate: &Candidate) -> impl PartialEq + use<> {
+    (
+        candidate.regressor,
+        candidate.features.has_history(),
+        candidate.features.polynomial,
+        candidate.decimation,
+    )
+}
+
 impl Comparison {
     /// Makes the rows those of `settings`; what was ticked and what came out stays with rows of the same kind.
     pub(super) fn follow(&mut self, settings: &FitSettings) {
         let mut old = std::mem::take(&mut self.rows);
         for candidate in paper_candidates(settings, &Regressor::ALL) {
-            let kind = |candidate: &Candidate| {
-                (
-                    candidate.regressor,
-                    candidate.features.has_history(),
-                    candidate.features.polynomial,
-                    candidate.decimation,
-                )
-            };
             let same = old
                 .iter()
                 .position(|row| kind(&row.candidate) == kind(&candidate));
@@ -109,23 +109,23 @@ impl Comparison {
     }
 
     /// What fits the ticked rows that have no result that holds; `None` without any.
-    pub(super) fn start(&mut self, project: &Project) -> Option<Compare> {
-        let rows = self.rows.iter().enumerate();
-        let asked = rows
-            .filter(|(_, row)| row.ticked && (row.compared().is_none() || row.is_stale(project)));
-        self.run = asked.map(|(at, _)| at).collect();
-        let candidates = self.run.iter().map(|at| self.rows[*at].candidate.clone());
-        (!self.run.is_empty()).then(|| Compare {
+    pub(super) fn to_run(&self, project: &Project) -> Option<Compare> {
+        let lacks = |row: &&Row| row.compared().is_none() || row.is_stale(project);
+        let asked = self.rows.iter().filter(|row| row.ticked).filter(lacks);
+        let candidates: Vec<Candidate> = asked.map(|row| row.candidate.clone()).collect();
+        (!candidates.is_empty()).then(|| Compare {
             recordings: Arc::clone(&project.recordings),
             settings: shared_settings(&project.settings),
-            candidates: candidates.collect(),
+            candidates,
         })
     }
 
-    /// Takes how far the rows of the last run are.
+    /// Takes how far the rows of a run are.
     pub(super) fn take(&mut self, asked: &Compare, states: &[RowState], is_running: bool) {
-        for ((at, candidate), state) in self.run.iter().zip(&asked.candidates).zip(states) {
-            let Some(row) = self.rows.get_mut(*at) else {
+        for (candidate, state) in asked.candidates.iter().zip(states) {
+            let mut rows = self.rows.iter_mut();
+            // The settings may have become others meanwhile.
+            let Some(row) = rows.find(|row| kind(&row.candidate) == kind(candidate)) else {
                 continue;
             };
             row.running = match state {

@@ -28,7 +28,7 @@ use crate::export::{target_endings, target_for};
 use crate::recording::Tare;
 
 /// More notices than this are forgotten, oldest first.
-const MOST_NOTICES: usize = 200;
+pub(super) const MOST_NOTICES: usize = 200;
 
 /// Something to do.
 #[derive(Clone, Debug)]
@@ -161,7 +161,7 @@ pub struct Engine {
     notify: Notify,
 }
 
-/// What is asked of every lane.
+/// What is asked of every lane that answers questions about the document.
 macro_rules! each_lane {
     ($engine:expr, $lane:ident => $what:expr) => {{
         let Engine {
@@ -172,7 +172,6 @@ macro_rules! each_lane {
             analysis,
             training,
             comparing,
-            preview,
             ..
         } = $engine;
         {
@@ -201,10 +200,6 @@ macro_rules! each_lane {
         }
         {
             let $lane = comparing;
-            $what
-        }
-        {
-            let $lane = preview;
             $what
         }
     }};
@@ -301,11 +296,10 @@ impl Engine {
     /// What was trained for just these recordings and settings.
     #[must_use]
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
-        let Train(of) = self.training.answered()?;
+        let (Train(of), trained) = self.training.whole()?;
         let holds = Arc::ptr_eq(&of.recordings, &self.project.recordings)
             && of.settings == self.project.settings;
-        let trained = self.training.answer().filter(|_| holds)?;
-        trained.calibration.as_ref()
+        trained.calibration.as_ref().filter(|_| holds)
     }
 
     /// The training that runs.
@@ -342,7 +336,7 @@ impl Engine {
     /// Whether anything runs or waits to run.
     #[must_use]
     pub fn is_busy(&self) -> bool {
-        let mut is_busy = !self.tasks.is_empty();
+        let mut is_busy = !self.tasks.is_empty() || !self.preview.is_idle();
         each_lane!(self, lane => is_busy |= !lane.is_idle());
         is_busy
     }
@@ -421,9 +415,17 @@ impl Engine {
             self.compared = Some(self.project.settings.clone());
         }
         // Before anything was opened there is nothing to ask, and nothing to complain about.
-        if self.analysis.asked().is_some() || !self.project.recordings.entries().is_empty() {
+        let is_empty = self.project.recordings.entries().is_empty();
+        if !is_empty || self.analysis.asked().is_some() {
+            if is_empty && self.analysis.answer().is_some() {
+                self.analysis.forget();
+            }
             let request = self.request();
             self.analysis.ask(Analyse(request));
+        }
+        if self.analysis().is_none() {
+            self.loops.forget();
+            self.figures.forget();
         }
     }
 
@@ -468,7 +470,7 @@ impl Engine {
             &self.datasets,
         );
         let is_other = |of: &StudyThresholds| !of.has_same_map(&asked);
-        if self.study.answered().is_some_and(is_other) {
+        if self.study.asked().is_some_and(is_other) {
             self.study.forget();
         }
         self.study.ask(asked);
@@ -483,14 +485,7 @@ impl Engine {
     }
 
     fn edit(&mut self, edit: Edit) {
-        let before = self.project.clone();
-        if let Err(error) = self.change(|project| {
-            let edited = project.edit(edit);
-            if edited.is_err() {
-                *project = before;
-            }
-            edited
-        }) {
+        if let Err(error) = self.change(|project| project.edit(edit)) {
             self.tell(Level::Error, error.to_string());
         }
     }
@@ -633,12 +628,11 @@ impl Engine {
                 self.tell(Level::Error, format!("Training: {problem}"));
             }
         }
-        if !self.comparing.take().is_empty()
+        if let Some(heard) = self.comparing.take().last()
             && let Some(asked) = self.comparing.answered()
             && let Some(states) = self.comparing.answer()
         {
-            let is_running = !self.comparing.is_idle();
-            self.comparison.take(asked, states, is_running);
+            self.comparison.take(asked, states, *heard == Heard::Part);
         }
         for heard in self.choice.take() {
             match heard {
@@ -655,16 +649,16 @@ impl Engine {
                 Heard::Part | Heard::Cancelled => {}
             }
         }
-        for heard in self.preview.take() {
-            let answer = match heard {
-                Heard::Problem => Err(self.preview.problem().unwrap_or_default()),
-                _ => match self.preview.answer() {
-                    Some(found) => Ok(found),
-                    None => continue,
-                },
-            };
-            if let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked()) {
-                importing.take_answer(&asked.path, answer);
+        if !self.preview.take().is_empty()
+            && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
+        {
+            // What was found before the newest change of the map would take it back.
+            let found = self.preview.answer().filter(|_| self.preview.is_current());
+            let answer = found.ok_or(self.preview.problem());
+            match answer {
+                Ok(found) => importing.take_answer(&asked.path, Ok(found)),
+                Err(Some(problem)) => importing.take_answer(&asked.path, Err(problem)),
+                Err(None) => {}
             }
         }
         self.take_tasks();
@@ -689,7 +683,7 @@ impl Engine {
         }
     }
 
-    fn finish(&mut self, done: Done) {
+    pub(super) fn finish(&mut self, done: Done) {
         match done {
             Done::Opened(files) => {
                 let has_session = files
@@ -780,7 +774,9 @@ impl Engine {
         let mut session = None;
         let mut to_import = Vec::new();
         let mut by_remembered = Vec::new();
+        let mut roles = Roles::new();
         for (path, opened) in files {
+            roles.extend(self.awaited_roles.remove_entry(&path));
             if opened.is_ok() {
                 self.preferences.remember(&path);
             }
@@ -818,7 +814,6 @@ impl Engine {
         if let Some((path, opened)) = session {
             self.take_session(Some(path), opened);
         }
-        let roles = std::mem::take(&mut self.awaited_roles);
         if !recordings.is_empty() {
             let refused = self
                 .change(|project| project.add(recordings, |recording| role_in(&roles, recording)));
@@ -849,6 +844,7 @@ impl Engine {
         self.session = path;
         // Its file must not be saved over with what was loaded before.
         self.history = History::default();
+        self.analysis.forget();
     }
 
     /// Does what takes everything away that is loaded, or asks first where something is not saved.
@@ -946,7 +942,7 @@ impl Engine {
         if self.is_comparing() {
             return;
         }
-        match self.comparison.start(&self.project) {
+        match self.comparison.to_run(&self.project) {
             Some(compare) => self.comparing.ask_again(compare),
             None => self.tell(
                 Level::Info,
@@ -1020,10 +1016,10 @@ impl Engine {
     }
 }
 
-/// Asks; an answer about other recordings goes.
+/// Asks; answers about other recordings go, those that are still to come as well.
 fn ask_look(lane: &mut Lane<LookAt>, look: LookAt) {
     let is_other = |of: &LookAt| !Arc::ptr_eq(&of.0.recordings, &look.0.recordings);
-    if lane.answered().is_some_and(is_other) {
+    if lane.asked().is_some_and(is_other) {
         lane.forget();
     }
     lane.ask(look);

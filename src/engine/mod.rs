@@ -18,6 +18,8 @@ mod recovery;
 mod saving;
 mod session;
 mod task;
+#[cfg(test)]
+mod tests;
 mod undo;
 
 pub use comparison::{Comparison, Outcome, Row};

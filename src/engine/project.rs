@@ -213,8 +213,11 @@ impl Project {
             }
             Edit::Apply(None) => self.applied = None,
             Edit::Compare(factory) => {
-                self.factory = factory;
-                self.name_factory_gauges()?;
+                let before = std::mem::replace(&mut self.factory, factory);
+                if let Err(error) = self.name_factory_gauges() {
+                    self.factory = before;
+                    return Err(error);
+                }
             }
         }
         Ok(())
@@ -308,8 +311,10 @@ impl Project {
         let before = set.entries().len();
         for recordings in files {
             for recording in recordings {
-                let mut entry = Entry::with_default_role(recording);
-                entry.role = role_of(&entry.recording).unwrap_or(entry.role);
+                let entry = match role_of(&recording) {
+                    Some(role) => Entry::new(recording, role),
+                    None => Entry::with_default_role(recording),
+                };
                 if let Err(error) = set.push(entry) {
                     refused.push(error.to_string());
                     break; // the other runs of this file have the same columns
@@ -431,4 +436,242 @@ fn every_axis_moves(entry: &Entry) -> bool {
         }
     }
     moves.into_iter().all(|moves| moves)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::{
+        FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
+    };
+
+    fn applied(calibration: Calibration) -> FromFile {
+        FromFile {
+            path: "c.json".into(),
+            calibration: Arc::new(calibration),
+        }
+    }
+
+    #[test]
+    fn roles_change_one_by_one_and_all_at_once() {
+        let mut project = with_files();
+        assert_eq!(roles(&project), [Role::Train, Role::Train, Role::Test]);
+        let before = Arc::clone(&project.recordings);
+        project.edit(Edit::Role(1, Role::Off)).unwrap();
+        let request = project.request(None);
+        assert_eq!(request.recordings.entries()[1].role, Role::Off);
+        assert_eq!(
+            before.entries()[1].role,
+            Role::Train,
+            "work goes on with what it was given"
+        );
+        project.edit(Edit::AllRoles(Role::Test)).unwrap();
+        assert_eq!(roles(&project), [Role::Test; 3]);
+    }
+
+    #[test]
+    fn a_recording_without_a_reference_is_off_whatever_was_said() {
+        let mut project = Project::default();
+        let files = vec![vec![of_file("a", &GAUGES, &[]), of_file("b", &GAUGES, &[])]];
+        let refused = project.add(files, |own| (own.name() == "a").then_some(Role::Train));
+        assert!(refused.is_empty());
+        assert_eq!(roles(&project), [Role::Off; 2]);
+    }
+
+    #[test]
+    fn removing_keeps_the_same_recording_on_screen_or_the_last_one() {
+        let mut project = with_files();
+        project.view = View::One(2);
+        project.edit(Edit::Remove(0)).unwrap();
+        assert_eq!(
+            (project.view, names(&project)),
+            (View::One(1), vec!["b", "test"])
+        );
+        project.edit(Edit::Remove(1)).unwrap();
+        let request = project.request(None);
+        assert_eq!((project.view, request.view), (View::One(0), View::One(0)));
+        project.edit(Edit::Remove(0)).unwrap();
+        assert_eq!((project.view, names(&project).len()), (View::One(0), 0));
+    }
+
+    #[test]
+    fn a_cut_can_be_changed_and_taken_back() {
+        let mut project = with_files();
+        let whole = Arc::clone(&project.recordings);
+        let samples = |project: &Project| -> Vec<usize> {
+            let entries = project.recordings.entries().iter();
+            entries.map(|entry| entry.recording.n_samples()).collect()
+        };
+        project.edit(Edit::Split(0.5)).unwrap();
+        assert_eq!(project.request(None).recordings.entries().len(), 6);
+        assert_eq!(project.view, View::One(1), "the first rest tests");
+        project.edit(Edit::Split(0.25)).unwrap();
+        assert_eq!(
+            samples(&project),
+            [10, 30, 10, 30, 10, 30],
+            "of the whole, not of the halves"
+        );
+        project.edit(Edit::Unsplit).unwrap();
+        assert!(Arc::ptr_eq(&project.recordings, &whole));
+        assert!(project.split.is_none());
+        let before = project.clone();
+        project.edit(Edit::Unsplit).unwrap();
+        assert!(project.is_same(&before));
+    }
+
+    #[test]
+    fn a_cut_that_leaves_nothing_to_test_changes_nothing() {
+        let mut project = with_files();
+        project.edit(Edit::Role(2, Role::Off)).unwrap();
+        project.edit(Edit::Split(0.5)).unwrap();
+        let before = project.clone();
+        let error = project.edit(Edit::Split(0.001)).unwrap_err();
+        assert!(error.to_string().contains("nothing to cut"), "{error}");
+        assert!(project.is_same(&before) && project.view == before.view);
+        assert_eq!(
+            project.split, before.split,
+            "the cut can still be taken back"
+        );
+    }
+
+    #[test]
+    fn other_gauges_are_refused_and_nothing_is_lost() {
+        let mut project = with_files();
+        let before = project.clone();
+        let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
+        assert!(
+            refused[0].contains("other: its gauges are G1"),
+            "{refused:?}"
+        );
+        assert_eq!(refused.len(), 1);
+        assert!(project.is_same(&before));
+    }
+
+    #[test]
+    fn a_calibration_of_other_gauges_is_refused() {
+        let mut project = with_files();
+        let mut calibration = Calibration::clone(&fitted(&project));
+        calibration.gauges[0] = "G1".to_owned();
+        let before = project.clone();
+        let error = project.edit(Edit::Apply(Some(applied(calibration))));
+        assert!(error.unwrap_err().to_string().contains("G1"));
+        assert!(project.applied.is_none() && project.is_same(&before));
+    }
+
+    #[test]
+    fn a_matrix_of_other_gauges_is_refused_and_the_one_before_stays() {
+        let mut project = with_files();
+        let own = applied(Calibration::clone(&fitted(&project)));
+        project.edit(Edit::Compare(Some(own.clone()))).unwrap();
+        let mut other = Calibration::clone(&own.calibration);
+        other.gauges.pop();
+        let error = project.edit(Edit::Compare(Some(applied(other))));
+        assert!(error.unwrap_err().to_string().contains("made for 2 gauges"));
+        assert_eq!(project.factory, Some(own));
+        project.edit(Edit::CloseAll).unwrap();
+        assert!(project.factory.is_some(), "until others are opened");
+        let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]], |_| None);
+        assert!(refused[0].contains("made for 3 gauges"), "{refused:?}");
+        assert!(project.factory.is_none());
+        assert_eq!(names(&project), ["a"]);
+    }
+
+    #[test]
+    fn a_matrix_that_knows_gauges_by_their_order_takes_the_names_of_the_loaded_ones() {
+        let mut project = with_files();
+        let mut calibration = Calibration::clone(&fitted(&project));
+        calibration.gauges = ["SG0", "SG1", "SG2"].map(str::to_owned).to_vec();
+        let factory = FromFile {
+            path: "sensor.cal".into(),
+            calibration: Arc::new(calibration),
+        };
+        project.edit(Edit::Compare(Some(factory))).unwrap();
+        assert_eq!(project.factory.unwrap().calibration.gauges, GAUGES);
+    }
+
+    #[test]
+    fn real_recordings_take_the_place_of_simulated_ones() {
+        let mut project = Project::default();
+        project.take_set(built_in()).unwrap();
+        add(&mut project, "a", &["G1", "G2"], &[Axis::Fz]);
+        let request = project.request(None);
+        assert_eq!((names(&project), request.view), (vec!["a"], View::One(0)));
+        add(&mut project, "test", &["G1", "G2"], &[Axis::Fz]);
+        assert_eq!(
+            (names(&project), project.view),
+            (vec!["a", "test"], View::One(1))
+        );
+    }
+
+    #[test]
+    fn moments_alone_are_measured_over_full_scale() {
+        let mut project = Project::default();
+        add(&mut project, "a", &["S1", "S2"], &[Axis::Mx, Axis::My]);
+        let request = project.request(None);
+        assert_eq!(request.settings.features.distance, Distance::FullScale);
+        let default = Thresholds::default_for(Distance::FullScale);
+        assert_eq!(request.settings.features.look_backs, [default]);
+    }
+
+    #[test]
+    fn full_scales_are_forgotten_with_the_axes_they_were_entered_for() {
+        let mut project = Project::default();
+        project.take_set(built_in()).unwrap();
+        project.settings.full_scale = vec![None, Some(12.0), None];
+        add(&mut project, "a", &GAUGES, &FORCES);
+        assert_eq!(project.settings.full_scale.len(), 3, "the same axes");
+        project.edit(Edit::CloseAll).unwrap();
+        add(&mut project, "b", &["S1"], &[Axis::Fz]);
+        fitted(&project);
+        assert!(project.settings.full_scale.is_empty());
+    }
+
+    #[test]
+    fn closing_leaves_nothing_of_the_recordings() {
+        let mut project = with_files();
+        let calibration = Calibration::clone(&fitted(&project));
+        project
+            .edit(Edit::Apply(Some(applied(calibration))))
+            .unwrap();
+        project.edit(Edit::CloseAll).unwrap();
+        assert!(project.recordings.entries().is_empty());
+        assert!(project.applied.is_none() && project.split.is_none());
+        assert_eq!(project.files().count(), 0);
+    }
+
+    #[test]
+    fn axes_are_hidden_and_shown_again() {
+        let mut project = with_files();
+        for _ in 0..2 {
+            project.edit(Edit::ShowAxis(Axis::Fy, false)).unwrap();
+            let shown: Vec<bool> = project
+                .axes()
+                .iter()
+                .map(|axis| project.is_shown(*axis))
+                .collect();
+            assert_eq!(shown, [true, false, true]);
+        }
+        project.edit(Edit::ShowAxis(Axis::Fy, true)).unwrap();
+        assert!(project.is_shown(Axis::Fy));
+    }
+
+    #[test]
+    fn thresholds_are_those_of_the_first_look_back_and_t_th_is_shared() {
+        let mut project = with_files();
+        let thresholds = |f_th, t_th_secs| Thresholds { f_th, t_th_secs };
+        let features = &mut project.settings.features;
+        features.look_backs = vec![thresholds(1.0, 5.0), thresholds(2.0, 5.0)];
+        project
+            .edit(Edit::Thresholds(thresholds(3.0, 7.0)))
+            .unwrap();
+        let own = &project.settings.features.look_backs;
+        assert_eq!(own[..], [thresholds(3.0, 7.0), thresholds(2.0, 7.0)]);
+        project.settings.features.look_backs.clear();
+        let default = Thresholds::default_for(Distance::default());
+        assert_eq!(project.thresholds(), default);
+        project
+            .edit(Edit::Thresholds(thresholds(3.0, 7.0)))
+            .unwrap();
+        assert_eq!(project.thresholds(), thresholds(3.0, 7.0));
+    }
 }

@@ -124,7 +124,11 @@ pub struct Lane<Q: Query> {
     inbox: Option<Receiver<Reply<Q>>>,
     asked: Option<Q>,
     newest: u64,
+    /// Answers to questions up to this one are not wanted any more.
+    forgotten: u64,
     shown: Option<Shown<Q>>,
+    /// The whole answer before, while only a part is shown.
+    before: Option<Shown<Q>>,
     problem: Option<String>,
 }
 
@@ -181,7 +185,9 @@ impl<Q: Query> Lane<Q> {
             inbox: None,
             asked: None,
             newest: 0,
+            forgotten: 0,
             shown: None,
+            before: None,
             problem: None,
         }
     }
@@ -238,6 +244,9 @@ impl<Q: Query> Lane<Q> {
     }
 
     fn hear(&mut self, reply: Reply<Q>) -> Option<Heard> {
+        if reply.number <= self.forgotten {
+            return None;
+        }
         let is_newest = reply.number == self.newest;
         let (answer, is_whole) = match reply.news {
             News::Part(answer) if is_newest => (answer, false),
@@ -249,11 +258,13 @@ impl<Q: Query> Lane<Q> {
             News::End(Err(Unanswered::Cancelled)) if is_newest => return Some(Heard::Cancelled),
             _ => return None,
         };
-        self.shown = Some(Shown {
+        let last = self.shown.replace(Shown {
             question: reply.question,
             answer,
             is_whole,
         });
+        let last = last.filter(|last| last.is_whole).or(self.before.take());
+        self.before = last.filter(|_| !is_whole);
         Some(match is_whole {
             true => Heard::Answer,
             false => Heard::Part,
@@ -276,6 +287,14 @@ impl<Q: Query> Lane<Q> {
     #[must_use]
     pub fn answered(&self) -> Option<&Q> {
         self.shown.as_ref().map(|shown| &shown.question)
+    }
+
+    /// The newest whole answer with its question.
+    #[must_use]
+    pub fn whole(&self) -> Option<(&Q, &Q::Answer)> {
+        let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
+        let whole = shown.or(self.before.as_ref())?;
+        Some((&whole.question, &whole.answer))
     }
 
     /// The answer, if it is whole; it is nowhere else then.
@@ -322,11 +341,11 @@ impl<Q: Query> Lane<Q> {
         }
     }
 
-    /// Stops, and forgets what was asked and answered.
+    /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
     pub fn forget(&mut self) {
         self.cancel();
-        self.newest += 1;
-        (self.asked, self.shown, self.problem) = (None, None, None);
+        self.forgotten = self.newest;
+        (self.asked, self.shown, self.before, self.problem) = (None, None, None, None);
     }
 }
 
@@ -489,6 +508,45 @@ mod tests {
         assert_eq!(lane.problem(), None);
         lane.ask(question(2));
         assert!(lane.is_idle(), "nobody wants it any more");
+    }
+
+    #[test]
+    fn the_last_whole_answer_stays_while_parts_of_the_next_are_shown() {
+        let (mut lane, question, started, open) = lane();
+        let whole = |lane: &Lane<Gated>| lane.whole().map(|(of, answer)| (of.number, *answer));
+        open.send(()).unwrap();
+        lane.ask(question(1));
+        wait(&mut lane);
+        lane.ask(question(2));
+        assert_eq!((lane.answer(), lane.is_current()), (Some(&1001), false));
+        started.iter().find(|number| *number == 2).unwrap();
+        lane.take();
+        assert_eq!(lane.answer(), Some(&102));
+        assert_eq!(whole(&lane), Some((1, 1001)));
+        lane.cancel();
+        open.send(()).unwrap();
+        wait(&mut lane);
+        assert_eq!(whole(&lane), Some((1, 1001)), "the other one never came");
+        open.send(()).unwrap();
+        lane.ask(question(3));
+        wait(&mut lane);
+        assert_eq!(whole(&lane), Some((3, 2003)));
+        assert_eq!(lane.take_whole(), Some(2003));
+        assert_eq!(whole(&lane), None);
+    }
+
+    #[test]
+    fn what_was_forgotten_is_not_answered_any_more() {
+        let (mut lane, question, started, open) = lane();
+        lane.ask(question(1));
+        started.recv().unwrap();
+        lane.forget();
+        lane.ask(question(2));
+        open.send(()).unwrap();
+        open.send(()).unwrap();
+        let heard = wait(&mut lane);
+        assert_eq!(heard, [Heard::Part, Heard::Answer], "of the second alone");
+        assert_eq!(lane.whole().unwrap().0.number, 2);
     }
 
     #[test]

@@ -202,7 +202,7 @@ pub struct ThresholdStudy {
     pub hysteresis: MeanHysteresis,
 }
 
-/// A study with what it was prepared for, and its map once that is complete.
+/// A study with what it was prepared for, and its map as far as it has come.
 struct Prepared {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
@@ -289,7 +289,7 @@ impl Query for StudyThresholds {
             touch: study.touch(*thresholds),
             hysteresis: study.mean_hysteresis(),
         };
-        if found.map.is_some() {
+        if found.map.as_ref().is_some_and(|map| map.is_complete()) {
             return Ok(found);
         }
         show(found.clone());
@@ -310,9 +310,12 @@ impl Query for StudyThresholds {
                 map: so_far.clone().map(Arc::new),
                 ..found.clone()
             });
-        })?;
-        prepared.map = Some(Arc::new(map));
-        found.map.clone_from(&prepared.map);
+        });
+        let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // Other thresholds begin the map again; until they have one, this one stays.
+        found.map = so_far.map(Arc::new).or(found.map);
+        prepared.map.clone_from(&found.map);
+        map?;
         Ok(found)
     }
 }
@@ -394,5 +397,45 @@ impl Query for LookAt {
         _: &(dyn Fn(Look) + Sync),
     ) -> Result<Look, Unanswered> {
         Ok(viewer.look(&self.0, progress)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::with_files;
+
+    #[test]
+    fn the_map_stays_while_other_thresholds_begin_it_again() {
+        let project = with_files();
+        let study = |thresholds| {
+            let recordings = Arc::clone(&project.recordings);
+            StudyThresholds::new(recordings, &project.settings, thresholds)
+        };
+        let thresholds = project.thresholds();
+        let mut cache = StudyCache::default();
+        let progress = Progress::default();
+        let stopped = study(thresholds).compute(&mut cache, &progress, &|found| {
+            if found.map.is_some_and(|map| map.n_rows_done() > 0) {
+                progress.cancel();
+            }
+        });
+        assert_eq!(stopped.unwrap_err(), Unanswered::Cancelled);
+        let shown = Mutex::new(Vec::new());
+        let moved = study(Thresholds {
+            f_th: 2.0 * thresholds.f_th,
+            ..thresholds
+        });
+        let found = moved.compute(&mut cache, &Progress::default(), &|found| {
+            let n_rows = found.map.map(|map| map.n_rows_done());
+            shown.lock().unwrap().push(n_rows);
+        });
+        assert!(found.unwrap().map.unwrap().is_complete());
+        let shown = shown.into_inner().unwrap();
+        assert!(shown[0].is_some_and(|n_rows| n_rows > 0), "{shown:?}");
+        let again = study(thresholds).compute(&mut cache, &Progress::default(), &|_| {
+            panic!("the map is there, and what the thresholds touch takes no time")
+        });
+        assert!(again.unwrap().map.unwrap().is_complete());
     }
 }

@@ -351,3 +351,126 @@ fn is_another(file: &SessionFile, found: &Path) -> bool {
     };
     other_length || other_content()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::{add, of_file};
+
+    fn recordings(path: &str, names: &[&str]) -> Vec<Recording> {
+        let named = |name: &&str| {
+            let own = of_file(path, &["S1"], &[Axis::Fz]);
+            let (gauges, axes) = (own.gauge_names().to_vec(), own.axes().to_vec());
+            let source = own.source().clone();
+            let (times, values, loads) = (own.times(), own.gauges(), own.loads());
+            let (times, values, loads) = (times.to_vec(), values.to_vec(), loads.to_vec());
+            Recording::new(*name, source, times, gauges, values, axes, loads).unwrap()
+        };
+        names.iter().map(named).collect()
+    }
+
+    /// The document as it comes back from a session's text, every recording found, without a word.
+    fn reopened(text: &[u8]) -> Project {
+        let session = Session::from_json(text).unwrap();
+        let parts = session.files.iter().map(|file| {
+            let names: Vec<&str> = file.roles.keys().map(String::as_str).collect();
+            let loaded = Loaded {
+                recordings: recordings(file.absolute.to_str().unwrap(), &names),
+                warnings: Vec::new(),
+            };
+            SessionPart {
+                loaded: Some(Ok(loaded)),
+                file: file.clone(),
+                changed: false,
+            }
+        });
+        let opened = OpenedSession {
+            parts: parts.collect(),
+            calibration: None,
+            session,
+        };
+        let (project, notices) = opened.into_project();
+        assert!(notices.is_empty(), "{notices:?}");
+        project
+    }
+
+    #[test]
+    fn roles_settings_cut_view_and_notes_come_back() {
+        let mut project = Project::default();
+        for (path, names) in [
+            ("/data/a.csv", &["a.1", "a.2"][..]),
+            ("/data/b.csv", &["b"]),
+        ] {
+            let refused = project.add(vec![recordings(path, names)], |_| None);
+            assert!(refused.is_empty());
+        }
+        let mut settings = project.settings.clone();
+        settings.features.look_backs[0].f_th = 0.125;
+        settings.full_scale = vec![Some(7.0)];
+        for edit in [
+            Edit::Role(1, Role::Off),
+            Edit::Settings(settings),
+            Edit::Split(0.25),
+            Edit::Notes("oiled".to_owned()),
+        ] {
+            project.edit(edit).unwrap();
+        }
+        project.view = View::One(3);
+        let text = Session::of(&project, None).to_json(Path::new("/data"));
+        assert!(String::from_utf8_lossy(&text).contains(r#""path": "a.csv""#));
+        let back = reopened(&text);
+        assert_eq!(Session::of(&back, None), Session::of(&project, None));
+        assert_eq!(back.recordings, project.recordings);
+        assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
+    }
+
+    #[test]
+    fn a_part_that_is_gone_or_cannot_be_read_is_told_and_the_rest_comes_back() {
+        let mut project = Project::default();
+        for path in ["/data/a.csv", "/data/b.csv", "/data/c.csv"] {
+            add(&mut project, path, &["S1"], &[Axis::Fz]);
+        }
+        let session = Session::of(&project, None);
+        let found = [
+            None,
+            Some(Err("/data/b.csv: torn".to_owned())),
+            Some(Ok(Loaded {
+                recordings: recordings("/data/c.csv", &["/data/c.csv"]),
+                warnings: Vec::new(),
+            })),
+        ];
+        let parts = session
+            .files
+            .iter()
+            .zip(found)
+            .map(|(file, loaded)| SessionPart {
+                file: file.clone(),
+                loaded,
+                changed: false,
+            });
+        let opened = OpenedSession {
+            parts: parts.collect(),
+            calibration: None,
+            session: session.clone(),
+        };
+        let (back, notices) = opened.into_project();
+        assert_eq!(back.lost, session.files[..1]);
+        let torn = Notice::new(Level::Error, "/data/b.csv: torn");
+        assert_eq!(notices, [torn]);
+        assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);
+    }
+
+    #[test]
+    fn older_sessions_load_and_newer_ones_say_so() {
+        let old = br#"{"format": "loopscope session", "version": 1, "files": [{"path": "a.csv"}]}"#;
+        assert!(Session::is_one(old));
+        let session = Session::from_json(old).unwrap();
+        assert_eq!(session.settings, FitSettings::default());
+        assert_eq!(session.files[0].path, Path::new("a.csv"));
+        let newer = br#"{"format": "loopscope session", "version": 2}"#;
+        let error = Session::from_json(newer).unwrap_err();
+        assert!(error.to_string().contains("version 2"), "{error}");
+        assert!(Session::from_json(b"[1").is_err());
+        assert!(!Session::is_one(br#"{"format": "loopscope calibration"}"#));
+    }
+}
