@@ -49,7 +49,7 @@ pub struct Cli {
     /// The job; without one the window opens.
     #[command(subcommand)]
     pub job: Option<Job>,
-    /// Recordings (delimited text) or a calibration (JSON) to open in the window.
+    /// Recordings or a calibration (JSON) to open in the window; `inspect --help` lists the formats of recordings.
     pub files: Vec<PathBuf>,
 }
 

@@ -410,7 +410,8 @@ mod tests {
         let project = with_files();
         let study = |thresholds| {
             let recordings = Arc::clone(&project.recordings);
-            StudyThresholds::new(recordings, &project.settings, thresholds)
+            let datasets = Datasets::default();
+            StudyThresholds::new(recordings, &project.settings, thresholds, &datasets)
         };
         let thresholds = project.thresholds();
         let mut cache = StudyCache::default();

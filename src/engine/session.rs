@@ -377,6 +377,7 @@ mod tests {
             let loaded = Loaded {
                 recordings: recordings(file.absolute.to_str().unwrap(), &names),
                 warnings: Vec::new(),
+                map: None,
             };
             SessionPart {
                 loaded: Some(Ok(loaded)),
@@ -437,6 +438,7 @@ mod tests {
             Some(Ok(Loaded {
                 recordings: recordings("/data/c.csv", &["/data/c.csv"]),
                 warnings: Vec::new(),
+                map: None,
             })),
         ];
         let parts = session

@@ -149,6 +149,7 @@ fn read(recording: Recording) -> OpenedFile {
     let loaded = Loaded {
         recordings: vec![recording],
         warnings: Vec::new(),
+        map: None,
     };
     (path, Ok(Opened::Recordings(loaded, None)))
 }
@@ -400,14 +401,12 @@ fn warnings_of_a_file_become_notices() {
         first_line: 3,
         last_line: 3,
         count: 1,
-        finding: Finding::EmptyCell {
-            column: 2,
-            name: "S1".to_owned(),
-        },
+        finding: Finding::NotARotation,
     };
     let loaded = Loaded {
         recordings: vec![of_file("a", &["S1"], &[Axis::Fz])],
         warnings: vec![warning],
+        map: None,
     };
     let opened = Ok(Opened::Recordings(loaded, None));
     finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
@@ -544,7 +543,12 @@ fn figures_of_before_stay_while_the_next_are_made() {
 fn a_threshold_study_of_other_recordings_goes() {
     let study_of = |project: &Project| {
         let recordings = Arc::clone(&project.recordings);
-        StudyThresholds::new(recordings, &project.settings, project.thresholds())
+        StudyThresholds::new(
+            recordings,
+            &project.settings,
+            project.thresholds(),
+            &crate::analysis::Datasets::default(),
+        )
     };
     let mut engine = engine_with_files();
     engine.ask_study();
@@ -1149,6 +1153,7 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
         loaded: Some(Ok(Loaded {
             recordings: vec![recording],
             warnings: Vec::new(),
+            map: None,
         })),
         changed: true,
     };

@@ -122,3 +122,28 @@ fn unpacked_limit(packed_bytes: u64) -> u64 {
         .saturating_mul(UNPACKED_RATIO)
         .max(UNPACKED_BYTES)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_format_has_endings_and_starts_of_its_own() {
+        let mut all: Vec<&str> = endings().collect();
+        let n = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), n);
+        for format in &FORMATS {
+            assert!(
+                format
+                    .endings
+                    .iter()
+                    .all(|ending| listed().contains(ending))
+            );
+            for start in format.signatures {
+                assert_eq!(Format::of(start).map(|found| found.name), Some(format.name));
+            }
+        }
+    }
+}

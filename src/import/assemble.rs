@@ -66,6 +66,9 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
             *time /= per_second;
         }
     }
+    if plan.is_time_of_day() {
+        count_days(&mut rows.times);
+    }
     // Less than one a second makes times longer, at the very end too long.
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
@@ -80,6 +83,20 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
         rows.findings.note(rows.line_of(row), finding);
         let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
         rows.retain(|row| is_finite[row]);
+    }
+}
+
+/// A clock that tells no day starts anew at midnight; its times become those since the first midnight.
+fn count_days(times: &mut [f64]) {
+    const DAY_SECS: f64 = 86_400.0;
+    let mut midnight = 0.0;
+    let mut before = f64::NEG_INFINITY;
+    for time in times {
+        if *time + midnight < before - 0.5 * DAY_SECS {
+            midnight += DAY_SECS;
+        }
+        *time += midnight;
+        before = *time;
     }
 }
 
@@ -251,6 +268,25 @@ mod tests {
         let (recordings, findings) = load("S1,time_s\n1,0\n2,3\n4,6\n");
         assert_eq!(recordings[0].times(), [0.0, 3.0, 6.0]);
         assert_eq!(findings, []);
+    }
+
+    /// The same three samples with the day and without: without, the day is counted from the first.
+    #[test]
+    fn a_time_of_day_goes_on_past_midnight() {
+        let rows = ["23:59:59.5,1", "0:00:00,2", "00:00:00.5,4"];
+        let (recordings, findings) = load(&format!("time,S1\n{}\n", rows.join("\n")));
+        assert_eq!(recordings.len(), 1);
+        assert_eq!(recordings[0].times(), [86_399.5, 86_400.0, 86_400.5]);
+        assert_eq!(findings, []);
+        let days = ["2025-03-04", "2025-03-05", "2025-03-05"];
+        let dated: Vec<String> = days
+            .iter()
+            .zip(rows)
+            .map(|(d, row)| format!("{d},{row}"))
+            .collect();
+        let (recordings, _) = load(&format!("date,time,S1\n{}\n", dated.join("\n")));
+        let times = recordings[0].times();
+        assert_eq!([times[1] - times[0], times[2] - times[1]], [0.5, 0.5]);
     }
 
     #[test]

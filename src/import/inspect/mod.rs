@@ -7,6 +7,7 @@ mod by_values;
 mod columns;
 mod question;
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -79,6 +80,20 @@ pub struct TableReport {
     pub columns: Vec<ColumnReport>,
     /// The cells of its first rows.
     pub preview: Vec<Vec<String>>,
+}
+
+/// How long the file is, what it is, and how many rows it has.
+impl fmt::Display for TableReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (n_bytes, n_rows) = (self.file_bytes, self.about_rows);
+        match self.kind {
+            Some(kind) => write!(f, "{n_bytes} bytes, a {kind}, {n_rows} rows"),
+            None => {
+                let encoding = self.encoding.name();
+                write!(f, "{n_bytes} bytes of {encoding} text, about {n_rows} rows")
+            }
+        }
+    }
 }
 
 /// What reading a file, or the start of a large one, gives.

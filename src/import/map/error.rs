@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use super::{ColumnKey, ColumnRole};
+use super::{Attitude, ColumnKey, ColumnRole};
 
 /// Why a column map is of no use, whatever the recording.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +27,8 @@ pub enum MapError {
     #[error("a column cannot be \"{name}\"; known: {known}")]
     UnknownRole { name: String, known: String },
     #[error(
-        "the pose has a position, but not how the sensor is turned; add pose_qw to pose_qz, pose_roll to pose_yaw, pose_rx to pose_rz, or pose_r11 to pose_r33"
+        "the pose has a position, but not how the sensor is turned; add {}",
+        Attitude::listed()
     )]
     NoAttitude,
     #[error("the pose has no column \"{missing}\"; list all of its parts")]

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use super::{ColumnKey, ColumnRule, TableMap};
+use super::{ColumnKey, ColumnRole, ColumnRule, TableMap};
 use crate::formats::text::Head;
 
 /// What the columns of a file are called; without a header it knows no name.
@@ -110,10 +110,32 @@ impl<'a> Header<'a> {
     }
 }
 
+impl TableMap {
+    /// The rule of column `index`, from 0 on; without one it is ignored.
+    #[must_use]
+    pub fn rule(&self, header: &Header<'_>, index: usize) -> ColumnRule {
+        let is_it = |rule: &&ColumnRule| header.index(&rule.column) == Ok(index);
+        let rule = self.columns.iter().find(is_it).cloned();
+        rule.unwrap_or_else(|| ColumnRule::new(header.key(index), ColumnRole::Ignore))
+    }
+
+    /// Makes this the only rule of column `index`, in its place or in the order of the columns.
+    pub fn set_rule(&mut self, header: &Header<'_>, index: usize, rule: ColumnRule) {
+        let is_it = |rule: &ColumnRule| header.index(&rule.column) == Ok(index);
+        let is_after = |rule: &ColumnRule| header.index(&rule.column).is_ok_and(|at| at > index);
+        let rules = &mut self.columns;
+        let at = rules.iter().position(is_it);
+        rules.retain(|rule| !is_it(rule));
+        if rule.is != ColumnRole::Ignore {
+            let at = at.or_else(|| rules.iter().position(is_after));
+            rules.insert(at.unwrap_or(rules.len()), rule);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::map::ColumnRole;
 
     #[test]
     fn a_key_is_one_column_or_an_error_that_says_why() {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use strum::VariantArray as _;
 
 use super::MapError;
 use crate::recording::Axis;
@@ -32,7 +33,8 @@ pub enum ColumnRole {
 }
 
 /// One number of a pose: of the sensor's position in the world, or of how it is turned (sensor to world).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(prefix = "pose_", serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the names are the documentation")]
 pub enum PosePart {
     X,
@@ -65,35 +67,6 @@ impl PosePart {
     /// The position, which is only needed for the acceleration.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// As in the file of a map.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::X => "pose_x",
-            Self::Y => "pose_y",
-            Self::Z => "pose_z",
-            Self::Qw => "pose_qw",
-            Self::Qx => "pose_qx",
-            Self::Qy => "pose_qy",
-            Self::Qz => "pose_qz",
-            Self::Roll => "pose_roll",
-            Self::Pitch => "pose_pitch",
-            Self::Yaw => "pose_yaw",
-            Self::Rx => "pose_rx",
-            Self::Ry => "pose_ry",
-            Self::Rz => "pose_rz",
-            Self::R11 => "pose_r11",
-            Self::R12 => "pose_r12",
-            Self::R13 => "pose_r13",
-            Self::R21 => "pose_r21",
-            Self::R22 => "pose_r22",
-            Self::R23 => "pose_r23",
-            Self::R31 => "pose_r31",
-            Self::R32 => "pose_r32",
-            Self::R33 => "pose_r33",
-        }
-    }
-
     /// Whether this is an angle or a length along an axis of one.
     #[must_use]
     pub const fn is_angle(self) -> bool {
@@ -106,47 +79,26 @@ impl PosePart {
 
 impl ColumnRole {
     /// Everything that a column can be.
-    pub const ALL: [Self; 35] = [
-        Self::Ignore,
-        Self::Time,
-        Self::TimeReference,
-        Self::Date,
-        Self::Gauge,
-        Self::Load(Axis::Fx),
-        Self::Load(Axis::Fy),
-        Self::Load(Axis::Fz),
-        Self::Load(Axis::Mx),
-        Self::Load(Axis::My),
-        Self::Load(Axis::Mz),
-        Self::Status,
-        Self::Pose(PosePart::X),
-        Self::Pose(PosePart::Y),
-        Self::Pose(PosePart::Z),
-        Self::Pose(PosePart::Qw),
-        Self::Pose(PosePart::Qx),
-        Self::Pose(PosePart::Qy),
-        Self::Pose(PosePart::Qz),
-        Self::Pose(PosePart::Roll),
-        Self::Pose(PosePart::Pitch),
-        Self::Pose(PosePart::Yaw),
-        Self::Pose(PosePart::Rx),
-        Self::Pose(PosePart::Ry),
-        Self::Pose(PosePart::Rz),
-        Self::Pose(PosePart::R11),
-        Self::Pose(PosePart::R12),
-        Self::Pose(PosePart::R13),
-        Self::Pose(PosePart::R21),
-        Self::Pose(PosePart::R22),
-        Self::Pose(PosePart::R23),
-        Self::Pose(PosePart::R31),
-        Self::Pose(PosePart::R32),
-        Self::Pose(PosePart::R33),
-        Self::Mount,
-    ];
+    pub fn all() -> impl Iterator<Item = Self> {
+        let first = [
+            Self::Ignore,
+            Self::Time,
+            Self::TimeReference,
+            Self::Date,
+            Self::Gauge,
+        ];
+        let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
+        first
+            .into_iter()
+            .chain(Axis::ALL.map(Self::Load))
+            .chain([Self::Status])
+            .chain(poses)
+            .chain([Self::Mount])
+    }
 
     /// As in the file of a map.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Ignore => "ignore",
             Self::Time => "time",
@@ -155,7 +107,7 @@ impl ColumnRole {
             Self::Gauge => "gauge",
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",
-            Self::Pose(part) => part.name(),
+            Self::Pose(part) => part.into(),
             Self::Mount => "mount",
         }
     }
@@ -177,10 +129,11 @@ impl TryFrom<String> for ColumnRole {
     type Error = MapError;
 
     fn try_from(name: String) -> Result<Self, MapError> {
-        if let Some(role) = Self::ALL.into_iter().find(|role| role.name() == name) {
+        if let Some(role) = Self::all().find(|role| role.name() == name) {
             return Ok(role);
         }
-        let known = Self::ALL.map(Self::name).join(", ");
+        let known: Vec<&str> = Self::all().map(Self::name).collect();
+        let known = known.join(", ");
         Err(MapError::UnknownRole { name, known })
     }
 }
@@ -191,7 +144,7 @@ mod tests {
 
     #[test]
     fn every_role_is_read_by_its_own_name() {
-        for role in ColumnRole::ALL {
+        for role in ColumnRole::all() {
             assert_eq!(ColumnRole::try_from(role.name().to_owned()).unwrap(), role);
         }
         let error = |name: &str| ColumnRole::try_from(name.to_owned()).unwrap_err();

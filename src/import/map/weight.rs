@@ -113,6 +113,18 @@ impl Attitude {
         }
     }
 
+    /// The columns of each, for messages.
+    #[must_use]
+    pub fn listed() -> String {
+        let of_attitude = |attitude: Self| {
+            let parts = attitude.parts();
+            let [first, last] = [parts[0], parts[parts.len() - 1]].map(ColumnRole::Pose);
+            format!("{first} to {last}")
+        };
+        let [first @ .., last] = Self::ALL.map(of_attitude);
+        format!("{} or {last}", first.join(", "))
+    }
+
     /// The one whose columns a table has; `None` if it has no pose.
     ///
     /// # Errors

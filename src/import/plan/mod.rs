@@ -159,6 +159,13 @@ impl PosePlan {
 }
 
 impl Plan {
+    /// Whether times say when in a day, but not on which.
+    pub(super) fn is_time_of_day(&self) -> bool {
+        let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
+        let is_clock = |usage: &Use| *usage == Use::TimeText(TimeForm::TimeOfDay);
+        self.uses.iter().any(is_clock) && !self.uses.iter().any(is_date)
+    }
+
     /// How many numbers of a pose are kept of each row.
     pub(super) fn pose_width(&self) -> usize {
         self.pose.as_ref().map_or(0, |pose| pose.width)
