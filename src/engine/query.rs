@@ -462,12 +462,16 @@ mod tests {
         (Lane::new(&silent), question, started, open)
     }
 
-    fn wait(lane: &mut Lane<Gated>) -> Vec<Heard> {
+    fn settle(lane: &Lane<Gated>) {
         let deadline = Instant::now() + Duration::from_secs(20);
         while !lane.is_idle() {
             assert!(Instant::now() < deadline, "an answer");
             thread::sleep(Duration::from_millis(1));
         }
+    }
+
+    fn wait(lane: &mut Lane<Gated>) -> Vec<Heard> {
+        settle(lane);
         lane.take()
     }
 
@@ -533,16 +537,17 @@ mod tests {
 
     #[test]
     fn what_was_forgotten_is_not_answered_any_more() {
-        let (mut lane, question, started, open) = lane();
+        let (mut lane, question, _started, open) = lane();
+        open.send(()).unwrap();
         lane.ask(question(1));
-        started.recv().unwrap();
+        settle(&lane);
         lane.forget();
+        assert_eq!(lane.take(), [], "it had ended, but nobody had looked");
+        assert_eq!(lane.answer(), None);
+        open.send(()).unwrap();
         lane.ask(question(2));
-        open.send(()).unwrap();
-        open.send(()).unwrap();
-        let heard = wait(&mut lane);
-        assert_eq!(heard, [Heard::Part, Heard::Answer], "of the second alone");
-        assert_eq!(lane.whole().unwrap().0.number, 2);
+        assert_eq!(wait(&mut lane), [Heard::Part, Heard::Answer]);
+        assert_eq!(lane.answered().unwrap().number, 2);
     }
 
     #[test]
