@@ -2,7 +2,8 @@
 
 use super::code::input_by_input;
 use super::facts::Fact;
-use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
+use super::fields::{Value, fields};
+use crate::calibration::{Calibration, Kernel, Learned, Network};
 use crate::formats::{Array, Entry};
 
 /// Everything that a fit leaves behind but the kernel's band.
@@ -13,55 +14,31 @@ pub(super) fn arrays(
     facts: &[Fact],
     units: impl Iterator<Item = String>,
 ) -> Vec<Entry> {
-    let features = &calibration.features;
-    let scale = &calibration.gauge_scale;
     let about = facts.iter().map(|(name, text)| format!("{name}: {text}"));
-    let symbols = calibration.axes.iter().map(|axis| axis.symbol().to_owned());
-    let look_backs = features.look_backs.iter();
-    let quality = &calibration.quality;
-    let mut arrays = vec![
-        texts("about", about),
-        texts("gauges", calibration.gauges.iter().cloned()),
-        texts("axes", symbols),
-        texts("units", units),
-        vector("full_scale", &calibration.full_scale),
-        vector("offset", &[f64::from(u8::from(calibration.offset))]),
-        vector("distance_weights", &calibration.distance_weights()),
-        vector(
-            "f_th",
-            &look_backs.clone().map(|l| l.f_th).collect::<Vec<_>>(),
-        ),
-        vector(
-            "t_th_secs",
-            &look_backs.map(|l| l.t_th_secs).collect::<Vec<_>>(),
-        ),
-        vector("fixed_lags_secs", &features.fixed_lags_secs),
-        vector("creep_secs", &features.creep_secs),
-        vector("play_radii", &features.play_radii),
-        vector("polynomial", &[f64::from(features.polynomial)]),
-        vector("gauge_shift", &scale.shift),
-        vector("gauge_inverse_scale", &scale.inverse_scale),
-        vector("gauge_deviation", &scale.deviation),
-        texts("trained_on", calibration.trained_on.iter().cloned()),
-    ];
-    for (name, rmse) in [
-        ("conventional_test_rmse", &quality.conventional.test_rmse),
-        ("conventional_left_out_rmse", &quality.conventional.cv_rmse),
-        ("compensated_test_rmse", &quality.compensated.test_rmse),
-        ("compensated_left_out_rmse", &quality.compensated.cv_rmse),
-    ] {
-        arrays.extend(rmse.as_ref().map(|rmse| vector(name, rmse)));
+    let mut arrays = vec![texts("about", about)];
+    let mut units = Some(units);
+    for field in fields(calibration) {
+        let name = match (field.group, field.name) {
+            ("" | "blocks", name) => name.to_owned(),
+            ("gauge_scale", name) => format!("gauge_{name}"),
+            (map, "matrix") => map.to_owned(),
+            (map, name) => format!("{map}_{name}"),
+        };
+        match field.value {
+            Value::Texts(_) if name == "units" => {
+                arrays.extend(units.take().map(|units| texts(&name, units)));
+            }
+            Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(u8::from(flag))])),
+            Value::Count(count) => arrays.push(vector(&name, &[f64::from(count)])),
+            Value::Text(text) => arrays.push(texts(&name, std::iter::once(text))),
+            Value::Texts(all) => arrays.push(texts(&name, all.into_iter())),
+            Value::Numbers(values) => arrays.push(vector(&name, &values)),
+            Value::Matrix(rows) => arrays.push(matrix(&name, &rows)),
+            Value::Table(columns) => {
+                arrays.extend(columns.iter().map(|(name, values)| vector(name, values)));
+            }
+        }
     }
-    let map = |name: &str, map: &LinearMap| {
-        let features = map.names(&calibration.gauges).into_iter();
-        [
-            matrix(name, &map.matrix),
-            texts(&format!("{name}_features"), features),
-        ]
-    };
-    arrays.extend(map("conventional", &calibration.conventional));
-    let compensated = calibration.compensated.iter();
-    arrays.extend(compensated.flat_map(|own| map("compensated", own)));
     match &calibration.learned {
         Some(Learned::Network(network)) => arrays.extend(of_network(network)),
         Some(Learned::Kernel(kernel)) => arrays.extend(of_kernel(kernel)),

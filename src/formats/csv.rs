@@ -69,10 +69,7 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
     let axes = recording.axes();
     let header = std::iter::once("t [s]".to_owned())
         .chain(recording.gauge_names().iter().cloned())
-        .chain(
-            axes.iter()
-                .map(|axis| format!("{} [{}]", axis.symbol(), axis.unit())),
-        );
+        .chain(axes.iter().map(|axis| axis.label()));
     table.row(header)?;
     let mut digits = String::new();
     for (k, time) in recording.times().iter().enumerate() {

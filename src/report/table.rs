@@ -307,13 +307,17 @@ impl Table {
         records
     }
 
-    /// Tab-separated, for the clipboard.
+    /// Tab-separated, for the clipboard; what would end a cell or a line in one is a blank.
     #[must_use]
     pub fn tab_separated(&self) -> String {
         let lines: Vec<String> = self
             .records()
             .iter()
-            .map(|record| record.join("\t"))
+            .map(|record| {
+                let cells = record.iter();
+                let cells = cells.map(|cell| cell.replace(['\t', '\n', '\r'], " "));
+                cells.collect::<Vec<_>>().join("\t")
+            })
             .collect();
         lines.join("\n")
     }

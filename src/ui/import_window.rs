@@ -10,9 +10,10 @@ mod weight;
 
 use egui::RichText;
 
-use crate::app::{AppState, Command, ImportCommand, Importing};
+use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats;
 use crate::import::inspect::{Inspection, TableReport};
+use crate::ui::command::Command;
 
 /// What stands in the window's text fields.
 #[derive(Debug)]
@@ -34,11 +35,11 @@ impl Default for ImportFields {
 /// Draws the window while a file is being imported.
 pub fn import_window(
     context: &egui::Context,
-    state: &AppState,
+    engine: &Engine,
     fields: &mut ImportFields,
     out: &mut Vec<Command>,
 ) {
-    let Some(importing) = &state.importing else {
+    let Some(importing) = &engine.importing else {
         return;
     };
     // Whatever is open within the window, or is being typed, ends first.
@@ -77,7 +78,7 @@ pub fn import_window(
             egui::CentralPanel::no_frame().show(ui, |ui| {
                 egui::ScrollArea::vertical()
                     .auto_shrink([false, false])
-                    .show(ui, |ui| body(ui, state, importing, inspection, out));
+                    .show(ui, |ui| body(ui, engine, importing, inspection, out));
             });
         });
     fields.is_typing = context.text_edit_focused();
@@ -87,12 +88,12 @@ pub fn import_window(
 }
 
 fn send(out: &mut Vec<Command>, command: ImportCommand) {
-    out.push(Command::Import(command));
+    out.push(command.into());
 }
 
 fn body(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     importing: &Importing,
     inspection: &Inspection,
     out: &mut Vec<Command>,
@@ -108,7 +109,7 @@ fn body(
         ));
     }
     questions(ui, importing, inspection, out);
-    remembered(ui, state, importing, out);
+    remembered(ui, engine, importing, out);
     ui.separator();
     let mut text = importing.map.table.text.clone();
     settings::layout(ui, &mut text);
@@ -156,9 +157,9 @@ fn questions(
 }
 
 /// Maps of before that are for files of this shape.
-fn remembered(ui: &mut egui::Ui, state: &AppState, importing: &Importing, out: &mut Vec<Command>) {
+fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &mut Vec<Command>) {
     let shape = &importing.map.table.shape;
-    let maps = state.preferences.maps.iter().enumerate();
+    let maps = engine.preferences.maps.iter().enumerate();
     let fitting: Vec<usize> = maps
         .filter(|(_, map)| map.table.shape == *shape && **map != importing.map)
         .map(|(at, _)| at)

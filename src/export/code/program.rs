@@ -3,6 +3,8 @@
 //! Guarantees: exact but for rounding. Gauges count from a centre near their mean that single precision holds exactly, and
 //! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
 
+use serde::Serialize;
+
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
 use crate::features::{Column, Design};
 
@@ -10,7 +12,7 @@ use crate::features::{Column, Design};
 ///
 /// A *row* is: gauges less centre; for each look-back, lag, low-pass and play operator one set of gauges less the present
 /// gauges; monomials. The load is `linear` of the row plus what was `learned`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
     /// On gauges less centre.
@@ -20,7 +22,8 @@ pub(in crate::export) struct Program {
     /// The axes that the look-back measures, with what their load is multiplied by.
     pub measured: Vec<(usize, f64)>,
     pub lags_secs: Vec<f64>,
-    window_secs: f64,
+    /// How long the past is kept (s); zero where no block needs it.
+    pub window_secs: f64,
     pub taus_secs: Vec<f64>,
     /// In the unit of each gauge, one set per operator.
     pub radii: Vec<Vec<f64>>,
@@ -34,14 +37,14 @@ pub(in crate::export) struct Program {
 }
 
 /// `load = matrix · row + base`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Affine {
     pub matrix: Vec<Vec<f64>>,
     pub base: Vec<f64>,
 }
 
 /// What is added to the linear part; its inputs are `row · factor + constant`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct LearnedProgram {
     pub inputs: Vec<(f64, f64)>,
     pub regression: Learned,
@@ -96,11 +99,6 @@ impl Program {
                 regression: regression.clone(),
             });
         program
-    }
-
-    /// How long the past is kept (s); zero where no block needs it.
-    pub fn window_secs(&self) -> f64 {
-        self.window_secs
     }
 
     /// Whether samples are kept.

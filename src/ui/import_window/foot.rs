@@ -3,8 +3,9 @@
 use egui::{RichText, TextEdit};
 
 use super::{ImportFields, send};
-use crate::app::{Command, ImportCommand, Importing};
+use crate::engine::{ImportCommand, Importing};
 use crate::import::inspect::Inspection;
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 
 pub(super) fn foot(

@@ -4,8 +4,9 @@ use egui::TextEdit;
 
 use super::send;
 use super::settings::number;
-use crate::app::{Command, ImportCommand};
+use crate::engine::ImportCommand;
 use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
+use crate::ui::command::Command;
 
 pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
     let mut used = map.weight.is_some();
@@ -61,7 +62,7 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
         );
         if estimate.clicked() {
-            send(out, ImportCommand::EstimateWeight);
+            send(out, ImportCommand::FindWeight);
         }
         let add = ui.button("Add a mount");
         let add = add.on_hover_text(
