@@ -6,7 +6,7 @@
 //! | room | what |
 //! |---|---|
 //! | [`map`] | what the columns of a table are |
-//! | `names` | names to a [`ColumnMap`] |
+//! | `names` | names to a [`map::ColumnMap`] |
 //! | `plan` | a map, brought to one file |
 //! | `rows` | the cells of rows to numbers, each where it belongs |
 //! | [`pose`], `weigh`, `estimate` | poses to loads; loads to a weight |

@@ -6,9 +6,9 @@
 //! |---|---|
 //! | `file` | a text that is looked at and read, many blocks at a time |
 //! | `encoding`, `blocks` | a file as text, in blocks of whole lines |
-//! | `cells`, [`times`] | cells, numbers, dates |
+//! | `cells`, `times` | cells, numbers, dates |
 //! | `written`, `layout` | how a table is written, and where it stands |
-//! | [`ati`] | the lines that ATI's program writes above its rows |
+//! | `ati` | the lines that ATI's program writes above its rows |
 
 pub(crate) mod ati;
 mod blocks;
