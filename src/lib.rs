@@ -7,7 +7,7 @@
 //! | [`recording`] | what was measured: recordings and their roles, any logger's text by column maps, two clocks, the simulated sensor | [`recording::Recording`] |
 //! | [`features`] | what a sample is described by: look-back (Eq. 9-12) and the other blocks | [`features::Design`] |
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
-//! | [`evaluation`] | how good it is: errors, leave-one-recording-out, threshold study, loops, rests, the certificate's figures | [`evaluation::cross_validation`] |
+//! | [`evaluation`] | how good it is: errors, cross-validation by recording, threshold study, loops, rests, the certificate's figures | [`evaluation::cross_validation`] |
 //! | [`report`] | what is shown, as plain data: tables and figures, described once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
 //! | [`export`] | what leaves the program, whole or not at all: calibrations in many formats, one file each, code that runs them, tables, pictures | [`export::write_calibration`] |
 //! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |

@@ -175,7 +175,7 @@ pub enum Effect {
     StopComparing,
     /// Make the map of thresholds, and say what the present ones touch; the newest wish wins.
     Study(StudyRequest),
-    /// Choose a block's numbers by leave-one-out.
+    /// Choose a block's numbers by cross-validation.
     ChooseBlock {
         /// Which.
         block: HistoryBlock,

@@ -71,7 +71,7 @@ impl Pane {
             Self::Compare => "Every regressor without and with the past",
             Self::Loops => "Hysteresis loops, cross-plots, and drift at rest",
             Self::Metrology => "The figures of a certificate, Conv. beside Comp.",
-            Self::Errors => "RMSE per axis: on train, on test, and by leave-one-recording-out",
+            Self::Errors => "RMSE per axis: on train, on test, and by cross-validation",
             Self::Calibration => "The matrices with their features named, and their export",
             Self::Notes => "Free text that is saved with the session",
         }

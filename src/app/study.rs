@@ -22,7 +22,7 @@ pub enum StudyCommand {
     TakeSuggestion,
     /// Set F_th to the mean hysteresis.
     TakeHysteresis,
-    /// Choose a block's numbers by leave-one-out.
+    /// Choose a block's numbers by cross-validation.
     Choose(HistoryBlock),
     /// They are chosen.
     Chosen(Result<BlockSuggestion, String>),

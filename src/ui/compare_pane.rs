@@ -68,7 +68,7 @@ pub fn compare_pane(
                 .on_hover_text("Where the table is written");
             let path = fields.comparison.trim();
             let save = ui.button("Save");
-            let save = save.on_hover_text("Every row that has a result, with train, test and LOO-CV");
+            let save = save.on_hover_text("Every row that has a result, with train, test and cross-validation");
             if save.clicked() && !path.is_empty() {
                 send(ComparisonCommand::Save(path.into()), out);
             }

@@ -1,4 +1,4 @@
-//! The table of errors: Conv. and Comp. per axis, on train, on test, and by leave-one-recording-out.
+//! The table of errors: Conv. and Comp. per axis, on train, on test, and by cross-validation.
 
 use crate::analysis::Analysis;
 use crate::app::AppState;
@@ -36,7 +36,7 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
                 .on_hover_text(undetermined.to_string());
         }
         if let Some(reason) = analysis.calibration.why_not_left_out() {
-            ui.weak(format!("no LOO-CV: {reason}"));
+            ui.weak(format!("no cross-validation: {reason}"));
         }
     });
     let Some(analysis) = &state.analysis else {

@@ -110,8 +110,8 @@ const WORDS: [(&str, &str); 12] = [
     ),
     ("RMSE", "root of the mean squared error against Calc."),
     (
-        "LOO-CV",
-        "leave-one-recording-out: each training recording scored by a fit to the others",
+        "Cross-validation",
+        "by recording: each training recording scored by a fit to the others",
     ),
     (
         "Play",

@@ -175,7 +175,7 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
     settle(&mut window);
     for (page, part) in [
         ("Mouse", "zooms at the pointer"),
-        ("Words", "leave-one-recording-out"),
+        ("Words", "by recording: each training recording"),
         ("Equations", "Eq. 12"),
         ("Keys", "Undo"),
     ] {
