@@ -28,10 +28,11 @@ use crate::export::{
     ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets, name_gauges,
     names_gauges, read_calibration, target_endings, target_for, write_atomically, write_loads_csv,
 };
+use crate::formats::FileError;
+use crate::formats::csv::write_csv;
+use crate::import::map::{ColumnMap, MapFileError};
+use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, MapFileError};
-use crate::recording::delimited::{self, LoadWarning, ReadError};
-use crate::recording::write_csv::write_csv;
 use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
 use crate::shown::{self, printable};
 
@@ -48,7 +49,7 @@ pub struct Cli {
     /// The job; without one the window opens.
     #[command(subcommand)]
     pub job: Option<Job>,
-    /// Recordings (delimited text) or a calibration (JSON) to open in the window.
+    /// Recordings or a calibration (JSON) to open in the window; `inspect --help` lists the formats of recordings.
     pub files: Vec<PathBuf>,
 }
 
@@ -278,7 +279,12 @@ impl JobError {
     fn is_usage(&self) -> bool {
         matches!(
             self,
-            Self::NamedTwice { .. } | Self::Swapped { .. } | Self::Read(ReadError::Folder { .. })
+            Self::NamedTwice { .. }
+                | Self::Swapped { .. }
+                | Self::Read(ReadError::File {
+                    source: FileError::Folder { .. },
+                    ..
+                })
         )
     }
 }
@@ -409,10 +415,7 @@ fn read_hearing(
     files
         .iter()
         .map(|path| {
-            let loaded = match &map {
-                Some(map) => delimited::read_mapped(path, map, &progress)?,
-                None => delimited::read(path, &progress)?,
-            };
+            let loaded = import::read(path, map.as_ref(), &[], &progress)?;
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
             let recordings = loaded.recordings.into_iter();

@@ -237,7 +237,12 @@ fn thresholds(
 ) -> Result<Result<ReportCurves, String>, AnalysisError> {
     let recordings = Arc::clone(&request.recordings);
     let mut made = || {
-        let study = Study::lay(recordings.clone(), request.settings.clone(), progress)?;
+        let study = Study::prepare(
+            &request.datasets,
+            recordings.clone(),
+            request.settings.clone(),
+            progress,
+        )?;
         let present = study.present_thresholds();
         let grid = grid_through(present, study.largest_distance())?;
         let map = study.threshold_map(&grid, progress, &|_| {})?;

@@ -8,7 +8,7 @@ use clap::Args;
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
 use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
 use crate::features::{Distance, FeatureSettings, Thresholds};
-use crate::recording::delimited::LoadWarning;
+use crate::import::LoadWarning;
 use crate::recording::{Entry, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.

@@ -4,22 +4,7 @@ use super::code::input_by_input;
 use super::facts::Fact;
 use super::fields::{Value, fields};
 use crate::calibration::{Calibration, Kernel, Learned, Network};
-
-/// One array with its name.
-#[derive(Clone, Debug)]
-pub(super) struct Array {
-    pub name: String,
-    pub content: Content,
-}
-
-/// What is in an array.
-#[derive(Clone, Debug)]
-pub(super) enum Content {
-    /// A matrix, row-major, with its number of columns; a vector is one row.
-    Numbers { columns: usize, values: Vec<f64> },
-    /// One text per entry.
-    Texts(Vec<String>),
-}
+use crate::formats::{Array, Entry};
 
 /// Everything that a fit leaves behind but the kernel's band.
 ///
@@ -28,7 +13,7 @@ pub(super) fn arrays(
     calibration: &Calibration,
     facts: &[Fact],
     units: impl Iterator<Item = String>,
-) -> Vec<Array> {
+) -> Vec<Entry> {
     let about = facts.iter().map(|(name, text)| format!("{name}: {text}"));
     let mut arrays = vec![texts("about", about)];
     let mut units = Some(units);
@@ -62,34 +47,36 @@ pub(super) fn arrays(
     arrays
 }
 
-fn vector(name: &str, values: &[f64]) -> Array {
-    Array {
+/// A matrix, row-major; one row is a vector.
+fn numbers(name: &str, n_columns: usize, values: Vec<f64>) -> Entry {
+    let shape = match values.len() == n_columns {
+        true => vec![n_columns],
+        false => vec![values.len() / n_columns.max(1), n_columns],
+    };
+    Entry::Numbers(Array {
         name: name.to_owned(),
-        content: Content::Numbers {
-            columns: values.len(),
-            values: values.to_vec(),
-        },
+        shape,
+        values,
+        ..Array::default()
+    })
+}
+
+fn vector(name: &str, values: &[f64]) -> Entry {
+    numbers(name, values.len(), values.to_vec())
+}
+
+fn matrix(name: &str, rows: &[Vec<f64>]) -> Entry {
+    numbers(name, rows.first().map_or(0, Vec::len), rows.concat())
+}
+
+fn texts(name: &str, texts: impl Iterator<Item = String>) -> Entry {
+    Entry::Texts {
+        name: name.to_owned(),
+        texts: texts.collect(),
     }
 }
 
-fn matrix(name: &str, rows: &[Vec<f64>]) -> Array {
-    Array {
-        name: name.to_owned(),
-        content: Content::Numbers {
-            columns: rows.first().map_or(0, Vec::len),
-            values: rows.concat(),
-        },
-    }
-}
-
-fn texts(name: &str, texts: impl Iterator<Item = String>) -> Array {
-    Array {
-        name: name.to_owned(),
-        content: Content::Texts(texts.collect()),
-    }
-}
-
-fn of_network(network: &Network) -> Vec<Array> {
+fn of_network(network: &Network) -> Vec<Entry> {
     let mut arrays = vec![
         vector("input_shift", &network.input_shift),
         vector("input_inverse_scale", &network.input_inverse_scale),
@@ -98,19 +85,14 @@ fn of_network(network: &Network) -> Vec<Array> {
     ];
     for (at, layer) in network.layers.iter().enumerate() {
         let biases: Vec<f64> = layer.biases.iter().copied().map(f64::from).collect();
-        arrays.push(Array {
-            name: format!("weights_{at}"),
-            content: Content::Numbers {
-                columns: biases.len(),
-                values: input_by_input(layer).map(f64::from).collect(),
-            },
-        });
+        let weights: Vec<f64> = input_by_input(layer).map(f64::from).collect();
+        arrays.push(numbers(&format!("weights_{at}"), biases.len(), weights));
         arrays.push(vector(&format!("biases_{at}"), &biases));
     }
     arrays
 }
 
-fn of_kernel(kernel: &Kernel) -> Vec<Array> {
+fn of_kernel(kernel: &Kernel) -> Vec<Entry> {
     vec![
         vector("input_shift", &kernel.input_shift),
         vector("input_scale", &kernel.input_scale),

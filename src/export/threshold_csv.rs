@@ -4,7 +4,7 @@ use std::io;
 
 use crate::calibration::Scores;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
-use crate::recording::write_csv::CsvWriter;
+use crate::formats::csv::CsvWriter;
 
 /// Writes one row per pair of thresholds and set (train, test, cross-validation): thresholds, RMSE per axis, and the group
 /// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without

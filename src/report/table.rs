@@ -7,8 +7,8 @@ use std::io;
 use super::Trace;
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
+use crate::formats::csv::CsvWriter;
 use crate::recording::Axis;
-use crate::recording::write_csv::CsvWriter;
 use crate::shown::printable;
 
 /// Numbers, or the reasons why there are none, in rows and columns.

@@ -126,7 +126,7 @@ impl Study {
             HistoryBlock::Play => RADII.to_vec(),
             HistoryBlock::Creep => {
                 let training = || {
-                    let entries = self.ground.entries.iter();
+                    let entries = self.data.entries.iter();
                     let own = entries.filter(|entry| entry.role == Role::Train);
                     own.map(|entry| &*entry.recording)
                 };
@@ -169,7 +169,7 @@ impl Bench {
         candidates: &[f64],
         measure: Measure,
     ) -> Result<Self, AnalysisError> {
-        let (ground, blank) = (&study.ground, &study.blank);
+        let (data, blank) = (&study.data, &study.blank);
         let weights = measure
             .weights(&study.scale())
             .ok_or(NoSuggestion::NoAxis)?;
@@ -177,14 +177,14 @@ impl Bench {
         features
             .check_columns(blank.gauges.len())
             .map_err(crate::calibration::SettingsError::from)?;
-        let past: Vec<_> = (ground.entries.par_iter().zip(ground.paths()))
+        let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
             .map(|(entry, path)| past_samples(&features, path, &entry.recording))
             .collect();
         let design = Design {
             features,
             ..blank.design()
         };
-        let sums = ground.sums(&design, &past, blank.axes.len());
+        let sums = data.sums(&design, &past, blank.axes.len());
         let others = design.where_column(|column| !block.has(column));
         let own = design.where_column(|column| block.has(column));
         let own = own.chunks(design.n_gauges()).map(<[usize]>::to_vec);
@@ -200,7 +200,7 @@ impl Bench {
             ridge: study.settings.ridge,
             part_samples,
             kinds,
-            known: ground.map.standardised(&design),
+            known: data.map.standardised(&design),
         })
     }
 

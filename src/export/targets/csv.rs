@@ -6,7 +6,7 @@ use crate::calibration::Calibration;
 use crate::export::facts::Fact;
 use crate::export::target::{Export, Target};
 use crate::features::Column;
-use crate::recording::write_csv::CsvWriter;
+use crate::formats::csv::CsvWriter;
 use crate::shown::printable;
 
 /// `.csv`.

@@ -2,10 +2,11 @@
 
 use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPicture, Output, Up};
-use crate::app::{AppState, Command};
+use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
 use crate::report::{LoopScale, Trace, loop_figures};
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::look_back;
 use crate::ui::{plots, table};
@@ -16,15 +17,11 @@ const WIDTHS_HEIGHT: f32 = 150.0;
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    state: &AppState,
-    picture: Option<&LoopPicture>,
+    engine: &Engine,
+    picture: &LoopPicture,
     out: &mut Vec<Command>,
 ) {
-    let Some(picture) = picture else {
-        ui.weak("No loop to draw yet.");
-        return;
-    };
-    let gauges = &state.recordings.layout().gauge_names;
+    let gauges = &engine.project().recordings.layout().gauge_names;
     let view = View {
         picture,
         up: up_label(picture, gauges),

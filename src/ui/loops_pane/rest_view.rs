@@ -2,9 +2,9 @@
 
 use super::{LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{Output, RestCurve, RestPicture};
-use crate::app::Command;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::{Cell, Column, Table, drifts};
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 use crate::ui::table;
@@ -15,13 +15,13 @@ const LIST_HEIGHT: f32 = 170.0;
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    picture: Option<&RestPicture>,
+    picture: &RestPicture,
     out: &mut Vec<Command>,
 ) {
     // An answer to another time than the one that stands above is no answer to look at.
-    let Some(picture) = picture.filter(|own| own.question.hold_secs == pane.hold_secs) else {
+    if picture.question.hold_secs != pane.hold_secs {
         return;
-    };
+    }
     let curve = match &picture.curve {
         Ok(curve) => curve,
         Err(reason) => {
