@@ -1,5 +1,6 @@
 //! What a person chooses about a fit.
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{KernelError, KernelSettings};
@@ -55,7 +56,7 @@ impl Default for FitSettings {
 }
 
 /// How the load is made of the features.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regressor {
     /// Least squares (Eq. 8).

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
 use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
@@ -161,8 +161,8 @@ pub struct BlockArgs {
     pub polynomial: Option<u8>,
     /// What F_th is measured in; without a force axis it is full-scale.
     #[arg(long, value_enum, default_value = "force", help_heading = "Blocks")]
-    pub distance: DistanceArg,
-    /// How much the linear fit shrinks what the blocks append: a number, or "auto": by leave-one-recording-out, for each
+    pub distance: Distance,
+    /// How much the linear fit shrinks what the blocks append: a number, or "auto": by cross-validation, for each
     /// axis.
     #[arg(long, value_name = "STRENGTH", default_value = "0", value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
     pub ridge: RidgeChoice,
@@ -185,11 +185,7 @@ impl BlockArgs {
 
     /// What F_th is really measured in.
     fn distance(&self, recordings: &RecordingSet) -> Distance {
-        match self.distance {
-            DistanceArg::Force => Distance::Force,
-            DistanceArg::FullScale => Distance::FullScale,
-        }
-        .effective(&recordings.layout().axes)
+        self.distance.effective(&recordings.layout().axes)
     }
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
@@ -284,7 +280,7 @@ pub struct ModelArgs {
     choices: FitChoices,
     /// How the load is made of the features.
     #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
-    regressor: RegressorArg,
+    regressor: Regressor,
     /// Use every N-th sample only.
     #[arg(
         long,
@@ -298,8 +294,12 @@ pub struct ModelArgs {
 impl ModelArgs {
     /// The settings that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
-        let regressor = self.regressor.into();
-        self.choices.settings(recordings, regressor, self.decimate)
+        let Self {
+            choices,
+            regressor,
+            decimate,
+        } = self;
+        choices.settings(recordings, *regressor, *decimate)
     }
 }
 
@@ -341,42 +341,6 @@ impl FitChoices {
         thresholds
             .map(|f_th| Thresholds { f_th, t_th_secs })
             .collect()
-    }
-}
-
-/// [`Distance`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DistanceArg {
-    /// Norm over the force axes, in newtons.
-    Force,
-    /// Norm over all axes, each divided by its full scale.
-    FullScale,
-}
-
-/// [`Regressor`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum RegressorArg {
-    /// Least squares.
-    Linear,
-    /// The paper's network.
-    Network,
-    /// Kernel ridge regression on landmarks.
-    Kernel,
-    /// Least squares, then a network on what they leave over.
-    HybridNetwork,
-    /// Least squares, then a kernel on what they leave over.
-    HybridKernel,
-}
-
-impl From<RegressorArg> for Regressor {
-    fn from(arg: RegressorArg) -> Self {
-        match arg {
-            RegressorArg::Linear => Self::Linear,
-            RegressorArg::Network => Self::Network,
-            RegressorArg::Kernel => Self::Kernel,
-            RegressorArg::HybridNetwork => Self::HybridNetwork,
-            RegressorArg::HybridKernel => Self::HybridKernel,
-        }
     }
 }
 

@@ -51,7 +51,7 @@ pub struct SweepArgs {
     /// or full-scale without any].
     #[arg(long, value_enum, value_name = "MEASURE")]
     measure: Option<MeasureArg>,
-    /// Also choose play radii or creep time constants by leave-one-out, each beside the other blocks that are named.
+    /// Also choose play radii or creep time constants by cross-validation, each beside the other blocks that are named.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "BLOCK,…")]
     pick: Vec<BlockArg>,
     /// Use every N-th sample only.
@@ -65,7 +65,7 @@ pub struct SweepArgs {
     /// Write the errors at every pair as CSV.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
-    /// Write the map of the leave-one-out error as a picture.
+    /// Write the map of the cross-validation error as a picture.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     svg: Option<PathBuf>,
     /// Write over files that are there already.
@@ -445,7 +445,7 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
         .map_or_else(String::new, |change| format!(", {change:+.1} %"));
     writeln!(
         out,
-        "\nLeast leave-one-out error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
+        "\nLeast cross-validation error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
          {} {} left out in turn)",
         sweep.measure.label(&map.scale),
         significant(found.left_out, 4),
@@ -466,7 +466,7 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     if !found.beats_conventional {
         writeln!(
             out,
-            "  Note: the conventional calibration does as well within one standard error; a look-back may not be worth it"
+            "  Note: the conventional calibration is within one standard error of it; a look-back may not be worth it"
         )?;
     }
     let (f_edge, t_edge) = found.is_at_edge(map);
@@ -566,7 +566,7 @@ fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io
     let values: Vec<String> = pick.values.iter().map(f64::to_string).collect();
     writeln!(
         out,
-        "{name} ({unit}): {option} {}: leave-one-out {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
+        "{name} ({unit}): {option} {}: cross-validation {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
         values.join(","),
         significant(pick.left_out, 4),
         significant(pick.left_out_without, 4),

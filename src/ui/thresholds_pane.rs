@@ -223,7 +223,7 @@ fn suggestion(
 ) {
     let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
-        let take = ui.button("Take the leave-one-out minimum").on_hover_text(
+        let take = ui.button("Take the cross-validation minimum").on_hover_text(
             "Test recordings take no part in it. The range holds the F_th whose left-out error is no more than one standard \
              error over recordings above the minimum",
         );
@@ -296,7 +296,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ", no better than Conv. beyond luck"
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} does as well; {n_parts} {parts}",
+        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} is within one standard error; {n_parts} {parts}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
@@ -316,7 +316,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
         ] {
             let button = egui::Button::new(label);
             let button = ui.add_enabled(!choosing, button).on_hover_text(
-                "By leave-one-out over a grid, everything else as it is set; the shortest list that does about as well as the best",
+                "By cross-validation over a grid, everything else as it is set; the shortest list within one standard error of the best",
             );
             if button.clicked() {
                 out.push(Action::ChooseBlock(block, Some(measure)).into());

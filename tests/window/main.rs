@@ -1022,7 +1022,11 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!(study.touch.n_samples > 0);
     let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
-    click(&mut window, Role::Button, "Take the leave-one-out minimum");
+    click(
+        &mut window,
+        Role::Button,
+        "Take the cross-validation minimum",
+    );
     assert_eq!(state(&window).project().thresholds(), suggested);
     let left_out = analysis(&window)
         .calibration
@@ -1156,7 +1160,7 @@ fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
     click(&mut window, Role::Button, "Loops");
     assert!(has(&window, "Fz stays between 5 and 5 N"));
     click(&mut window, Role::Button, "Drift");
-    assert!(has(&window, "1 rest"));
+    assert!(has(&window, "1 dwell"));
     assert_eq!(panes(&window, "Fz drift [N]"), 1);
     type_number(&mut window, "at least", "60");
     assert!(has(&window, "no recording holds its load still for 60 s"));

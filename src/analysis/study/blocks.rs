@@ -1,4 +1,4 @@
-//! Play radii and creep time constants by leave-one-out: every candidate's columns in one pass, any choice of them from
+//! Play radii and creep time constants by cross-validation: every candidate's columns in one pass, any choice of them from
 //! the sums.
 
 use rayon::prelude::*;
@@ -57,9 +57,9 @@ pub struct BlockSuggestion {
     pub block: HistoryBlock,
     /// The list, rising; empty if none predicts left-out parts better than no such block, beyond one standard error.
     pub values: Vec<f64>,
-    /// The leave-one-out measure with it.
+    /// The cross-validation measure with it.
     pub left_out: f64,
-    /// The leave-one-out measure without the block, everything else unchanged.
+    /// The cross-validation measure without the block, everything else unchanged.
     pub left_out_without: f64,
     /// How many lists were tried.
     pub n_tried: usize,
@@ -189,7 +189,9 @@ impl Bench {
         let own = design.where_column(|column| block.has(column));
         let own = own.chunks(design.n_gauges()).map(<[usize]>::to_vec);
         let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
-        check_parts(&part_samples, others.len())?;
+        let kinds = design.kinds();
+        let kept = others.iter().map(|column| kinds[*column]);
+        check_parts(&part_samples, kept, study.settings.ridge)?;
         Ok(Self {
             sums,
             others,
@@ -197,7 +199,7 @@ impl Bench {
             weights,
             ridge: study.settings.ridge,
             part_samples,
-            kinds: design.kinds(),
+            kinds,
             known: data.map.standardised(&design),
         })
     }

@@ -342,7 +342,7 @@ fn a_suggested_list_keeps_what_it_promises() {
     }
 }
 
-/// The paper's rule and leave-one-out, on the sensor whose mean hysteresis was made 2.64 N.
+/// The paper's rule and cross-validation, on the sensor whose mean hysteresis was made 2.64 N.
 #[test]
 fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));

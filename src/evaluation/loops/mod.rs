@@ -14,6 +14,7 @@
 mod curve;
 mod cycle;
 mod outline;
+mod raster;
 mod turns;
 
 pub use curve::Curve;

@@ -56,7 +56,7 @@ impl Thresholds {
 }
 
 /// What "different by F_th" is measured in: always on the *conventional* load, the only one known at run time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Distance {
     /// Euclidean norm over the force axes (N), as in the paper.
