@@ -101,7 +101,7 @@ impl Comparison {
                 (
                     candidate.regressor,
                     candidate.features.has_history(),
-                    candidate.features.polynomial,
+                    candidate.features.without_history().blocks,
                     candidate.decimation,
                 )
             };

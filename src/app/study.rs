@@ -234,10 +234,8 @@ impl AppState {
 
     fn take_chosen(&mut self, chosen: BlockSuggestion) -> Vec<Effect> {
         let mut settings = self.settings.clone();
-        match chosen.block {
-            HistoryBlock::Play => settings.features.play_radii.clone_from(&chosen.values),
-            HistoryBlock::Creep => settings.features.creep_secs.clone_from(&chosen.values),
-        }
+        let blocks = &mut settings.features.blocks;
+        blocks.set(chosen.block, chosen.values.clone());
         self.study.chosen = Some(chosen);
         self.set_settings(settings)
     }

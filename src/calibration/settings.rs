@@ -191,6 +191,7 @@ impl FitSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::features::Play;
 
     #[test]
     fn values_out_of_range_are_named() {
@@ -200,7 +201,7 @@ mod tests {
             settings.validate()
         };
         assert_eq!(with(|_| {}), Ok(()));
-        assert!(with(|s| s.features.play_radii = vec![-1.0]).is_err());
+        assert!(with(|s| s.features.blocks.set(&Play, vec![-1.0])).is_err());
         assert!(with(|s| s.ridge = RidgeChoice::Strength(f64::NAN)).is_err());
         assert!(with(|s| s.kernel.landmarks = 0).is_err());
         assert!(with(|s| s.network.epochs = 0).is_err());

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, ValueEnum};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
 use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
-use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::features::{BLOCKS, Blocks, Distance, FeatureSettings, Setting, Thresholds, listed};
 use crate::recording::delimited::LoadWarning;
 use crate::recording::{Entry, RecordingSet, Role, simulated};
 
@@ -83,6 +83,9 @@ impl RecordingArgs {
     }
 }
 
+/// Under which features stand in `--help`.
+const HEADING: &str = "Features";
+
 /// Numbers with commas between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct List(pub Vec<f64>);
@@ -121,46 +124,87 @@ impl FromStr for LookBacks {
     }
 }
 
+/// The blocks of the list, an option each.
+#[derive(Debug)]
+struct ListedBlocks {
+    blocks: Blocks,
+    /// Whether any is named, be it to say that it is not used.
+    any_named: bool,
+}
+
+impl Args for ListedBlocks {
+    fn augment_args(command: Command) -> Command {
+        command.args(BLOCKS.iter().map(|block| {
+            let setting = block.setting();
+            let argument = described(setting, HEADING);
+            if setting.choices().is_some() {
+                return argument.value_parser(clap::value_parser!(u8));
+            }
+            let default = listed(setting.default, ",");
+            argument
+                .help(format!("{} [without numbers: {default}]", setting.help()))
+                .value_name(setting.unit.placeholders[1])
+                .value_parser(List::from_str)
+                .num_args(0..=1)
+        }))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for ListedBlocks {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut own = Self {
+            blocks: Blocks::default(),
+            any_named: false,
+        };
+        own.update_from_arg_matches(matches)?;
+        Ok(own)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for &block in BLOCKS {
+            let setting = block.setting();
+            if matches.value_source(setting.option).is_none() {
+                continue;
+            }
+            let values = match setting.choices() {
+                Some(_) => matches
+                    .get_one(setting.option)
+                    .map(|n: &u8| vec![f64::from(*n)]),
+                None => matches
+                    .get_one(setting.option)
+                    .map(|List(list)| list.clone()),
+            };
+            self.any_named = true;
+            self.blocks
+                .set(block, values.unwrap_or_else(|| setting.default.to_vec()));
+        }
+        Ok(())
+    }
+}
+
+/// An argument with the option, the placeholder and the explanation of a setting.
+fn described(setting: &'static Setting, heading: &'static str) -> Arg {
+    Arg::new(setting.option)
+        .long(setting.option)
+        .help(setting.help())
+        .value_name(setting.unit.placeholders[0])
+        .allow_negative_numbers(true)
+        .help_heading(heading)
+}
+
 /// What is appended to the gauges beside look-backs, and how the linear fit is made.
 ///
 /// Blocks add up; those that are not named are not used.
 #[derive(Debug, Args)]
 pub struct BlockArgs {
-    /// The gauges so many seconds ago.
-    #[arg(
-        long,
-        value_name = "SECONDS,…",
-        allow_negative_numbers = true,
-        num_args = 0..=1,
-        default_missing_value = "0.5",
-        help_heading = "Blocks"
-    )]
-    pub fixed_lag: Option<List>,
-    /// First-order low-passes of the gauges, by time constant.
-    #[arg(
-        long,
-        value_name = "SECONDS,…",
-        allow_negative_numbers = true,
-        num_args = 0..=1,
-        default_missing_value = "1,6,40",
-        help_heading = "Blocks"
-    )]
-    pub creep: Option<List>,
-    /// Play operators, by radius in standard deviations of the gauge.
-    #[arg(
-        long,
-        value_name = "SD,…",
-        allow_negative_numbers = true,
-        num_args = 0..=1,
-        default_missing_value = "0.1,0.2,0.4,0.7,1.1,1.6",
-        help_heading = "Blocks"
-    )]
-    pub play: Option<List>,
-    /// Memoryless: 2 adds squares and products of the gauges, 3 also cubes.
-    #[arg(long, value_name = "DEGREE", help_heading = "Blocks")]
-    pub polynomial: Option<u8>,
+    #[command(flatten)]
+    listed: ListedBlocks,
     /// What F_th is measured in; without a force axis it is full-scale.
-    #[arg(long, value_enum, default_value = "force", help_heading = "Blocks")]
+    #[arg(long, value_enum, default_value = "force", help_heading = HEADING)]
     pub distance: DistanceArg,
     /// How much the linear fit shrinks what the blocks append: a number, or "auto": by leave-one-recording-out, for each
     /// axis.
@@ -175,14 +219,6 @@ pub struct BlockArgs {
 }
 
 impl BlockArgs {
-    /// Whether no block is named.
-    fn is_empty(&self) -> bool {
-        self.fixed_lag.is_none()
-            && self.creep.is_none()
-            && self.play.is_none()
-            && self.polynomial.is_none()
-    }
-
     /// What F_th is really measured in.
     fn distance(&self, recordings: &RecordingSet) -> Distance {
         match self.distance {
@@ -194,20 +230,17 @@ impl BlockArgs {
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
     pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
-        let values = |list: &Option<List>| list.as_ref().map_or(Vec::new(), |list| list.0.clone());
+        let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
         FitSettings {
             features: FeatureSettings {
                 look_backs: Vec::new(),
                 distance: self.distance(recordings),
-                fixed_lags_secs: values(&self.fixed_lag),
-                creep_secs: values(&self.creep),
-                play_radii: values(&self.play),
-                polynomial: self.polynomial.unwrap_or(1),
+                blocks: self.listed.blocks.clone(),
             },
             ridge: self.ridge,
             offset: !self.no_offset,
             decimation,
-            full_scale: values(&self.full_scale).into_iter().map(Some).collect(),
+            full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
         }
     }
@@ -226,7 +259,7 @@ pub struct FitChoices {
         allow_negative_numbers = true,
         conflicts_with = "look_back",
         value_parser = one_f_th,
-        help_heading = "Blocks"
+        help_heading = HEADING
     )]
     pub f_th: Option<f64>,
     /// How old the past sample may be, in seconds [default: 15].
@@ -234,7 +267,7 @@ pub struct FitChoices {
         long,
         value_name = "SECONDS",
         allow_negative_numbers = true,
-        help_heading = "Blocks"
+        help_heading = HEADING
     )]
     pub t_th: Option<f64>,
     /// Several look-backs at once, one per F_th; "none": no look-back.
@@ -242,7 +275,7 @@ pub struct FitChoices {
         long,
         value_name = "F,…",
         allow_negative_numbers = true,
-        help_heading = "Blocks"
+        help_heading = HEADING
     )]
     pub look_back: Option<LookBacks>,
     #[command(flatten)]
@@ -334,7 +367,9 @@ impl FitChoices {
         let f_ths = match (&self.look_back, self.f_th) {
             (Some(LookBacks(values)), _) => values.clone(),
             (None, Some(f_th)) => vec![f_th],
-            (None, None) if self.t_th.is_some() || self.blocks.is_empty() => vec![default.f_th],
+            (None, None) if self.t_th.is_some() || !self.blocks.listed.any_named => {
+                vec![default.f_th]
+            }
             (None, None) => Vec::new(),
         };
         let thresholds = f_ths.into_iter();
@@ -383,6 +418,7 @@ impl From<RegressorArg> for Regressor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::features::{Creep, Play, Polynomial};
     use clap::Parser;
 
     #[derive(Parser)]
@@ -416,11 +452,13 @@ mod tests {
         );
         assert_eq!(f_ths(&features(&["--look-back", "3,8"])), [3.0, 8.0]);
         let play = features(&["--play", "0.1, 0.2"]);
-        assert_eq!((f_ths(&play), play.play_radii), (vec![], vec![0.1, 0.2]));
+        assert!(play.look_backs.is_empty());
+        assert_eq!(play.blocks, Blocks::default().with(&Play, &[0.1, 0.2]));
         let both = features(&["--t-th", "5", "--creep", "--polynomial", "2"]);
         assert_eq!(f_ths(&both), [3.0]);
         assert_eq!(both.look_backs[0].t_th_secs, 5.0);
-        assert_eq!((both.creep_secs.len(), both.polynomial), (3, 2));
+        assert_eq!(both.blocks.of(&Creep).len(), 3);
+        assert_eq!(both.blocks.of(&Polynomial), [2.0]);
     }
 
     #[test]

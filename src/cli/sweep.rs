@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
@@ -23,7 +24,7 @@ use crate::evaluation::threshold_study::{
 use crate::export::{
     check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
 };
-use crate::features::{Distance, Thresholds};
+use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
@@ -51,9 +52,9 @@ pub struct SweepArgs {
     /// or full-scale without any].
     #[arg(long, value_enum, value_name = "MEASURE")]
     measure: Option<MeasureArg>,
-    /// Also choose play radii or creep time constants by leave-one-out, each beside the other blocks that are named.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "BLOCK,…")]
-    pick: Vec<BlockArg>,
+    /// Also choose the values of these blocks by leave-one-out, each beside the other blocks that are named.
+    #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
+    pick: Vec<HistoryBlock>,
     /// Use every N-th sample only.
     #[arg(
         long,
@@ -162,13 +163,23 @@ fn symbols(axes: &[Axis]) -> Vec<&'static str> {
     axes.iter().map(|axis| axis.symbol()).collect()
 }
 
-/// [`HistoryBlock`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum BlockArg {
-    /// Radii of play operators.
-    Play,
-    /// Time constants of creep.
-    Creep,
+/// Takes a block whose values can be found by its option's name.
+fn searched_block() -> impl TypedValueParser<Value = HistoryBlock> {
+    let blocks = BLOCKS
+        .iter()
+        .copied()
+        .filter(|block| block.search().is_some());
+    let names = blocks.map(|block| {
+        let setting = block.setting();
+        PossibleValue::new(setting.option).help(setting.label)
+    });
+    PossibleValuesParser::new(names).try_map(|name| {
+        let named = BLOCKS
+            .iter()
+            .copied()
+            .find(|block| block.setting().option == name);
+        named.ok_or("no such block")
+    })
 }
 
 /// All that is printed.
@@ -239,13 +250,7 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
         }
     })?;
     let suggestion = map.suggestion(measure).map_err(AnalysisError::from)?;
-    let pick = |block: &BlockArg| {
-        let block = match block {
-            BlockArg::Play => HistoryBlock::Play,
-            BlockArg::Creep => HistoryBlock::Creep,
-        };
-        study.suggest_block(block, measure, &progress)
-    };
+    let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, &progress);
     Ok(Sweep {
         simulated: recordings.is_simulated(),
         n_recordings: recordings.entries().len(),
@@ -545,10 +550,12 @@ fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
-    let (name, option, unit) = match pick.block {
-        HistoryBlock::Play => ("Play radii", "--play", "standard deviations"),
-        HistoryBlock::Creep => ("Creep time constants", "--creep", "s"),
-    };
+    let Setting {
+        label: name,
+        option,
+        unit,
+        ..
+    } = pick.block.setting();
     let measure_unit = sweep.measure.unit(&sweep.map.scale);
     if pick.values.is_empty() {
         return writeln!(
@@ -558,11 +565,11 @@ fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io
             significant(pick.left_out_without, 4),
         );
     }
-    let values: Vec<String> = pick.values.iter().map(f64::to_string).collect();
     writeln!(
         out,
-        "{name} ({unit}): {option} {}: leave-one-out {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
-        values.join(","),
+        "{name} ({}): --{option} {}: leave-one-out {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
+        unit.words,
+        listed(&pick.values, ","),
         significant(pick.left_out, 4),
         significant(pick.left_out_without, 4),
         pick.n_tried,

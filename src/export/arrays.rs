@@ -50,15 +50,15 @@ pub(super) fn arrays(
             "t_th_secs",
             &look_backs.map(|l| l.t_th_secs).collect::<Vec<_>>(),
         ),
-        vector("fixed_lags_secs", &features.fixed_lags_secs),
-        vector("creep_secs", &features.creep_secs),
-        vector("play_radii", &features.play_radii),
-        vector("polynomial", &[f64::from(features.polynomial)]),
+    ];
+    let blocks = features.blocks.stored();
+    arrays.extend(blocks.map(|(block, stored)| vector(block.setting().key, &stored.numbers())));
+    arrays.extend([
         vector("gauge_shift", &scale.shift),
         vector("gauge_inverse_scale", &scale.inverse_scale),
         vector("gauge_deviation", &scale.deviation),
         texts("trained_on", calibration.trained_on.iter().cloned()),
-    ];
+    ]);
     for (name, rmse) in [
         ("conventional_test_rmse", &quality.conventional.test_rmse),
         ("conventional_left_out_rmse", &quality.conventional.cv_rmse),

@@ -5,6 +5,7 @@ use std::io;
 use super::facts::Fact;
 use super::text::for_yaml;
 use crate::calibration::{Calibration, LinearMap, Scores};
+use crate::features::Stored;
 
 /// Writes scalars, flow lists of numbers, and texts in double quotes.
 pub(super) fn write(
@@ -64,15 +65,16 @@ pub(super) fn write(
         "  distance_weights: {}",
         numbers(&calibration.distance_weights())
     )?;
-    writeln!(
-        out,
-        "  fixed_lags_secs: {}",
-        numbers(&features.fixed_lags_secs)
-    )?;
-    writeln!(out, "  creep_secs: {}", numbers(&features.creep_secs))?;
-    writeln!(out, "  # in standard deviations of each gauge")?;
-    writeln!(out, "  play_radii: {}", numbers(&features.play_radii))?;
-    writeln!(out, "  polynomial: {}", features.polynomial)?;
+    for (block, stored) in features.blocks.stored() {
+        let setting = block.setting();
+        if !setting.unit.words.is_empty() {
+            writeln!(out, "  # {} in {}", setting.label, setting.unit.words)?;
+        }
+        match stored {
+            Stored::Number(number) => writeln!(out, "  {}: {number}", setting.key)?,
+            Stored::List(values) => writeln!(out, "  {}: {}", setting.key, numbers(values))?,
+        }
+    }
     writeln!(out, "gauge_scale:")?;
     writeln!(out, "  shift: {}", numbers(&scale.shift))?;
     writeln!(out, "  inverse_scale: {}", numbers(&scale.inverse_scale))?;

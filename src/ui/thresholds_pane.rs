@@ -4,10 +4,9 @@ mod ages;
 mod curves;
 mod map;
 
-use crate::analysis::HistoryBlock;
 use crate::app::{AppState, Command, PictureTo, StudyCommand, Wish};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
-use crate::features::{Distance, Thresholds};
+use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::ui::fields::Fields;
 use crate::ui::numbers::significant;
 use crate::ui::picture::screen_part;
@@ -257,10 +256,8 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
 
 fn blocks(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
-        for (block, label) in [
-            (HistoryBlock::Play, "Choose play radii"),
-            (HistoryBlock::Creep, "Choose creep times"),
-        ] {
+        for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
+            let label = format!("Choose {}", block.setting().label.to_lowercase());
             let button = egui::Button::new(label);
             let button = ui.add_enabled(state.study.choosing.is_none(), button).on_hover_text(
                 "By leave-one-out over a grid, everything else as it is set; the shortest list that does about as well as the best",
@@ -272,14 +269,10 @@ fn blocks(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
         if state.study.choosing.is_some() {
             ui.spinner();
         } else if let Some(chosen) = &state.study.chosen {
-            let name = match chosen.block {
-                HistoryBlock::Play => "Play",
-                HistoryBlock::Creep => "Creep",
-            };
-            let list: Vec<String> = chosen.values.iter().map(f64::to_string).collect();
-            let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
             ui.label(format!(
-                "{name}: {list}; left-out error {}, without {} ({} lists tried)",
+                "{}: {}; left-out error {}, without {} ({} lists tried)",
+                chosen.block.setting().label,
+                chosen.block.setting().in_words(&chosen.values),
                 significant(chosen.left_out, 4),
                 significant(chosen.left_out_without, 4),
                 chosen.n_tried

@@ -3,11 +3,13 @@
 //! Guarantees: one [`Program`] and one set of names for the three, which differ in their templates and in how numbers are
 //! written; text of the user stands in comments only, and cannot leave them.
 
+mod blocks;
 mod program;
 mod template;
 
 use std::fmt::Write as _;
 
+use self::blocks::blocks;
 use self::program::Affine;
 pub(super) use self::program::{LearnedProgram, Program};
 use self::template::{Scope, Value, render};
@@ -15,6 +17,7 @@ use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Kernel, LEAP_SECS, Learned, Network, STRAYS};
 use crate::export::facts::Fact;
 use crate::export::text::{for_block_comment, identifier};
+use crate::features::Precision;
 use crate::shown::printable;
 
 /// The rate for which a C file keeps room where neither it nor the calibration says another (Hz) …
@@ -133,10 +136,11 @@ pub(super) fn source_code(
 ) -> String {
     let program = Program::new(calibration);
     let mut scope = sizes(&program, rate_hz(calibration), language);
-    scope.extend(blocks(&program, language));
+    let prefix = identifier(name);
+    scope.extend(look_back(&program, language));
+    scope.extend(blocks(&program, language, &prefix));
     scope.extend(linear(&program, language));
     scope.extend(learned(&program, language));
-    let prefix = identifier(name);
     scope.insert("PREFIX", Value::Text(prefix.to_ascii_uppercase()));
     scope.insert("prefix", Value::Text(prefix));
     let facts = facts.iter().map(|(name, text)| {
@@ -154,11 +158,6 @@ fn text(value: impl ToString) -> Value {
 /// Counts, flags, and what an update costs.
 fn sizes(program: &Program, rate_hz: u64, language: Language) -> Scope {
     let n_gauges = program.centre.len();
-    let (plays, taus, lags) = (
-        program.radii.len(),
-        program.taus_secs.len(),
-        program.lags_secs.len(),
-    );
     let mut at_rate = String::new();
     let mut search_cost = String::new();
     if program.keeps_samples() {
@@ -181,16 +180,8 @@ fn sizes(program: &Program, rate_hz: u64, language: Language) -> Scope {
         ("n_columns", text(program.n_columns)),
         ("n_look_backs", text(program.look_backs.len())),
         ("n_measured", text(program.measured.len())),
-        ("n_lags", text(lags)),
-        ("n_taus", text(taus)),
-        ("n_plays", text(plays)),
         ("ring", Value::Flag(program.keeps_samples())),
         ("look_back", Value::Flag(!program.look_backs.is_empty())),
-        ("lag", Value::Flag(lags > 0)),
-        ("creep", Value::Flag(taus > 0)),
-        ("play", Value::Flag(plays > 0)),
-        ("polynomial", Value::Flag(program.degree > 1)),
-        ("cubes", Value::Flag(program.degree > 2)),
         ("appends", Value::Flag(program.n_columns > n_gauges)),
         ("window_secs", text(format!("{:?}", program.window_secs()))),
         ("window_ms", text(window_ms(program))),
@@ -232,13 +223,19 @@ fn state_bytes(program: &Program, rate_hz: u64, real: usize) -> usize {
         of_sample += real * program.measured.len();
         of_box = 17 * 2 * real * program.measured.len();
     }
-    let of_blocks = 8 * program.lags_secs.len()
-        + n_gauges * (8 * program.taus_secs.len() + real * program.radii.len());
-    32 + 4 * real * n_axes + boxes * (256 * of_sample + of_box) + of_blocks
+    let memory = program.blocks.iter().flat_map(|(_, block)| &block.memory);
+    let of_blocks = memory.map(|memory| {
+        let bytes = match memory.precision {
+            Precision::Real => real,
+            Precision::Double | Precision::Index => 8,
+        };
+        bytes * memory.sets * if memory.of_gauges { n_gauges } else { 1 }
+    });
+    32 + 4 * real * n_axes + boxes * (256 * of_sample + of_box) + of_blocks.sum::<usize>()
 }
 
-/// The numbers of the blocks.
-fn blocks(program: &Program, language: Language) -> Scope {
+/// The numbers of the look-back, and where gauges count from.
+fn look_back(program: &Program, language: Language) -> Scope {
     let indices = program.measured.iter().map(|(axis, _)| axis.to_string());
     Scope::from([
         ("centre", language.numbers(&program.centre)),
@@ -254,17 +251,6 @@ fn blocks(program: &Program, language: Language) -> Scope {
         (
             "t_th_secs",
             language.numbers(program.look_backs.iter().map(|(_, t_th)| t_th)),
-        ),
-        ("lag_secs", language.numbers(&program.lags_secs)),
-        ("tau_secs", language.numbers(&program.taus_secs)),
-        ("radius", language.rows(&program.radii)),
-        (
-            "standard_factor",
-            language.numbers(program.standardise.iter().map(|(factor, _)| factor)),
-        ),
-        (
-            "standard_constant",
-            language.numbers(program.standardise.iter().map(|(_, constant)| constant)),
         ),
     ])
 }

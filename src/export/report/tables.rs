@@ -5,7 +5,7 @@ use super::{ReportData, ReportRecording, date};
 use crate::calibration::{Calibration, Learned, LinearMap};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::features::Distance;
+use crate::features::{BLOCKS, Distance};
 use crate::recording::Role;
 use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note};
 
@@ -165,13 +165,6 @@ pub(super) fn settings(report: &ReportData, page: &mut Markup) {
 fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let features = &calibration.features;
     let quality = &calibration.quality;
-    let list = |values: &[f64], unit: &str| match values {
-        [] => "none".to_owned(),
-        values => {
-            let texts: Vec<String> = values.iter().map(f64::to_string).collect();
-            format!("{} {unit}", texts.join(", "))
-        }
-    };
     let look_backs: Vec<String> = (features.look_backs.iter())
         .map(|thresholds| match features.distance {
             Distance::Force => format!(
@@ -205,7 +198,7 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
         })
         .collect();
     let condition = quality.condition;
-    vec![
+    let mut rows = vec![
         ("Regressor", regressor(calibration)),
         (
             "Look-back",
@@ -222,21 +215,12 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
             }
             .to_owned(),
         ),
-        ("Fixed lags", list(&features.fixed_lags_secs, "s")),
-        ("Creep time constants", list(&features.creep_secs, "s")),
-        (
-            "Play radii",
-            list(&features.play_radii, "standard deviations"),
-        ),
-        (
-            "Polynomial",
-            match features.polynomial {
-                2 => "squares and products",
-                3 => "squares, products and cubes",
-                _ => "none",
-            }
-            .to_owned(),
-        ),
+    ];
+    rows.extend(BLOCKS.iter().copied().map(|block| {
+        let setting = block.setting();
+        (setting.label, setting.in_words(features.blocks.of(block)))
+    }));
+    rows.extend([
         ("Ridge", ridge),
         (
             "Offset",
@@ -264,7 +248,8 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
                 condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4))
             ),
         ),
-    ]
+    ]);
+    rows
 }
 
 fn regressor(calibration: &Calibration) -> String {

@@ -42,6 +42,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -81,18 +82,8 @@ typedef struct {
     @{prefix}_real f_th_squared[@{n_look_backs}];
     double t_th_secs[@{n_look_backs}];
 @end
-@if lag
-    double lag_secs[@{n_lags}];
-@end
-@if creep
-    double tau_secs[@{n_taus}];
-@end
-@if play
-    @{prefix}_real radius[@{n_plays}][@{n_gauges}];
-@end
-@if polynomial
-    @{prefix}_real standard_factor[@{n_gauges}];
-    @{prefix}_real standard_constant[@{n_gauges}];
+@for constants
+    @{declaration};
 @end
 @if linear
     @{prefix}_real linear[@{n_axes}][@{n_columns}];
@@ -145,14 +136,8 @@ typedef struct {
     @{prefix}_real small_boxes[@{PREFIX}_BOXES * 16][2 * @{n_measured}];    /* low, high over 16 samples */
     @{prefix}_real large_boxes[@{PREFIX}_BOXES][2 * @{n_measured}];         /* and over 256 */
 @end
-@if lag
-    long behind[@{n_lags}];                             /* how far back the first sample younger than the lag is */
-@end
-@if creep
-    double creep[@{n_taus}][@{n_gauges}];                    /* double: in float the small steps of a slow one would be lost */
-@end
-@if play
-    @{prefix}_real play[@{n_plays}][@{n_gauges}];
+@for memory
+    @{declaration}
 @end
 } @{prefix}_state;
 
@@ -166,18 +151,8 @@ static const @{prefix}_calibration @{PREFIX}_CALIBRATION = {
     @{f_th_squared},
     @{t_th_secs},
 @end
-@if lag
-    @{lag_secs},
-@end
-@if creep
-    @{tau_secs},
-@end
-@if play
-    @{radius},
-@end
-@if polynomial
-    @{standard_factor},
-    @{standard_constant},
+@for constants
+    @{numbers},
 @end
 @if linear
     @{linear_matrix},
@@ -206,10 +181,8 @@ static const @{prefix}_calibration @{PREFIX}_CALIBRATION = {
 /* Forgets the past. */
 static inline void @{prefix}_forget(@{prefix}_state *s)
 {
-@if lag
-    int lag;
-    for (lag = 0; lag < @{n_lags}; lag++)
-        s->behind[lag] = 0;
+@for memory
+    memset(s->@{name}, 0, sizeof s->@{name});
 @end
 @if ring
     s->newest = 0;
@@ -271,14 +244,6 @@ static inline @{prefix}_status @{prefix}_judge(@{prefix}_state *s, double time, 
     @{prefix}_forget(s);
     return @{PREFIX}_RESTARTED;
 }
-@if ring
-
-/* Where the sample stands that came so many before the newest. */
-static inline long @{prefix}_slot(const @{prefix}_state *s, long back)
-{
-    return s->newest >= back ? s->newest - back : s->newest - back + (long)@{PREFIX}_RING;
-}
-@end
 @if look_back
 
 static inline void @{prefix}_widen(@{prefix}_real *box, const @{prefix}_real *point, int is_first)
@@ -361,29 +326,9 @@ static inline void @{prefix}_keep(const @{prefix}_calibration *c, @{prefix}_stat
 @end
 }
 @end
-@if lag
+@for functions
 
-/* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
-static inline void @{prefix}_lagged(@{prefix}_state *s, int lag, double wanted, @{prefix}_real *out)
-{
-    long behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
-    int g;
-    while (behind > 0 && s->times[@{prefix}_slot(s, behind)] <= wanted)
-        behind--;
-    s->behind[lag] = behind;
-    if (behind + 1 >= s->kept) {
-        for (g = 0; g < @{n_gauges}; g++)
-            out[g] = 0;
-    } else {
-        long older = @{prefix}_slot(s, behind + 1), younger = @{prefix}_slot(s, behind);
-        double start = s->times[older], end = s->times[younger];
-        @{prefix}_real share = end > start ? (@{prefix}_real)((wanted - start) / (end - start)) : 0;
-        for (g = 0; g < @{n_gauges}; g++) {
-            @{prefix}_real before = s->gauges[older][g], after = s->gauges[younger][g];
-            out[g] = before + share * (after - before) - s->gauges[s->newest][g];
-        }
-    }
-}
+@{code}
 @end
 @if network
 
@@ -439,57 +384,9 @@ static inline @{prefix}_status @{prefix}_update(const @{prefix}_calibration *c, 
             }
         }
 @end
-@if lag
+@for updates
         {
-            int at;
-            for (at = 0; at < @{n_lags}; at++) {
-                @{prefix}_lagged(s, at, time - c->lag_secs[at], next);
-                next += @{n_gauges};
-            }
-        }
-@end
-@if creep
-        {
-            int at;
-            for (at = 0; at < @{n_taus}; at++) {
-                double share = s->started ? -expm1((s->time - time) / c->tau_secs[at]) : 1.0;
-                for (g = 0; g < @{n_gauges}; g++) {
-                    double state = s->started ? s->creep[at][g] : (double)row[g];
-                    state += share * ((double)row[g] - state);
-                    s->creep[at][g] = state;
-                    *next++ = (@{prefix}_real)(state - (double)row[g]);
-                }
-            }
-        }
-@end
-@if play
-        {
-            int at;
-            for (at = 0; at < @{n_plays}; at++) {
-                for (g = 0; g < @{n_gauges}; g++) {
-                    @{prefix}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
-                    @{prefix}_real position = s->started ? s->play[at][g] : row[g];
-                    position = position > high ? high : position;
-                    position = position < low ? low : position;
-                    s->play[at][g] = position;
-                    *next++ = position - row[g];
-                }
-            }
-        }
-@end
-@if polynomial
-        {
-            @{prefix}_real z[@{n_gauges}];
-            int other;
-            for (g = 0; g < @{n_gauges}; g++)
-                z[g] = row[g] * c->standard_factor[g] + c->standard_constant[g];
-            for (g = 0; g < @{n_gauges}; g++)
-                for (other = g; other < @{n_gauges}; other++)
-                    *next++ = z[g] * z[other];
-@if cubes
-            for (g = 0; g < @{n_gauges}; g++)
-                *next++ = z[g] * z[g] * z[g];
-@end
+@{code}
         }
 @end
         for (axis = 0; axis < @{n_axes}; axis++) {

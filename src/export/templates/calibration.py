@@ -39,19 +39,8 @@ MEASURED_WEIGHT = np.array(@{measured_weight})
 F_TH_SQUARED = @{f_th_squared}
 T_TH_SECS = @{t_th_secs}
 @end
-@if lag
-LAG_SECS = @{lag_secs}
-@end
-@if creep
-TAU_SECS = @{tau_secs}
-@end
-@if play
-RADIUS = np.array(@{radius})
-@end
-@if polynomial
-STANDARD_FACTOR = np.array(@{standard_factor})
-STANDARD_CONSTANT = np.array(@{standard_constant})
-FIRST, SECOND = np.triu_indices(GAUGES)
+@for constants
+@{declaration} = np.array(@{numbers})
 @end
 @if linear
 LINEAR = np.array(@{linear_matrix})
@@ -147,30 +136,8 @@ class State:
         for f_th_squared, t_th_secs in zip(F_TH_SQUARED, T_TH_SECS):
             row.append(self.gauges[self._past(time, f_th_squared, t_th_secs)] - present)
 @end
-@if lag
-        for lag_secs in LAG_SECS:
-            row.append(self._lagged(time - lag_secs, present) - present)
-@end
-@if creep
-        if not self.started:
-            self.creep = np.tile(present, (len(TAU_SECS), 1))
-        for state, tau_secs in zip(self.creep, TAU_SECS):
-            if self.started:
-                state += -np.expm1((self.time - time) / tau_secs) * (present - state)
-            row.append(state - present)
-@end
-@if play
-        if not self.started:
-            self.play = np.tile(present, (len(RADIUS), 1))
-        self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
-        row.extend(self.play - present)
-@end
-@if polynomial
-        z = present * STANDARD_FACTOR + STANDARD_CONSTANT
-        row.append(z[FIRST] * z[SECOND])
-@if cubes
-        row.append(z**3)
-@end
+@for updates
+@{code}
 @end
         self.load = _answer(np.concatenate(row))
 @if ring
@@ -218,16 +185,9 @@ class State:
             end = start
         return self.kept - 1
 @end
-@if lag
+@for functions
 
-    def _lagged(self, wanted, present):
-        """Gauges at the lag, interpolated; the present ones before it has passed."""
-        younger = np.searchsorted(self.times[: self.kept], wanted, side="right")
-        if younger == 0 or younger == self.kept:
-            return present
-        start, end = self.times[younger - 1], self.times[younger]
-        before, after = self.gauges[younger - 1], self.gauges[younger]
-        return before + (wanted - start) / (end - start) * (after - before)
+@{code}
 @end
 
 

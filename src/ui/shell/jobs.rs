@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::analysis::{
-    AnalysisError, HistoryBlock, Study, compare, comparison_table, report, stretches_on_screen,
-    train,
+    AnalysisError, Study, compare, comparison_table, report, stretches_on_screen, train,
 };
 use crate::app::{
     Command, ComparisonCommand, Effect, Existing, FileContent, ImportCommand, KnownOf, Level,
@@ -253,10 +252,7 @@ impl Shell {
                 recordings,
                 settings,
             } => {
-                let title = match block {
-                    HistoryBlock::Play => "Choosing play radii",
-                    HistoryBlock::Creep => "Choosing creep times",
-                };
+                let title = format!("Choosing {}", block.setting().label.to_lowercase());
                 self.start(Kind::Choose, title, move |progress| {
                     let chosen = caught(|| {
                         let study = Study::lay(recordings, settings, progress)?;
