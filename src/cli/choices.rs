@@ -3,11 +3,17 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
-use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
-use crate::features::{BLOCKS, Blocks, Distance, FeatureSettings, Setting, Thresholds, listed};
+use crate::calibration::{
+    DECIMATION, EPOCHS, FitSettings, KernelSettings, LANDMARKS, NetworkSettings, OFFSET, RIDGE,
+    Regressor, RidgeChoice, SEED,
+};
+use crate::features::{
+    BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
+};
 use crate::recording::delimited::LoadWarning;
 use crate::recording::{Entry, RecordingSet, Role, simulated};
 
@@ -204,28 +210,22 @@ pub struct BlockArgs {
     #[command(flatten)]
     listed: ListedBlocks,
     /// What F_th is measured in; without a force axis it is full-scale.
-    #[arg(long, value_enum, default_value = "force", help_heading = HEADING)]
-    pub distance: DistanceArg,
-    /// How much the linear fit shrinks what the blocks append: a number, or "auto": by leave-one-recording-out, for each
-    /// axis.
-    #[arg(long, value_name = "STRENGTH", default_value = "0", value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
+    pub distance: Distance,
+    #[arg(long = RIDGE.option, help = RIDGE.help(), value_name = RIDGE.unit.placeholders[0], default_value = "0",
+        value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
     pub ridge: RidgeChoice,
     /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
-    /// Fit without a constant term, as the paper does.
-    #[arg(long)]
+    #[arg(long = OFFSET.option, help = format!("Fit without: {}", OFFSET.help()))]
     pub no_offset: bool,
 }
 
 impl BlockArgs {
     /// What F_th is really measured in.
     fn distance(&self, recordings: &RecordingSet) -> Distance {
-        match self.distance {
-            DistanceArg::Force => Distance::Force,
-            DistanceArg::FullScale => Distance::FullScale,
-        }
-        .effective(&recordings.layout().axes)
+        self.distance.effective(&recordings.layout().axes)
     }
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
@@ -251,21 +251,20 @@ impl BlockArgs {
 /// Blocks add up; those that are not named are not used, except that without any block there is one look-back.
 #[derive(Debug, Args)]
 pub struct FitChoices {
-    /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
-    /// 0.25 of full scale].
     #[arg(
-        long,
-        value_name = "F",
+        long = F_TH.option,
+        help = f_th_help(),
+        value_name = F_TH.unit.placeholders[0],
         allow_negative_numbers = true,
         conflicts_with = "look_back",
         value_parser = one_f_th,
         help_heading = HEADING
     )]
     pub f_th: Option<f64>,
-    /// How old the past sample may be, in seconds [default: 15].
     #[arg(
-        long,
-        value_name = "SECONDS",
+        long = T_TH.option,
+        help = format!("{} [default: {}]", T_TH.help(), T_TH.number()),
+        value_name = T_TH.unit.placeholders[0],
         allow_negative_numbers = true,
         help_heading = HEADING
     )]
@@ -280,15 +279,20 @@ pub struct FitChoices {
     pub look_back: Option<LookBacks>,
     #[command(flatten)]
     pub blocks: BlockArgs,
-    /// Passes of a network over the training samples.
-    #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
+    #[arg(long = EPOCHS.option, help = EPOCHS.help(), value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
     pub epochs: usize,
-    /// What a network starts from; the same seed gives the same network.
-    #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
+    #[arg(long = SEED.option, help = SEED.help(), value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
     pub seed: u64,
-    /// Samples that a kernel compares the others with.
-    #[arg(long, value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
+    #[arg(long = LANDMARKS.option, help = LANDMARKS.help(), value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
     pub landmarks: usize,
+}
+
+fn f_th_help() -> String {
+    let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
+    format!(
+        "{} [newtons, or over full scale a share of it (0.1 is 10 %); default: {newtons}, or {share} of full scale]",
+        F_TH.help()
+    )
 }
 
 fn one_f_th(text: &str) -> Result<f64, String> {
@@ -316,13 +320,13 @@ pub struct ModelArgs {
     #[command(flatten)]
     choices: FitChoices,
     /// How the load is made of the features.
-    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
-    regressor: RegressorArg,
-    /// Use every N-th sample only.
+    #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = "Regressor")]
+    regressor: Regressor,
     #[arg(
-        long,
+        long = DECIMATION.option,
+        help = DECIMATION.help(),
         value_name = "N",
-        default_value_t = 1,
+        default_value_t = FitSettings::default().decimation,
         allow_negative_numbers = true
     )]
     pub decimate: usize,
@@ -331,8 +335,8 @@ pub struct ModelArgs {
 impl ModelArgs {
     /// The settings that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
-        let regressor = self.regressor.into();
-        self.choices.settings(recordings, regressor, self.decimate)
+        self.choices
+            .settings(recordings, self.regressor, self.decimate)
     }
 }
 
@@ -379,40 +383,28 @@ impl FitChoices {
     }
 }
 
-/// [`Distance`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DistanceArg {
-    /// Norm over the force axes, in newtons.
-    Force,
-    /// Norm over all axes, each divided by its full scale.
-    FullScale,
+/// Takes one of a few things by its name; the last of each says what it is.
+pub(super) fn one_of<T: Copy + Send + Sync + 'static>(
+    all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
+) -> impl TypedValueParser<Value = T> {
+    let all: Vec<_> = all.into_iter().collect();
+    let names = all
+        .iter()
+        .map(|(_, name, explanation)| PossibleValue::new(*name).help(*explanation));
+    let parser = PossibleValuesParser::new(names.collect::<Vec<_>>());
+    parser.map(move |name| {
+        let named = all.iter().find(|(_, own, _)| *own == name);
+        named.expect("no other name passes").0
+    })
 }
 
-/// [`Regressor`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum RegressorArg {
-    /// Least squares.
-    Linear,
-    /// The paper's network.
-    Network,
-    /// Kernel ridge regression on landmarks.
-    Kernel,
-    /// Least squares, then a network on what they leave over.
-    HybridNetwork,
-    /// Least squares, then a kernel on what they leave over.
-    HybridKernel,
+/// Takes a regressor by its name.
+pub(super) fn regressor() -> impl TypedValueParser<Value = Regressor> {
+    one_of(Regressor::ALL.map(|own| (own, own.key(), own.explanation())))
 }
 
-impl From<RegressorArg> for Regressor {
-    fn from(arg: RegressorArg) -> Self {
-        match arg {
-            RegressorArg::Linear => Self::Linear,
-            RegressorArg::Network => Self::Network,
-            RegressorArg::Kernel => Self::Kernel,
-            RegressorArg::HybridNetwork => Self::HybridNetwork,
-            RegressorArg::HybridKernel => Self::HybridKernel,
-        }
-    }
+fn distance() -> impl TypedValueParser<Value = Distance> {
+    one_of(Distance::ALL.map(|own| (own, own.option(), own.explanation())))
 }
 
 #[cfg(test)]
@@ -467,5 +459,58 @@ mod tests {
         assert!("nope".parse::<LookBacks>().is_err());
         assert!(ridge("much").is_err());
         assert_eq!(ridge("auto"), Ok(RidgeChoice::Auto));
+    }
+
+    /// What the guide says of the settings is what the program says of them.
+    #[test]
+    fn the_guide_lists_every_setting_and_the_method_every_block() {
+        let blocks = BLOCKS.iter().map(|block| block.setting());
+        let others = [&RIDGE, &EPOCHS, &SEED, &LANDMARKS, &OFFSET, &DECIMATION];
+        let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain(others);
+        let rows = rows.map(|setting| {
+            format!(
+                "| `--{}` | {} | {} | {} | {} |\n",
+                setting.option,
+                setting.label,
+                setting.in_words(setting.default),
+                setting.range,
+                setting.help()
+            )
+        });
+        let head = "| option | setting | default | range | meaning |\n|---|---|---|---|---|\n";
+        let table = head.to_owned() + &rows.collect::<String>();
+        let page = include_str!("../../assets/guide/command-line.md");
+        assert!(
+            page.contains(&table),
+            "the table of command-line.md should be\n{table}"
+        );
+        let list: String = BLOCKS
+            .iter()
+            .map(|block| {
+                let name = block.name().to_lowercase();
+                format!(
+                    "* **{name}**: {}: `{}`\n",
+                    block.setting().help(),
+                    block.formula()
+                )
+            })
+            .collect();
+        let page = include_str!("../../assets/guide/method.md");
+        assert!(
+            page.contains(&list),
+            "the list of method.md should be\n{list}"
+        );
+        let readme = include_str!("../../README.md");
+        for setting in BLOCKS.iter().map(|block| block.setting()) {
+            let values = match setting.choices() {
+                Some(choices) => {
+                    let values = choices[1..].iter().map(|choice| f64::from(choice.value));
+                    listed(&values.collect::<Vec<_>>(), "|")
+                }
+                None => listed(setting.default, ","),
+            };
+            let said = format!("[--{} {values}]", setting.option);
+            assert!(readme.contains(&said), "README.md does not say {said}");
+        }
     }
 }

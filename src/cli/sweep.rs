@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::choices::{BlockArgs, List, RecordingArgs};
+use super::choices::{BlockArgs, List, RecordingArgs, one_of};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file};
 use crate::analysis::{AnalysisError, BlockSuggestion, HistoryBlock, Study, StudyEvent};
-use crate::calibration::Scores;
+use crate::calibration::{DECIMATION, FitSettings, Scores};
 use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
@@ -55,11 +55,11 @@ pub struct SweepArgs {
     /// Also choose the values of these blocks by leave-one-out, each beside the other blocks that are named.
     #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
     pick: Vec<HistoryBlock>,
-    /// Use every N-th sample only.
     #[arg(
-        long,
+        long = DECIMATION.option,
+        help = DECIMATION.help(),
         value_name = "N",
-        default_value_t = 1,
+        default_value_t = FitSettings::default().decimation,
         allow_negative_numbers = true
     )]
     decimate: usize,
@@ -165,21 +165,8 @@ fn symbols(axes: &[Axis]) -> Vec<&'static str> {
 
 /// Takes a block whose values can be found by its option's name.
 fn searched_block() -> impl TypedValueParser<Value = HistoryBlock> {
-    let blocks = BLOCKS
-        .iter()
-        .copied()
-        .filter(|block| block.search().is_some());
-    let names = blocks.map(|block| {
-        let setting = block.setting();
-        PossibleValue::new(setting.option).help(setting.label)
-    });
-    PossibleValuesParser::new(names).try_map(|name| {
-        let named = BLOCKS
-            .iter()
-            .copied()
-            .find(|block| block.setting().option == name);
-        named.ok_or("no such block")
-    })
+    let blocks = BLOCKS.iter().filter(|block| block.search().is_some());
+    one_of(blocks.map(|block| (*block, block.setting().option, block.setting().label)))
 }
 
 /// All that is printed.

@@ -88,6 +88,24 @@ impl Range {
     }
 }
 
+impl Range {
+    /// The ends of a field in which a value is typed; it may still refuse what lies on one of them.
+    #[must_use]
+    pub fn ends(self) -> (f64, f64) {
+        match self {
+            Self::Positive | Self::NotNegative | Self::NotNegativeOrAuto => (0.0, f64::INFINITY),
+            Self::UpTo(max) => (0.0, max),
+            Self::Whole(min, max) => (min as f64, max as f64),
+            Self::OneOf(choices) => {
+                let ends = [choices.first(), choices.last()];
+                let [min, max] = ends.map(|end| end.map_or(0.0, |end| f64::from(end.value)));
+                (min, max)
+            }
+            Self::Switch => (0.0, 1.0),
+        }
+    }
+}
+
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -141,7 +159,7 @@ pub struct Setting {
     pub default: &'static [f64],
     /// Which values are allowed.
     pub range: Range,
-    /// How much a step of the window's field changes it.
+    /// How much it changes when its field in the window is dragged by a point.
     pub step: f64,
     /// What it does.
     pub explanation: &'static str,
@@ -201,6 +219,8 @@ impl Setting {
         }
         match values {
             [] => "none".to_owned(),
+            [1.0] if self.range == Range::Switch => "on".to_owned(),
+            [_] if self.range == Range::Switch => "off".to_owned(),
             _ if self.unit.symbol.is_empty() => listed(values, ", "),
             _ => format!("{} {}", listed(values, ", "), self.unit.symbol),
         }

@@ -3,6 +3,7 @@
 use egui::RichText;
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
+use crate::features::BLOCKS;
 use crate::ui::actions::Action;
 use crate::ui::equation::laid_out;
 
@@ -85,7 +86,7 @@ const MOUSE: [(&str, &str); 9] = [
     ),
 ];
 
-const WORDS: [(&str, &str); 12] = [
+const WORDS: [(&str, &str); 10] = [
     ("Calc.", "calculated: the load that was really applied"),
     (
         "Conv.",
@@ -114,21 +115,13 @@ const WORDS: [(&str, &str); 12] = [
         "leave-one-recording-out: each training recording scored by a fit to the others",
     ),
     (
-        "Play",
-        "p ← max(s − r, min(s + r, p)): follows the gauge with a slack of r; the element of hysteresis",
-    ),
-    (
-        "Creep",
-        "a first-order low-pass of the gauge with a time constant",
-    ),
-    (
         "Ridge",
         "shrinks what the blocks append, so that Comp. ends at Conv. where the past says nothing",
     ),
 ];
 
 /// The paper's equations by their numbers, then what the program adds to them.
-const EQUATIONS: [(&str, &str, &str); 16] = [
+const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Eq. 1",
         "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T",
@@ -187,16 +180,6 @@ const EQUATIONS: [(&str, &str, &str); 16] = [
         "L = C^{-1} [S, S_{past}, …]^T + c",
         "least squares on the gauges and all that the blocks append",
     ),
-    (
-        "Play",
-        "p ← max(s − r, min(s + r, p))",
-        "each gauge s with a slack of r: the element of the Prandtl-Ishlinskii model",
-    ),
-    (
-        "Creep",
-        "τ dc/dt = s − c",
-        "a low-pass of each gauge with the time constant τ",
-    ),
 ];
 
 impl Help {
@@ -246,7 +229,11 @@ impl Help {
                         }
                         Page::Keys => keys(ui, &actions()),
                         Page::Mouse => rows(ui, "mouse", MOUSE.iter().copied()),
-                        Page::Words => rows(ui, "words", WORDS.iter().copied()),
+                        Page::Words => {
+                            let blocks = blocks();
+                            let own = blocks.iter().map(|(name, _, help)| (*name, &**help));
+                            rows(ui, "words", WORDS.iter().copied().chain(own));
+                        }
                         Page::Equations => {
                             ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
                             equations(ui);
@@ -282,6 +269,14 @@ fn keys(ui: &mut egui::Ui, actions: &[Action]) {
     rows(ui, "keys", own.chain(others));
 }
 
+/// The blocks' names, formulas and explanations.
+fn blocks() -> Vec<(&'static str, &'static str, String)> {
+    let blocks = BLOCKS.iter();
+    blocks
+        .map(|block| (block.name(), block.formula(), block.setting().help()))
+        .collect()
+}
+
 fn equations(ui: &mut egui::Ui) {
     let color = ui.visuals().strong_text_color();
     egui::Grid::new("equations")
@@ -289,7 +284,11 @@ fn equations(ui: &mut egui::Ui) {
         .striped(true)
         .spacing([16.0, 8.0])
         .show(ui, |ui| {
-            for (number, equation, words) in EQUATIONS {
+            let blocks = blocks();
+            let own = blocks
+                .iter()
+                .map(|(name, formula, help)| (*name, *formula, &**help));
+            for (number, equation, words) in EQUATIONS.into_iter().chain(own) {
                 ui.label(RichText::new(number).strong());
                 ui.vertical(|ui| {
                     ui.label(laid_out(ui, equation, color));

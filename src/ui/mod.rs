@@ -27,6 +27,7 @@ mod plots;
 mod recordings_panel;
 mod recovery;
 mod regressor_panel;
+mod setting;
 mod settings_panel;
 mod shell;
 mod start;

@@ -180,7 +180,7 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
         ),
         (
             &["--regressor", "kernel", "--landmarks", "0"],
-            &["0 landmarks"],
+            &["number of landmarks is 0"],
         ),
         (&["--regressor", "network", "--epochs", "0"], &["epochs"]),
         (

@@ -93,6 +93,38 @@ pub enum Distance {
 }
 
 impl Distance {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::FullScale => "full-scale",
+        }
+    }
+
+    /// Its title.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Force => "forces [N]",
+            Self::FullScale => "all axes [% FS]",
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Force => "Norm of the force difference in newtons, as in the paper",
+            Self::FullScale => {
+                "Norm over all axes, each divided by its full scale: for sensors whose moments move on their own"
+            }
+        }
+    }
+
     /// The factor for each axis: d is the norm of the differences times these.
     ///
     /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
