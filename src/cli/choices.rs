@@ -212,9 +212,8 @@ pub struct BlockArgs {
     /// What F_th is measured in; without a force axis it is full-scale.
     #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
     pub distance: Distance,
-    #[arg(long = RIDGE.option, help = RIDGE.help(), value_name = RIDGE.unit.placeholders[0], default_value = "0",
-        value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
-    pub ridge: RidgeChoice,
+    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    pub ridge: Option<RidgeChoice>,
     /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
@@ -237,7 +236,7 @@ impl BlockArgs {
                 distance: self.distance(recordings),
                 blocks: self.listed.blocks.clone(),
             },
-            ridge: self.ridge,
+            ridge: self.ridge.unwrap_or_default(),
             offset: !self.no_offset,
             decimation,
             full_scale: full_scale.copied().map(Some).collect(),
@@ -263,7 +262,7 @@ pub struct FitChoices {
     pub f_th: Option<f64>,
     #[arg(
         long = T_TH.option,
-        help = format!("{} [default: {}]", T_TH.help(), T_TH.number()),
+        help = with_default(&T_TH),
         value_name = T_TH.unit.placeholders[0],
         allow_negative_numbers = true,
         help_heading = HEADING
@@ -285,6 +284,10 @@ pub struct FitChoices {
     pub seed: u64,
     #[arg(long = LANDMARKS.option, help = LANDMARKS.help(), value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
     pub landmarks: usize,
+}
+
+fn with_default(setting: &Setting) -> String {
+    format!("{} [default: {}]", setting.help(), setting.number())
 }
 
 fn f_th_help() -> String {

@@ -15,13 +15,17 @@ pub const MOST_COLUMNS: usize = 640;
 
 /// The values of every block of the list; a block without any is not used.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Blocks([Vec<f64>; BLOCKS.len()]);
+pub struct Blocks {
+    values: [Vec<f64>; BLOCKS.len()],
+    /// How many sets of past gauges they make; every sample asks for it.
+    n_histories: usize,
+}
 
 impl Blocks {
     /// The values of a block.
     #[must_use]
     pub fn of(&self, block: &dyn Block) -> &[f64] {
-        &self.0[position(block)]
+        &self.values[position(block)]
     }
 
     /// Every block with what it begins with.
@@ -37,7 +41,9 @@ impl Blocks {
     pub fn set(&mut self, block: &dyn Block, values: Vec<f64>) {
         let none = block.setting().choices().map(|choices| choices[0].value);
         let is_none = none.is_some_and(|none| values == [f64::from(none)]);
-        self.0[position(block)] = if is_none { Vec::new() } else { values };
+        self.values[position(block)] = if is_none { Vec::new() } else { values };
+        let histories = self.used().filter(|(block, _)| is_history(*block));
+        self.n_histories = histories.map(|(_, values)| values.len()).sum();
     }
 
     /// These with other values of a block.
@@ -49,21 +55,25 @@ impl Blocks {
 
     /// The blocks in use with their values, in the order of their columns.
     pub fn used(&self) -> impl Iterator<Item = (&'static dyn Block, &[f64])> {
-        let all = BLOCKS.iter().copied().zip(&self.0);
+        let all = BLOCKS.iter().copied().zip(&self.values);
         all.filter_map(|(block, values)| (!values.is_empty()).then_some((block, &values[..])))
     }
 
     /// Every block with its values as a file has them: the one number of a choice, the list of the others.
     pub fn stored(&self) -> impl Iterator<Item = (&'static dyn Block, Stored<'_>)> {
-        BLOCKS.iter().copied().zip(&self.0).map(|(block, values)| {
-            let stored = match block.setting().choices() {
-                Some(choices) => {
-                    Stored::Number(values.first().map_or(choices[0].value, |v| *v as u8))
-                }
-                None => Stored::List(values),
-            };
-            (block, stored)
-        })
+        BLOCKS
+            .iter()
+            .copied()
+            .zip(&self.values)
+            .map(|(block, values)| {
+                let stored = match block.setting().choices() {
+                    Some(choices) => {
+                        Stored::Number(values.first().map_or(choices[0].value, |v| *v as u8))
+                    }
+                    None => Stored::List(values),
+                };
+                (block, stored)
+            })
     }
 }
 
@@ -212,8 +222,7 @@ impl FeatureSettings {
     /// How many sets of gauges the history blocks append.
     #[must_use]
     pub fn n_histories(&self) -> usize {
-        let histories = self.blocks.used().filter(|(block, _)| is_history(*block));
-        self.look_backs.len() + histories.map(|(_, values)| values.len()).sum::<usize>()
+        self.look_backs.len() + self.blocks.n_histories
     }
 
     /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, offset.
@@ -296,10 +305,7 @@ impl FeatureSettings {
                 true => String::new(),
                 false => format!(", t_th {t_th_secs} s"),
             };
-            parts.push(match self.distance {
-                Distance::Force => format!("F_th {f_th} N{t_th}"),
-                Distance::FullScale => format!("F_th {} % of full scale{t_th}", 100.0 * f_th),
-            });
+            parts.push(self.distance.in_words(*f_th) + &t_th);
         }
         parts.extend(self.blocks.used().map(|(block, values)| {
             let name = block.name().to_lowercase();

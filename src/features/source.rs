@@ -31,6 +31,21 @@ pub struct Source {
     pub python: Code,
 }
 
+impl Source {
+    /// A block whose updates in C, Rust and Python need no functions of their own.
+    #[must_use]
+    pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 3]) -> Self {
+        let [c, rust, python] = updates.map(Code::update);
+        Self {
+            constants,
+            memory,
+            c,
+            rust,
+            python,
+        }
+    }
+}
+
 /// Texts of one language.
 #[derive(Clone, Debug, Default)]
 pub struct Code {
@@ -73,6 +88,18 @@ pub struct Constant {
     pub numbers: Numbers,
 }
 
+impl Constant {
+    /// A list of numbers.
+    #[must_use]
+    pub fn list(name: &'static str, precision: Precision, values: &[f64]) -> Self {
+        Self {
+            name,
+            precision,
+            numbers: Numbers::List(values.to_vec()),
+        }
+    }
+}
+
 /// One list, or one for each value.
 #[derive(Clone, Debug)]
 pub enum Numbers {
@@ -95,4 +122,18 @@ pub struct Memory {
     pub of_gauges: bool,
     /// What is to be said of it.
     pub comment: &'static str,
+}
+
+impl Memory {
+    /// A set of gauges for each value.
+    #[must_use]
+    pub fn of_gauges(name: &'static str, precision: Precision, sets: usize) -> Self {
+        Self {
+            name,
+            precision,
+            sets,
+            of_gauges: true,
+            comment: "",
+        }
+    }
 }

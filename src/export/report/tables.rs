@@ -5,7 +5,7 @@ use super::{ReportData, ReportRecording, date};
 use crate::calibration::{Calibration, Learned, LinearMap};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::features::{BLOCKS, Distance};
+use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::recording::Role;
 use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note};
 
@@ -166,16 +166,8 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let features = &calibration.features;
     let quality = &calibration.quality;
     let look_backs: Vec<String> = (features.look_backs.iter())
-        .map(|thresholds| match features.distance {
-            Distance::Force => format!(
-                "F_th {} N, t_th {} s",
-                thresholds.f_th, thresholds.t_th_secs
-            ),
-            Distance::FullScale => format!(
-                "F_th {} % of full scale, t_th {} s",
-                100.0 * thresholds.f_th,
-                thresholds.t_th_secs
-            ),
+        .map(|Thresholds { f_th, t_th_secs }| {
+            format!("{}, t_th {t_th_secs} s", features.distance.in_words(*f_th))
         })
         .collect();
     let per_axis = |values: &[f64]| -> String {

@@ -4,8 +4,8 @@
 //! so the rate of sampling may change.
 
 use crate::features::{
-    Appends, Block, Code, Constant, GaugeScale, Lists, Memory, Numbers, Precision, Range, Rows,
-    Search, Setting, Source, Stream, Unit,
+    Appends, Block, Constant, GaugeScale, Lists, Memory, Precision, Range, Rows, Search, Setting,
+    Source, Stream, Unit,
 };
 
 /// The block; its values are time constants.
@@ -52,23 +52,14 @@ impl Block for Creep {
     }
 
     fn source(&self, taus_secs: &[f64], _rows: &Rows<'_>) -> Source {
-        Source {
-            constants: vec![Constant {
-                name: "tau_secs",
-                precision: Precision::Double,
-                numbers: Numbers::List(taus_secs.to_vec()),
-            }],
-            memory: vec![Memory {
-                name: "creep",
-                precision: Precision::Double,
-                sets: taus_secs.len(),
-                of_gauges: true,
+        Source::new(
+            vec![Constant::list("tau_secs", Precision::Double, taus_secs)],
+            vec![Memory {
                 comment: "double: in float the small steps of a slow one would be lost",
+                ..Memory::of_gauges("creep", Precision::Double, taus_secs.len())
             }],
-            c: Code::update(C),
-            rust: Code::update(RUST),
-            python: Code::update(PYTHON),
-        }
+            [C, RUST, PYTHON],
+        )
     }
 
     fn search(&self) -> Option<Search> {

@@ -6,8 +6,8 @@
 use std::collections::VecDeque;
 
 use crate::features::{
-    Appends, Block, Code, Constant, GaugeScale, Memory, Numbers, Precision, Range, Rows, Setting,
-    Source, Stream, Unit,
+    Appends, Block, Code, Constant, GaugeScale, Memory, Precision, Range, Rows, Setting, Source,
+    Stream, Unit,
 };
 
 /// The block; its values are lags.
@@ -59,11 +59,7 @@ impl Block for FixedLag {
             ..Code::update(update)
         };
         Source {
-            constants: vec![Constant {
-                name: "lag_secs",
-                precision: Precision::Double,
-                numbers: Numbers::List(lags_secs.to_vec()),
-            }],
+            constants: vec![Constant::list("lag_secs", Precision::Double, lags_secs)],
             memory: vec![Memory {
                 name: "behind",
                 precision: Precision::Index,

@@ -5,8 +5,8 @@
 //! gauge, so that one list fits gauges of any unit.
 
 use crate::features::{
-    Appends, Block, Code, Constant, GaugeScale, Lists, Memory, Numbers, Precision, Range, Rows,
-    Search, Setting, Source, Stream, Unit,
+    Appends, Block, Constant, GaugeScale, Lists, Memory, Numbers, Precision, Range, Rows, Search,
+    Setting, Source, Stream, Unit,
 };
 
 /// The block; its values are radii.
@@ -56,23 +56,15 @@ impl Block for Play {
     fn source(&self, radii: &[f64], rows: &Rows<'_>) -> Source {
         let in_units_of_gauges =
             |radius: &f64| rows.scale.deviation.iter().map(|sd| radius * sd).collect();
-        Source {
-            constants: vec![Constant {
+        Source::new(
+            vec![Constant {
                 name: "radius",
                 precision: Precision::Real,
                 numbers: Numbers::Rows(radii.iter().map(in_units_of_gauges).collect()),
             }],
-            memory: vec![Memory {
-                name: "play",
-                precision: Precision::Real,
-                sets: radii.len(),
-                of_gauges: true,
-                comment: "",
-            }],
-            c: Code::update(C),
-            rust: Code::update(RUST),
-            python: Code::update(PYTHON),
-        }
+            vec![Memory::of_gauges("play", Precision::Real, radii.len())],
+            [C, RUST, PYTHON],
+        )
     }
 
     fn search(&self) -> Option<Search> {

@@ -5,8 +5,8 @@
 //! i ≤ j, then `zᵢ³`. Gauges are standardised first, else the powers would drown each other.
 
 use crate::features::{
-    Appends, Block, Choice, Code, Constant, GaugeScale, Monomial, Numbers, Precision, Range, Rows,
-    Setting, Source, Stream, Unit,
+    Appends, Block, Choice, Code, Constant, GaugeScale, Monomial, Precision, Range, Rows, Setting,
+    Source, Stream, Unit,
 };
 
 /// The block; its one value is the degree.
@@ -73,10 +73,9 @@ impl Block for Polynomial {
     }
 
     fn source(&self, degree: &[f64], rows: &Rows<'_>) -> Source {
-        let constant = |name, pick: fn(&(f64, f64)) -> f64| Constant {
-            name,
-            precision: Precision::Real,
-            numbers: Numbers::List(rows.standardise.iter().map(pick).collect()),
+        let constant = |name, pick: fn(&(f64, f64)) -> f64| {
+            let values: Vec<f64> = rows.standardise.iter().map(pick).collect();
+            Constant::list(name, Precision::Real, &values)
         };
         let with_cubes = degree_of(degree) > 2;
         let code = |squares: &str, cubes: &str| {

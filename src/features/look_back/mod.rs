@@ -125,6 +125,15 @@ impl Distance {
         }
     }
 
+    /// An F_th with its unit.
+    #[must_use]
+    pub fn in_words(self, f_th: f64) -> String {
+        match self {
+            Self::Force => format!("F_th {f_th} N"),
+            Self::FullScale => format!("F_th {} % of full scale", 100.0 * f_th),
+        }
+    }
+
     /// The factor for each axis: d is the norm of the differences times these.
     ///
     /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
