@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput};
+use loopscope::import::read;
 use loopscope::progress::Progress;
-use loopscope::recording::delimited::read;
 
 const N_ROWS: usize = 243_000;
 
@@ -31,7 +31,7 @@ fn reading(criterion: &mut Criterion, path: &Path, n_bytes: u64) {
     let mut group = criterion.benchmark_group("reading");
     group.sample_size(20).throughput(Throughput::Bytes(n_bytes));
     group.bench_function("243,000 rows, 13 columns", |bencher| {
-        bencher.iter(|| read(path, &Progress::default()).expect("the file is sound"));
+        bencher.iter(|| read(path, None, &[], &Progress::default()).expect("the file is sound"));
     });
     group.finish();
 }

@@ -22,12 +22,8 @@ fn slider_step(c: &mut Criterion) {
         for f_th in [0.0, 3.0, 20.0] {
             let mut analyst = Analyst::default();
             let mut request = Request {
-                recordings: Arc::clone(&recordings),
-                settings: FitSettings::default(),
                 view,
-                calibration: None,
-                trained: false,
-                factory: None,
+                ..Request::fit(Arc::clone(&recordings), FitSettings::default())
             };
             let mut nudge = 0.0;
             group.bench_function(format!("{name}, F_th {f_th} N"), |b| {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use loopscope::analysis::{HistoryBlock, Study};
+use loopscope::analysis::{Datasets, HistoryBlock, Study};
 use loopscope::calibration::{FitSettings, RidgeChoice};
 use loopscope::evaluation::threshold_study::{Measure, ThresholdGrid};
 use loopscope::features::{Creep, FeatureSettings, Play, Thresholds};
@@ -14,8 +14,13 @@ fn thresholds(c: &mut Criterion) {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let progress = Progress::default();
     let lay = |settings: &FitSettings| {
-        Study::lay(Arc::clone(&recordings), settings.clone(), &progress)
-            .expect("the built-in sensor can be fitted")
+        Study::prepare(
+            &Datasets::default(),
+            Arc::clone(&recordings),
+            settings.clone(),
+            &progress,
+        )
+        .expect("the built-in sensor can be fitted")
     };
     let plain = FitSettings::default();
     let auto = FitSettings {

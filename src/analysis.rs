@@ -6,9 +6,9 @@
 //! regressors, a [`Study`] for thresholds.
 
 mod comparison;
+mod dataset;
 mod factory;
 mod fit;
-mod ground;
 pub mod loops;
 mod report;
 mod stretches;
@@ -20,18 +20,21 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::calibration::{
-    Calibration, CalibrationError, FactoryScores, FitSettings, LearnedError, SettingsError,
+    Calibration, CalibrationError, FactoryScores, FitSettings, LearnedError, Past, SettingsError,
 };
 use crate::evaluation::threshold_study::{GridError, NoSuggestion};
 use crate::panicked::Panicked;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::RecordingSet;
 
-use ground::Ground;
+use dataset::{Dataset, Key, is_same};
+use factory::Factory;
+use traces::FixedTraces;
 
 pub use comparison::{
     Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
 };
+pub use dataset::Datasets;
 pub use factory::read_factory;
 pub use report::report;
 pub use stretches::{stretches_on_screen, stretches_within};
@@ -54,6 +57,8 @@ pub struct Request {
     pub trained: bool,
     /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`].
     pub factory: Option<Arc<Calibration>>,
+    /// What is shared with other questions about the same recordings.
+    pub datasets: Datasets,
 }
 
 impl Request {
@@ -67,6 +72,7 @@ impl Request {
             calibration: None,
             trained: false,
             factory: None,
+            datasets: Datasets::default(),
         }
     }
 }
@@ -162,7 +168,10 @@ pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, Analy
 /// Analyses again and again, keeping what a moved threshold does not change.
 #[derive(Debug, Default)]
 pub struct Analyst {
-    ground: Option<Ground>,
+    data: Option<Arc<Dataset>>,
+    /// What the factory's matrix gives on that data.
+    factory: Option<(Arc<Calibration>, Factory)>,
+    fixed_traces: Option<FixedTraces>,
 }
 
 impl Analyst {
@@ -181,18 +190,93 @@ impl Analyst {
             return Err(AnalysisError::NoRecordings);
         }
         progress.add_total(2 * request.recordings.entries().len() as u64);
-        if !self
-            .ground
-            .as_ref()
-            .is_some_and(|ground| ground.holds(request))
-        {
-            // Taken away first: two sets of loads need not fit in memory at once.
-            self.ground = None;
-            self.ground = Some(Ground::lay(request, progress)?);
+        let data = self.data(request, progress)?;
+        let mut calibration = match &request.calibration {
+            Some(applied) => Calibration::clone(applied),
+            None => data.blank_calibration(&request.settings)?,
+        };
+        let past = data.past(&calibration, progress)?;
+        let errors = if request.calibration.is_some() {
+            let own = calibration.quality.clone();
+            let errors = data.score_applied(&past, &mut calibration);
+            if request.trained {
+                calibration.quality = own;
+            }
+            errors
+        } else {
+            data.fit(request.settings.ridge, &past, &mut calibration)
+        };
+        progress.check()?;
+        let recordings = data
+            .entries
+            .iter()
+            .zip(&past)
+            .zip(errors)
+            .map(|((entry, past), errors)| {
+                let n_samples = entry.recording.n_samples();
+                let (conventional_rmse, compensated_rmse) = errors.unzip();
+                RecordingResult {
+                    n_samples,
+                    conventional_rmse,
+                    compensated_rmse,
+                    share_with_past: past.first().map(|past| {
+                        let with_past = (0..).zip(past).filter(|(k, past)| k != *past).count();
+                        with_past as f64 / n_samples as f64
+                    }),
+                }
+            })
+            .collect();
+        let traces = self.traces(&data, request.view, &calibration, &past);
+        let factory = self.factory.as_ref();
+        Ok(Analysis {
+            factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
+            calibration: Arc::new(calibration),
+            fitted: request.calibration.is_none() || request.trained,
+            recordings,
+            traces: Arc::new(traces),
+            elapsed: start.elapsed(),
+        })
+    }
+
+    /// The data that a request needs; what was made of other data goes.
+    fn data(
+        &mut self,
+        request: &Request,
+        progress: &Progress,
+    ) -> Result<Arc<Dataset>, AnalysisError> {
+        // Let go first: two sets of loads need not fit in memory at once.
+        let before = self.data.take().map(|data| Arc::downgrade(&data));
+        let data = request.datasets.get(&Key::of(request), progress)?;
+        let is_other = before.is_none_or(|before| before.as_ptr() != Arc::as_ptr(&data));
+        let own = self.factory.as_ref().map(|(own, _)| Arc::clone(own));
+        if is_other || !is_same(&own, &request.factory) {
+            (self.factory, self.fixed_traces) = (None, None);
+            if let Some(factory) = &request.factory {
+                let loads = Factory::new(factory, &data.entries)?;
+                self.factory = Some((Arc::clone(factory), loads));
+            }
         }
-        let ground = self.ground.as_mut().expect("was just laid");
-        let mut analysis = ground.analyse(request, progress)?;
-        analysis.elapsed = start.elapsed();
-        Ok(analysis)
+        self.data = Some(Arc::clone(&data));
+        Ok(data)
+    }
+
+    fn traces(
+        &mut self,
+        data: &Dataset,
+        view: View,
+        calibration: &Calibration,
+        past: &[Past],
+    ) -> TraceSet {
+        let view = view.within(data.entries.len());
+        let fixed = match self.fixed_traces.take() {
+            Some(fixed) if fixed.view() == view => fixed,
+            _ => {
+                let factory = self.factory.as_ref().map(|(_, factory)| factory);
+                FixedTraces::new(view, &data.entries, &data.loads, &calibration.axes, factory)
+            }
+        };
+        let traces = fixed.with_past(&data.entries, calibration, past);
+        self.fixed_traces = Some(fixed);
+        traces
     }
 }

@@ -25,13 +25,14 @@ use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    CalibrationFormat, ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets,
-    name_gauges, read_calibration, write_atomically, write_loads_csv,
+    ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets, name_gauges,
+    names_gauges, read_calibration, target_endings, target_for, write_atomically, write_loads_csv,
 };
+use crate::formats::FileError;
+use crate::formats::csv::write_csv;
+use crate::import::map::{ColumnMap, MapFileError};
+use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, MapFileError};
-use crate::recording::delimited::{self, LoadWarning, ReadError};
-use crate::recording::write_csv::write_csv;
 use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
 use crate::shown::{self, printable};
 
@@ -48,7 +49,7 @@ pub struct Cli {
     /// The job; without one the window opens.
     #[command(subcommand)]
     pub job: Option<Job>,
-    /// Recordings (delimited text) or a calibration (JSON) to open in the window.
+    /// Recordings or a calibration (JSON) to open in the window; `inspect --help` lists the formats of recordings.
     pub files: Vec<PathBuf>,
 }
 
@@ -237,7 +238,7 @@ pub enum JobError {
     Output(#[from] io::Error),
     #[error("the split is {0}; it must lie between 0 and 1, and leave both sides a sample")]
     Split(f64),
-    #[error("{}: the ending says no format; use one of {}", .path.display(), CalibrationFormat::listed())]
+    #[error("{}: the ending says no format; use one of {}", .path.display(), target_endings())]
     Ending { path: PathBuf },
     #[error("{}: the ending says no format of traces; use {}", .path.display(), TraceFormat::LISTED)]
     TracesEnding { path: PathBuf },
@@ -278,7 +279,12 @@ impl JobError {
     fn is_usage(&self) -> bool {
         matches!(
             self,
-            Self::NamedTwice { .. } | Self::Swapped { .. } | Self::Read(ReadError::Folder { .. })
+            Self::NamedTwice { .. }
+                | Self::Swapped { .. }
+                | Self::Read(ReadError::File {
+                    source: FileError::Folder { .. },
+                    ..
+                })
         )
     }
 }
@@ -409,10 +415,7 @@ fn read_hearing(
     files
         .iter()
         .map(|path| {
-            let loaded = match &map {
-                Some(map) => delimited::read_mapped(path, map, &progress)?,
-                None => delimited::read(path, &progress)?,
-            };
+            let loaded = import::read(path, map.as_ref(), &[], &progress)?;
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
             let recordings = loaded.recordings.into_iter();
@@ -430,8 +433,7 @@ fn print_warnings(warnings: &[LoadWarning]) {
 fn run_apply(args: &Apply) -> Result<(), JobError> {
     let mut calibration =
         read_calibration(&args.calibration).map_err(|error| swapped(args, error))?;
-    let names_gauges =
-        CalibrationFormat::from_path(&args.calibration).is_none_or(CalibrationFormat::names_gauges);
+    let names_gauges = names_gauges(&args.calibration);
     args.traces.check()?;
     let outputs = load_files(args)?;
     let inputs = args.files.iter().chain([&args.calibration]);
@@ -482,9 +484,8 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
 
 /// Why there is no calibration: perhaps it stands where the recordings should.
 fn swapped(args: &Apply, error: ReadCalibrationError) -> JobError {
-    let may_be_one = |path: &&PathBuf| {
-        CalibrationFormat::from_path(path).is_some_and(CalibrationFormat::reads_back)
-    };
+    let may_be_one =
+        |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader().is_some());
     match args.files.iter().find(may_be_one) {
         Some(calibration) if !may_be_one(&&args.calibration) => JobError::Swapped {
             recording: args.calibration.clone(),

@@ -1,22 +1,23 @@
 //! LoopScope: calibrate force/torque sensors and see what their past does to them.
 //!
-//! This page is the map of the house. The rooms follow the method; each may use those below it, never those above.
+//! This page is the map of the house. The rooms follow the method; each may use those above it in this table, never those below.
 //!
 //! | room | what is in it | where to begin |
 //! |---|---|---|
-//! | [`recording`] | what was measured: recordings and their roles, any logger's text by column maps, two clocks, the simulated sensor | [`recording::Recording`] |
-//! | [`features`] | what a sample is described by: look-back (Eq. 9-12) and the other blocks | [`features::Design`] |
+//! | [`recording`] | what was measured: recordings and their roles, axes, units, tare, the simulated sensor | [`recording::Recording`] |
+//! | [`formats`] | files of numbers, one file a format: named columns, read and written | [`formats::FORMATS`] |
+//! | [`import`] | columns → recordings: column maps and guessing them, clocks, pauses, loads from a pose | [`import::read`] |
+//! | [`features`] | what a sample is described by, one file a block: look-back (Eq. 9-12) and the others | [`features::Design`] |
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
-//! | [`evaluation`] | how good it is: errors, leave-one-recording-out, threshold study, loops, rests, the certificate's figures | [`evaluation::cross_validation`] |
+//! | [`evaluation`] | how good it is: errors, cross-validation, threshold study, loops, dwells, metrology | [`evaluation::cross_validation`] |
 //! | [`report`] | what is shown, as plain data: tables and figures, described once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
-//! | [`export`] | what leaves the program, whole or not at all: calibrations in ten formats, code that runs them, tables, pictures | [`export::write_calibration`] |
+//! | [`export`] | what leaves the program, whole or not at all: calibrations, one file a target, code that runs them, traces | [`export::TARGETS`] |
 //! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |
-//! | [`app`] | the window's state and the one function that changes it; no drawing, no files | [`app::AppState::apply`] |
-//! | `ui` | the window (feature `gui`): panels that read the state and push commands | `ui::Shell` |
+//! | [`engine`] | a document, its edits and undo, questions answered off the window's thread, sessions | [`engine::Engine`] |
 //! | [`cli`] | the command line | [`cli::Job`] |
+//! | `ui` | the window (feature `gui`), one file a pane: panes ask questions, draw answers, push edits | `ui::Shell` |
 //!
-//! Beside them stand [`worker`], which keeps slow work off the window's thread and knows nothing of what it carries, and
-//! [`progress`], how such work is watched and cancelled.
+//! [`progress`] is how slow work is watched and cancelled.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -36,12 +37,14 @@
 //! ```
 
 pub mod analysis;
-pub mod app;
 pub mod calibration;
 pub mod cli;
+pub mod engine;
 pub mod evaluation;
 pub mod export;
 pub mod features;
+pub mod formats;
+pub mod import;
 pub mod panicked;
 pub mod progress;
 mod random;
@@ -51,4 +54,3 @@ mod shown;
 mod small_file;
 #[cfg(feature = "gui")]
 pub mod ui;
-pub mod worker;

@@ -8,10 +8,11 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use loopscope::formats::FileError;
+use loopscope::import::inspect::{Known, inspect};
+use loopscope::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
+use loopscope::import::{Loaded, ReadError, read};
 use loopscope::progress::Progress;
-use loopscope::recording::columns::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
-use loopscope::recording::delimited::inspect::{Known, inspect};
-use loopscope::recording::delimited::{Loaded, ReadError, read, read_mapped};
 use loopscope::recording::{Axis, Recording};
 
 const N: usize = 40;
@@ -23,11 +24,13 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn loaded(path: &Path) -> Loaded {
-    read(path, &Progress::default()).unwrap_or_else(|error| panic!("{error}"))
+    read(path, None, &[], &Progress::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn error(path: &Path) -> String {
-    read(path, &Progress::default()).unwrap_err().to_string()
+    read(path, None, &[], &Progress::default())
+        .unwrap_err()
+        .to_string()
 }
 
 /// The one recording of a file, and everything that is said about it.
@@ -249,7 +252,7 @@ fn an_array_without_names_needs_a_map_and_is_read_by_it() {
     map.table
         .columns
         .extend((0..6).map(|a| rule(8 + a, ColumnRole::Load(Axis::ALL[a]))));
-    let loaded = read_mapped(&path, &map, &Progress::default()).unwrap();
+    let loaded = read(&path, Some(&map), &[], &Progress::default()).unwrap();
     check(&loaded.recordings[0], 0.0, 6, &Axis::ALL);
 }
 
@@ -270,7 +273,7 @@ fn a_map_chooses_among_arrays_as_among_columns_of_text() {
         .find(|rule| rule.is == fx)
         .unwrap();
     (rule.unit, rule.scale) = (Some("kN".to_owned()), -1.0);
-    let loaded = read_mapped(&path, &map, &Progress::default()).unwrap();
+    let loaded = read(&path, Some(&map), &[], &Progress::default()).unwrap();
     assert_eq!(loaded.recordings[0].axes().len(), 5);
     assert_eq!(loaded.recordings[0].loads()[0], -10_000.0);
 }
@@ -286,7 +289,7 @@ fn an_array_that_a_map_lists_by_name_and_by_number_is_refused() {
             let again = ColumnKey::Number(report.number);
             let columns = &mut map.table.columns;
             columns.push(ColumnRule::new(again, ColumnRole::Ignore));
-            let read = read_mapped(&path, &map, &Progress::default());
+            let read = read(&path, Some(&map), &[], &Progress::default());
             let is_free = report.is == ColumnRole::Ignore;
             assert_eq!(read.is_ok(), is_free, "{}", report.header);
             if let Err(error) = read {
@@ -411,7 +414,7 @@ fn a_file_that_is_cut_short_says_so() {
         let content = fs::read(&fixture).unwrap();
         for part in 1..24 {
             fs::write(&path, &content[..content.len() * part / 24]).unwrap();
-            match read(&path, &Progress::default()) {
+            match read(&path, None, &[], &Progress::default()) {
                 // What a killed recorder leaves behind, and whole matrices, are used.
                 Ok(loaded) => {
                     let told: Vec<String> =
@@ -420,7 +423,10 @@ fn a_file_that_is_cut_short_says_so() {
                     let is_told = told.iter().any(|told| told.contains("ends early"));
                     assert!(is_told || is_mat, "{fixture:?} {part}: {told:?}");
                 }
-                Err(ReadError::Io { source, .. }) => panic!("{fixture:?}: {source}"),
+                Err(ReadError::File {
+                    source: FileError::Io(source),
+                    ..
+                }) => panic!("{fixture:?}: {source}"),
                 Err(error) => check_no_defect(&fixture, &error),
             }
         }
@@ -461,7 +467,7 @@ fn mutated_files_never_panic() {
                 }
             }
             fs::write(&path, &content).unwrap();
-            match read(&path, &Progress::default()) {
+            match read(&path, None, &[], &Progress::default()) {
                 Ok(loaded) => n_read += usize::from(!loaded.recordings.is_empty()),
                 Err(error) => check_no_defect(&fixture, &error),
             }
@@ -515,7 +521,7 @@ fn presses_in_arrays_are_recordings_and_bursts_are_told() {
             gap_secs: Some(0.1),
             ..map
         };
-        let cut = read_mapped(&path, &map, &Progress::default()).unwrap();
+        let cut = read(&path, Some(&map), &[], &Progress::default()).unwrap();
         assert_eq!(cut.recordings.len(), 60);
     }
 }

@@ -11,9 +11,9 @@ use loopscope::analysis::loops::{Look, LookRequest, LoopQuestion, Question, Span
 use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::FitSettings;
 use loopscope::evaluation::loops::Frame;
+use loopscope::import::map::ColumnMap;
+use loopscope::import::read;
 use loopscope::progress::Progress;
-use loopscope::recording::columns::ColumnMap;
-use loopscope::recording::delimited::read_mapped;
 use loopscope::recording::{Axis, Entry, RecordingSet, Role};
 use program::{fit, numbers};
 use serde_json::Value;
@@ -136,7 +136,7 @@ fn loops_of_a_stretch_sensor_are_drawn_to_the_pixel() {
     let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
     let map = ColumnMap::read(&maps.join("two_clocks_in_one_file.json")).unwrap();
     let path = folder.join("multisine_600s_1.csv");
-    let mut loaded = read_mapped(&path, &map, &Progress::default()).unwrap();
+    let mut loaded = read(&path, Some(&map), &[], &Progress::default()).unwrap();
     let recording = loaded.recordings.remove(0);
     let mut set = RecordingSet::default();
     set.push(Entry::new(recording, Role::Train)).unwrap();

@@ -7,8 +7,8 @@ mod screen;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group};
-use loopscope::app::{Command, Pane, Wish};
 use loopscope::recording::{RecordingSet, simulated};
+use loopscope::ui::{Command, pane};
 
 use screen::{Screen, long_recording};
 
@@ -37,8 +37,11 @@ fn frame(c: &mut Criterion) {
                 screen.frame(Some(egui::pos2(x, 150.0)));
             });
         });
-        for (pane, what) in [(Pane::Loops, "loop pane"), (Pane::Metrology, "metrology")] {
-            screen.shell.send(Command::Wish(Wish::ShowPane(pane)));
+        for (shown, what) in [
+            (pane("loops").unwrap(), "loop pane"),
+            (pane("metrology").unwrap(), "metrology"),
+        ] {
+            screen.shell.send(Command::ShowPane(shown));
             screen.settle();
             group.bench_function(format!("{name}, {what}"), |b| b.iter(|| screen.frame(None)));
         }

@@ -2,9 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use loopscope::app::{Command, ComparisonCommand, Pane, TrainingCommand, Wish};
 use loopscope::calibration::Regressor;
+use loopscope::engine::{Action, Edit};
 use loopscope::recording::{RecordingSet, simulated};
+use loopscope::ui::{Command, PaneMove, pane};
 
 use crate::screen::{Screen, long_recording};
 
@@ -88,9 +89,9 @@ fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
         due += FRAME;
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         if matches!(work, Work::Slider | Work::SliderAndMap) {
-            let mut settings = screen.shell.state().settings.clone();
+            let mut settings = screen.shell.engine().project().settings.clone();
             settings.features.look_backs[0].f_th = 2.0 + 0.01 * f64::from(at % 200);
-            screen.shell.send(Command::SetSettings(settings));
+            screen.shell.send(Edit::Settings(settings));
         }
         x = if x > 900.0 { 700.0 } else { x + 1.0 };
         screen.frame(Some(egui::pos2(x, 150.0)));
@@ -111,24 +112,24 @@ fn begin(screen: &mut Screen, work: Work) {
         Work::Nothing | Work::Slider => {}
         Work::SliderAndMap => {
             let panes = [
-                Wish::ShowPane(Pane::Thresholds),
-                Wish::ShowPane(Pane::Traces),
+                Command::ShowPane(pane("thresholds").unwrap()),
+                Command::ShowPane(pane("traces").unwrap()),
             ];
-            let beside = Wish::MovePane(Pane::Thresholds, loopscope::app::PaneMove::Bottom);
+            let beside = Command::MovePane(pane("thresholds").unwrap(), PaneMove::Bottom);
             for wish in panes.into_iter().chain([beside]) {
-                screen.shell.send(Command::Wish(wish));
+                screen.shell.send(wish);
             }
         }
         Work::Network => {
-            let mut settings = screen.shell.state().settings.clone();
+            let mut settings = screen.shell.engine().project().settings.clone();
             settings.regressor = Regressor::Network;
-            screen.shell.send(Command::SetSettings(settings));
+            screen.shell.send(Edit::Settings(settings));
             screen.settle();
-            let start = Command::Training(TrainingCommand::Start);
+            let start = Action::Train;
             screen.shell.send(start);
         }
         Work::Comparison => {
-            let start = Command::Comparison(ComparisonCommand::StartPaper);
+            let start = Action::ComparePaper;
             screen.shell.send(start);
         }
     }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use loopscope::analysis::View;
-use loopscope::app::Command;
+use loopscope::engine::{Action, Edit};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 use loopscope::ui::{NativeDialogs, Shell};
 
@@ -48,8 +48,8 @@ impl Screen {
         let mut screen = Self { context, shell };
         // The built-in sensor comes first; what is shown must come after it.
         screen.settle();
-        screen.shell.send(Command::BuiltInReady(set));
-        screen.shell.send(Command::SetView(View::All));
+        screen.shell.send(Edit::Replace(std::sync::Arc::new(set)));
+        screen.shell.send(Action::Show(View::All));
         screen.settle();
         screen
     }
@@ -63,9 +63,9 @@ impl Screen {
         }
         self.frame(None);
         assert!(
-            self.shell.state().analysis.is_some(),
+            self.shell.engine().analysis().is_some(),
             "{:?}",
-            self.shell.state().problem
+            self.shell.engine().problem()
         );
     }
 

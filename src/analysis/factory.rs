@@ -11,7 +11,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges};
-use crate::export::{CalibrationFormat, ReadCalibrationError, name_gauges, read_calibration};
+use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
 use crate::recording::{Axis, Entry, Recording, Role};
 
 /// Reads a calibration to compare with, as [`Request::factory`](crate::analysis::Request::factory) takes it; one that knows
@@ -24,7 +24,7 @@ pub fn read_factory(
     gauge_names: &[String],
 ) -> Result<Calibration, ReadCalibrationError> {
     let mut calibration = read_calibration(path)?;
-    if CalibrationFormat::from_path(path).is_some_and(|format| !format.names_gauges()) {
+    if !names_gauges(path) {
         name_gauges(&mut calibration, gauge_names);
     }
     Ok(calibration)

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::analysis::ground::{Errors, Ground, in_role};
+use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
     Calibration, LinearMap, NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores,
     Terms, condition_number, fit, fit_targets, recording_sums,
@@ -23,7 +23,7 @@ pub(super) struct Sums {
     pub parts: Vec<NormalEquations>,
 }
 
-impl Ground {
+impl Dataset {
     /// How each recording is cut: those in the train role into the parts that are left out in turn, others not at all.
     pub fn pieces(&self) -> Vec<Vec<Piece>> {
         let lengths: Vec<usize> = in_role(&self.entries, Role::Train)

@@ -237,7 +237,12 @@ fn thresholds(
 ) -> Result<Result<ReportCurves, String>, AnalysisError> {
     let recordings = Arc::clone(&request.recordings);
     let mut made = || {
-        let study = Study::lay(recordings.clone(), request.settings.clone(), progress)?;
+        let study = Study::prepare(
+            &request.datasets,
+            recordings.clone(),
+            request.settings.clone(),
+            progress,
+        )?;
         let present = study.present_thresholds();
         let grid = grid_through(present, study.largest_distance())?;
         let map = study.threshold_map(&grid, progress, &|_| {})?;
@@ -436,7 +441,7 @@ fn loop_figure(picture: &LoopPicture) -> Figure<'static> {
         })
     });
     let (full, all) = (picture.n_full_cycles, picture.n_cycles);
-    let label = |what: &str| format!("{} {what} [{}]", axis.symbol(), axis.unit());
+    let label = |what: &str| axis.label_of(what);
     Figure {
         title: format!("{}: {full} full of {all} cycles", axis.symbol()),
         across: Scale::new(label("Calc."), picture.whole.loads),

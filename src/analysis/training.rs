@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::analysis::ground::Ground;
+use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, NetworkError, Samples};
@@ -39,10 +39,10 @@ pub fn train(
 ) -> Result<Calibration, AnalysisError> {
     let settings = &request.settings;
     settings.validate()?;
-    let mut ground = Ground::lay(request, progress)?;
-    let mut calibration = ground.blank_calibration(settings)?;
-    let past = ground.past(&calibration, progress)?;
-    ground.fit(settings.ridge, &past, &mut calibration);
+    let data = request.datasets.get(&Key::of(request), progress)?;
+    let mut calibration = data.blank_calibration(settings)?;
+    let past = data.past(&calibration, progress)?;
+    data.fit(settings.ridge, &past, &mut calibration);
     let Some(learner) = settings.regressor.learner() else {
         return Ok(calibration);
     };
@@ -55,12 +55,12 @@ pub fn train(
         (None, _) => Target::Load,
         (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
             kinds: design.kinds(),
-            known: ground.map.standardised(&design),
+            known: data.map.standardised(&design),
             strengths: calibration.quality.ridge.clone(),
         }),
         (Some(map), Learner::Network) => Target::LeftOver(map),
     };
-    let rows = TrainingRows::new(&ground, &past, &design, target);
+    let rows = TrainingRows::new(&data, &past, &design, target);
     let mut cv_rmse = None;
     let learned = match learner {
         Learner::Kernel => {
@@ -83,7 +83,7 @@ pub fn train(
     calibration.learned = Some(learned);
     // Cancelled or not, what was learned is scored.
     let own = calibration.quality.conventional.clone();
-    ground.score_applied(&past, &mut calibration);
+    data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
     calibration.quality.compensated.cv_rmse = cv_rmse;
     Ok(calibration)
@@ -132,9 +132,9 @@ struct Run<'a> {
 }
 
 impl<'a> TrainingRows<'a> {
-    fn new(ground: &'a Ground, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
-        let entries = ground.entries.iter().zip(past).zip(&ground.loads);
-        let runs: Vec<Run<'_>> = (entries.zip(ground.pieces()))
+    fn new(data: &'a Dataset, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
+        let entries = data.entries.iter().zip(past).zip(&data.loads);
+        let runs: Vec<Run<'_>> = (entries.zip(data.pieces()))
             .filter(|(((entry, _), _), _)| entry.role == Role::Train)
             .map(
                 |(((Entry { recording, .. }, past), conventional), pieces)| Run {

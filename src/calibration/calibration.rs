@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, CalibrationFile, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
 use crate::recording::{Axis, Recording, Tare};
@@ -77,9 +77,11 @@ pub struct Undetermined {
 }
 
 /// A calibration that can be saved, read and applied.
+///
+/// Its maps know their columns by what they are. In a file the columns have names instead, and the same fields stand around
+/// them: see [`Calibration::in_file`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "CalibrationFile", into = "CalibrationFile")]
-pub struct Calibration {
+pub struct Calibration<M = LinearMap> {
     /// Always [`FORMAT`].
     pub format: String,
     /// The file's version, at most [`VERSION`].
@@ -105,23 +107,29 @@ pub struct Calibration {
     /// How gauges are standardised: for play radii, monomials, and what was learned.
     pub gauge_scale: GaugeScale,
     /// How the compensated load is made of the features.
+    #[serde(default)]
     pub regressor: Regressor,
     /// The load from the present gauges.
-    pub conventional: LinearMap,
+    pub conventional: M,
     /// The linear part of the compensated load; none for a network or a kernel that stands alone.
-    pub compensated: Option<LinearMap>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compensated: Option<M>,
     /// What a network or a kernel adds to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,
     /// How good it was.
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
     /// The median of the training recordings' rates, before decimation (Hz); `None` where it is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
     /// The files of the training and test recordings, as far as somebody has looked at them; see
     /// [`with_sources`](crate::export::with_sources).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
     /// How their gauges were tared; gauges that it is applied to must be tared, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
 }
 

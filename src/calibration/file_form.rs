@@ -1,203 +1,136 @@
 //! How calibrations stand in files, older versions included.
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
 
-use crate::calibration::learned::Learned;
 use crate::calibration::validate::{check_features, check_head};
-use crate::calibration::{
-    Calibration, CalibrationError, LinearMap, Quality, Regressor, UsedRecording,
-};
+use crate::calibration::{Calibration, CalibrationError, LinearMap};
 use crate::features::{Column, Distance, FeatureSettings, GaugeScale, Thresholds};
-use crate::recording::{Axis, Tare};
 
-/// A calibration as its file has it: the fields of every version.
-///
-/// Version 1 knew one look-back and nothing else: it had `thresholds` and `distance` in place of `features`, and no
-/// `gauge_scale`, which the look-back does not need.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct CalibrationFile {
-    format: String,
-    version: u32,
-    program: String,
-    simulated: bool,
-    gauges: Vec<String>,
-    axes: Vec<Axis>,
-    units: Vec<String>,
-    full_scale: Vec<f64>,
-    offset: bool,
-    decimation: usize,
-    features: Option<FeatureSettings>,
-    #[serde(skip_serializing)]
-    thresholds: Option<Thresholds>,
-    #[serde(skip_serializing)]
-    distance: Option<Distance>,
-    gauge_scale: Option<GaugeScale>,
-    #[serde(default)]
-    regressor: Regressor,
-    conventional: MapForm,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    compensated: Option<MapForm>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    learned: Option<Learned>,
-    quality: Quality,
-    trained_on: Vec<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rate_hz: Option<f64>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    sources: Vec<UsedRecording>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    tare: Option<Tare>,
+/// Why bytes are no calibration that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationFileError {
+    /// They are no JSON, or a field is missing or of another kind.
+    #[error("not a calibration in JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// What they say cannot be used.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
 }
 
 /// A map whose columns have names, for whoever reads the file. What they are is settled by their order, which `gauges`,
 /// `features` and `offset` fix; the names are only compared.
-#[derive(Debug, Serialize, Deserialize)]
-struct MapForm {
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct NamedMap {
     features: Vec<String>,
     matrix: Vec<Vec<f64>>,
 }
 
-impl MapForm {
-    fn of(map: LinearMap, gauges: &[String]) -> Self {
-        Self {
-            features: map.names(gauges),
-            matrix: map.matrix,
-        }
-    }
-
-    fn read(
-        self,
-        field: &'static str,
-        columns: Vec<Column>,
-        gauges: &[String],
-    ) -> Result<LinearMap, CalibrationError> {
-        check_features(field, &Column::names(&columns, gauges), &self.features)?;
-        Ok(LinearMap {
-            columns,
-            matrix: self.matrix,
-        })
-    }
+/// What a file says of itself, and whether it has what came after version 1.
+#[derive(Deserialize)]
+struct Head {
+    format: String,
+    version: u32,
+    features: Option<IgnoredAny>,
+    gauge_scale: Option<IgnoredAny>,
 }
 
-impl TryFrom<CalibrationFile> for Calibration {
-    type Error = CalibrationError;
+/// Version 1 knew one look-back and nothing else: it had these in place of `features`, and no `gauge_scale`, which the
+/// look-back does not need.
+#[derive(Deserialize)]
+struct Version1 {
+    thresholds: Option<Thresholds>,
+    #[serde(default)]
+    distance: Distance,
+    gauges: Vec<String>,
+}
 
-    /// Everything that a file could have wrong is checked.
-    fn try_from(file: CalibrationFile) -> Result<Self, CalibrationError> {
-        let CalibrationFile {
-            format,
-            version,
-            program,
-            simulated,
-            gauges,
-            axes,
-            units,
-            full_scale,
-            offset,
-            decimation,
-            features,
-            thresholds,
-            distance,
-            gauge_scale,
-            regressor,
-            conventional,
-            compensated,
-            learned,
-            quality,
-            trained_on,
-            rate_hz,
-            sources,
-            tare,
-        } = file;
-        check_head(&format, version)?;
-        let features = features.unwrap_or_else(|| FeatureSettings {
-            look_backs: thresholds.into_iter().collect(),
-            distance: distance.unwrap_or_default(),
-            ..FeatureSettings::present()
-        });
-        features.check_columns(gauges.len())?;
-        let map = |field, map: MapForm, features: &FeatureSettings| {
-            map.read(field, features.columns(gauges.len(), offset), &gauges)
+impl Calibration {
+    /// Reads what [`Calibration::in_file`] is written as; everything that a file could have wrong is checked.
+    ///
+    /// # Errors
+    /// [`CalibrationFileError`] with the first thing found.
+    pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
+        let head: Head = serde_json::from_slice(content)?;
+        check_head(&head.format, head.version)?;
+        let file: Calibration<NamedMap> = match (head.features, head.gauge_scale) {
+            (Some(_), Some(_)) => serde_json::from_slice(content)?,
+            _ => serde_json::from_value(of_version_1(content)?)?,
         };
-        let calibration = Self {
-            format,
-            version,
-            program,
-            simulated,
-            gauge_scale: gauge_scale.unwrap_or_else(|| GaugeScale::identity(gauges.len())),
-            conventional: map("conventional", conventional, &FeatureSettings::present())?,
-            compensated: compensated
-                .map(|compensated| map("compensated", compensated, &features))
-                .transpose()?,
-            gauges,
-            axes,
-            units,
-            full_scale,
-            offset,
-            decimation,
-            features,
-            regressor,
-            learned,
-            quality,
-            trained_on,
-            rate_hz,
-            sources,
-            tare,
+        let (gauges, offset) = (&file.gauges, file.offset);
+        file.features
+            .check_columns(gauges.len())
+            .map_err(CalibrationError::from)?;
+        let map = |field, map: &NamedMap, features: &FeatureSettings| {
+            let columns = features.columns(gauges.len(), offset);
+            check_features(field, &Column::names(&columns, gauges), &map.features)?;
+            let matrix = map.matrix.clone();
+            Ok::<_, CalibrationError>(LinearMap { columns, matrix })
         };
+        let present = FeatureSettings::present();
+        let conventional = map("conventional", &file.conventional, &present)?;
+        let compensated = file.compensated.as_ref();
+        let compensated =
+            compensated.map(|compensated| map("compensated", compensated, &file.features));
+        let compensated = compensated.transpose()?;
+        let calibration = file.with_maps(conventional, compensated);
         calibration.validate()?;
         Ok(calibration)
     }
+
+    /// The calibration as its file has it.
+    #[must_use]
+    pub fn in_file(&self) -> Calibration<NamedMap> {
+        let named = |map: &LinearMap| NamedMap {
+            features: map.names(&self.gauges),
+            matrix: map.matrix.clone(),
+        };
+        let compensated = self.compensated.as_ref().map(named);
+        self.clone()
+            .with_maps(named(&self.conventional), compensated)
+    }
 }
 
-impl From<Calibration> for CalibrationFile {
-    fn from(calibration: Calibration) -> Self {
-        let Calibration {
-            format,
-            version,
-            program,
-            simulated,
-            gauges,
-            axes,
-            units,
-            full_scale,
-            offset,
-            decimation,
-            features,
-            gauge_scale,
-            regressor,
+impl<M> Calibration<M> {
+    fn with_maps<N>(self, conventional: N, compensated: Option<N>) -> Calibration<N> {
+        Calibration {
+            format: self.format,
+            version: self.version,
+            program: self.program,
+            simulated: self.simulated,
+            gauges: self.gauges,
+            axes: self.axes,
+            units: self.units,
+            full_scale: self.full_scale,
+            offset: self.offset,
+            decimation: self.decimation,
+            features: self.features,
+            gauge_scale: self.gauge_scale,
+            regressor: self.regressor,
             conventional,
             compensated,
-            learned,
-            quality,
-            trained_on,
-            rate_hz,
-            sources,
-            tare,
-        } = calibration;
-        Self {
-            format,
-            version,
-            program,
-            simulated,
-            conventional: MapForm::of(conventional, &gauges),
-            compensated: compensated.map(|map| MapForm::of(map, &gauges)),
-            gauges,
-            axes,
-            units,
-            full_scale,
-            offset,
-            decimation,
-            features: Some(features),
-            thresholds: None,
-            distance: None,
-            gauge_scale: Some(gauge_scale),
-            regressor,
-            learned,
-            quality,
-            trained_on,
-            rate_hz,
-            sources,
-            tare,
+            learned: self.learned,
+            quality: self.quality,
+            trained_on: self.trained_on,
+            rate_hz: self.rate_hz,
+            sources: self.sources,
+            tare: self.tare,
         }
     }
+}
+
+/// An old file with the fields that are missing in it.
+fn of_version_1(content: &[u8]) -> Result<Value, serde_json::Error> {
+    let old: Version1 = serde_json::from_slice(content)?;
+    let features = FeatureSettings {
+        look_backs: old.thresholds.into_iter().collect(),
+        distance: old.distance,
+        ..FeatureSettings::present()
+    };
+    let mut fields: Map<String, Value> = serde_json::from_slice(content)?;
+    fields.entry("features").or_insert(json!(features));
+    let scale = GaugeScale::identity(old.gauges.len());
+    fields.entry("gauge_scale").or_insert(json!(scale));
+    Ok(Value::Object(fields))
 }

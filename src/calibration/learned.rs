@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
 use crate::calibration::network::{Network, NetworkError};
+use crate::calibration::settings::Learner;
 
 /// A regression that is not linear, on standardised features (without the offset).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,15 @@ pub struct LearnedScratch {
 }
 
 impl Learned {
+    /// What learned it.
+    #[must_use]
+    pub fn learner(&self) -> Learner {
+        match self {
+            Self::Network(_) => Learner::Network,
+            Self::Kernel(_) => Learner::Kernel,
+        }
+    }
+
     /// What it is made of, in words.
     #[must_use]
     pub fn describe(&self) -> String {

@@ -28,7 +28,7 @@ pub use calibration::{
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub use conventional::Conventional;
 pub use estimator::{Estimator, LEAP_SECS, STRAYS, SampleError, Taken};
-pub use file_form::CalibrationFile;
+pub use file_form::{CalibrationFileError, NamedMap};
 pub use kernel::{Kernel, KernelSettings, LANDMARKS};
 pub use learned::{Learned, LearnedError};
 pub use linear::{Fit, Ridge, Terms, condition_number, fit, fit_targets};

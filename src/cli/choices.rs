@@ -14,7 +14,7 @@ use crate::calibration::{
 use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
 };
-use crate::recording::delimited::LoadWarning;
+use crate::import::LoadWarning;
 use crate::recording::{Entry, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.

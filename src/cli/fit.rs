@@ -15,7 +15,7 @@ use crate::analysis::{Request, analyse, read_factory, train};
 use crate::calibration::{Calibration, EpochReport, FactoryScores, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
-    CalibrationFormat, WriteError, check_targets, with_sources, write_calibration,
+    Outline, WriteError, check_targets, listed_targets, target_for, with_sources, write_calibration,
 };
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
@@ -28,9 +28,9 @@ pub struct FitArgs {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// Write the calibration; the ending says how, may be given several times. Complete: .json. Running it elsewhere: .h (C99),
-    /// .rs, .py. Matrices and scales: .yaml .csv .npz .mat; .cal (conventional alone); .onnx (networks).
-    #[arg(long, value_name = "FILE", value_parser = named_file())]
+    #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
+        "Write the calibration, may be given several times; the ending says how: {}", listed_targets()
+    ))]
     export: Vec<PathBuf>,
     /// Also score the calibration that the sensor came with (an ATI-style .cal whose gauges are in the order of the recordings,
     /// or .json), tared on the training recordings.
@@ -49,7 +49,7 @@ pub struct FitArgs {
 pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     // Before any work: a wrong ending must not cost the time of a fit.
     for path in &args.export {
-        if CalibrationFormat::from_path(path).is_none() {
+        if target_for(path).is_none() {
             return Err(JobError::Ending { path: path.clone() });
         }
     }
@@ -63,13 +63,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     let n_recordings = recordings.entries().len();
     let settings = args.model.settings(&recordings);
     for path in &args.export {
-        if let Some(format) = CalibrationFormat::from_path(path) {
-            format
-                .check_fit(&settings, recordings.layout())
-                .map_err(|error| WriteError {
-                    path: path.clone(),
-                    source: io::Error::other(error),
-                })?;
+        if let Some(target) = target_for(path) {
+            let outline = Outline::of_fit(&settings, recordings.layout());
+            target.check(&outline).map_err(|refusal| WriteError {
+                path: path.clone(),
+                source: io::Error::other(refusal),
+            })?;
         }
     }
     let request = Request::fit(Arc::new(recordings), settings);

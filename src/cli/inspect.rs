@@ -7,19 +7,19 @@ use clap::Args;
 
 use super::{JobError, ReadArgs, named_file};
 use crate::export::{check_targets, write_atomically};
+use crate::formats::{self, text::Decimal};
+use crate::import::estimate_weight;
+use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
+use crate::import::map::ColumnMap;
+use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
-use crate::recording::columns::{ColumnMap, Decimal};
-use crate::recording::delimited::estimate_weight;
-use crate::recording::delimited::inspect::{Check, Inspection, Known, TableReport, inspect};
-use crate::recording::pose::WeightEstimate;
 use crate::report::{Cell, Column, Table};
 use crate::shown::{message, printable};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 pub struct Inspect {
-    /// A recording, or any other delimited text.
-    #[arg(value_parser = named_file())]
+    #[arg(value_parser = named_file(), help = format!("A recording: {}", formats::listed()))]
     file: PathBuf,
     #[command(flatten)]
     read: ReadArgs,
@@ -83,17 +83,9 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    let (path, n_bytes) = (message(&table.path.display()), table.file_bytes);
-    let (encoding, n_rows) = (table.encoding.name(), table.about_rows);
-    match table.kind {
-        Some(kind) => writeln!(out, "{path}: {n_bytes} bytes, a {kind}, {n_rows} rows")?,
-        None => {
-            writeln!(
-                out,
-                "{path}: {n_bytes} bytes of {encoding} text, about {n_rows} rows"
-            )?;
-            print_layout(table, out)?;
-        }
+    writeln!(out, "{}: {table}", message(&table.path.display()))?;
+    if table.kind.is_none() {
+        print_layout(table, out)?;
     }
     print_columns(table, out)
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::choices::{BlockArgs, List, RecordingArgs, one_of};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file};
-use crate::analysis::{AnalysisError, BlockSuggestion, HistoryBlock, Study, StudyEvent};
+use crate::analysis::{AnalysisError, BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
 use crate::calibration::{DECIMATION, FitSettings, Scores};
 use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::evaluation::metrics::percent_change;
@@ -219,7 +219,12 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
     let recordings = Arc::new(args.recordings.read()?);
     let settings = args.blocks.settings(&recordings, args.decimate);
     let progress = Progress::default();
-    let study = Study::lay(Arc::clone(&recordings), settings, &progress)?;
+    let study = Study::prepare(
+        &Datasets::default(),
+        Arc::clone(&recordings),
+        settings,
+        &progress,
+    )?;
     let measure = match args.measure {
         Some(measure) => measure.measure(&study.scale())?,
         None => study.scale().default_measure(),

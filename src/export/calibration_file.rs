@@ -3,9 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::cal::{self, CalError};
-use crate::calibration::{Calibration, CalibrationError, CalibrationFile};
-use crate::export::{CalibrationFormat, WriteError, write_atomically};
+use super::target::{self, Refusal};
+use super::targets::{TARGETS, target_for};
+use crate::calibration::{Calibration, CalibrationError};
+use crate::export::{WriteError, write_atomically};
 use crate::small_file::read_small;
 
 /// A larger file is no calibration.
@@ -17,14 +18,9 @@ const LARGEST_FILE_BYTES: u64 = 64 << 20;
 pub enum ReadCalibrationError {
     #[error("cannot read {}: {source}", .path.display())]
     Io { path: PathBuf, source: io::Error },
-    #[error("{}: not a calibration in JSON: {source}", .path.display())]
-    Json {
-        path: PathBuf,
-        source: serde_json::Error,
-    },
     #[error("{}: {source}", .path.display())]
-    Cal { path: PathBuf, source: CalError },
-    #[error("{}: such a file is not read back, it is not a calibration in JSON or an ATI-style .cal; take the .json of the same fit", .path.display())]
+    Content { path: PathBuf, source: Refusal },
+    #[error("{}: such a file is not read back; take the .json of the same fit", .path.display())]
     WriteOnly { path: PathBuf },
     #[error("{}: {source}", .path.display())]
     Calibration {
@@ -33,20 +29,20 @@ pub enum ReadCalibrationError {
     },
 }
 
-/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending as JSON.
+/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely.
 ///
 /// # Errors
-/// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a
-/// [`FormatError`](crate::export::FormatError) is its source then).
+/// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a [`Refusal`] is its source
+/// then).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
-    let format = CalibrationFormat::from_path(path).unwrap_or(CalibrationFormat::Json);
+    let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    write_atomically(path, |out| format.write(calibration, &name, out))
+    write_atomically(path, |out| target::write(target, calibration, &name, out))
 }
 
-/// Reads a calibration and checks it: a `.cal` file as [`CalibrationFormat::Cal`], any other as JSON.
+/// Reads a calibration and checks it, in the format of the file's ending; without a known ending as a complete one.
 ///
-/// A `.cal` file gives a conventional calibration without offset, whose gauges are called SG0, SG1 and so on; see
+/// Where the format does not [name gauges](crate::export::names_gauges), they are called SG0, SG1 and so on; see
 /// [`name_gauges`](crate::export::name_gauges).
 ///
 /// # Errors
@@ -55,20 +51,15 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };
     let content = read_small(path, "a calibration", LARGEST_FILE_BYTES).map_err(io)?;
+    let target = target_for(path).unwrap_or(TARGETS[0]);
+    let Some(read) = target.reader() else {
+        return Err(ReadCalibrationError::WriteOnly { path: at() });
+    };
+    let calibration =
+        read(&content).map_err(|source| ReadCalibrationError::Content { path: at(), source })?;
     let unusable = |source| ReadCalibrationError::Calibration { path: at(), source };
-    match CalibrationFormat::from_path(path) {
-        Some(CalibrationFormat::Cal) => {
-            let calibration = cal::read(&content)
-                .map_err(|source| ReadCalibrationError::Cal { path: at(), source })?;
-            calibration.validate().map_err(unusable)?;
-            Ok(calibration)
-        }
-        Some(format) if !format.reads_back() => Err(ReadCalibrationError::WriteOnly { path: at() }),
-        _ => serde_json::from_slice::<CalibrationFile>(&content)
-            .map_err(|source| ReadCalibrationError::Json { path: at(), source })?
-            .try_into()
-            .map_err(unusable),
-    }
+    calibration.validate().map_err(unusable)?;
+    Ok(calibration)
 }
 
 #[cfg(test)]
@@ -138,6 +129,28 @@ mod tests {
         let calibration = calibration();
         let (_directory, path) = written(&calibration, "c.json");
         assert_eq!(read_calibration(&path).unwrap(), calibration);
+    }
+
+    /// Version 1 had one look-back, told apart from the rest, and no scale of the gauges.
+    #[test]
+    fn a_file_of_version_1_reads_as_its_one_look_back() {
+        let calibration = calibration();
+        let (_directory, path) = written(&calibration, "c.json");
+        let mut file: serde_json::Value =
+            serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        let fields = file.as_object_mut().unwrap();
+        fields.remove("gauge_scale");
+        let features = fields.remove("features").unwrap();
+        fields.insert("thresholds".to_owned(), features["look_backs"][0].clone());
+        fields.insert("distance".to_owned(), features["distance"].clone());
+        fields.insert("version".to_owned(), 1.into());
+        fs::write(&path, file.to_string()).unwrap();
+        let version = 1;
+        let expected = Calibration {
+            version,
+            ..calibration
+        };
+        assert_eq!(read_calibration(&path).unwrap(), expected);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::calibration::{Calibration, Scores, UsedRecording};
+use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
 use crate::evaluation::numbers::significant;
 use crate::recording::Role;
 
@@ -14,15 +14,6 @@ pub(super) type Fact = (Cow<'static, str>, String);
 
 /// Facts with their names, in the order in which they are told; texts as they are in the calibration, not escaped.
 pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) -> Vec<Fact> {
-    let units: Vec<String> = (calibration.axes.iter().zip(&calibration.units))
-        .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
-        .collect();
-    let named = calibration.trained_on.len().min(NAMED_RECORDINGS);
-    let mut recordings = calibration.trained_on[..named].join(", ");
-    if calibration.trained_on.len() > named {
-        let more = calibration.trained_on.len() - named;
-        recordings.push_str(&format!(" and {more} more"));
-    }
     let quality = &calibration.quality;
     let mut facts = vec![
         ("made by", calibration.program.clone()),
@@ -32,41 +23,12 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
         ),
         ("holds", holds.to_owned()),
         ("leaves out", leaves_out.to_owned()),
-        ("regressor", calibration.regressor.label().to_owned()),
-        ("blocks", calibration.describe()),
-        ("gauges", calibration.gauges.join(", ")),
-        ("axes", units.join(", ")),
-        ("full scale", numbers(&calibration.full_scale)),
-        (
-            "offset",
-            match calibration.offset {
-                true => "in the model",
-                false => "none in the model",
-            }
-            .to_owned(),
-        ),
-        (
-            "fitted",
-            format!(
-                "{} samples (one of every {}), {} tested",
-                quality.n_train, calibration.decimation, quality.n_test
-            ),
-        ),
-        ("trained on", recordings),
-        (
-            "recorded at",
-            match calibration.rate_hz {
-                Some(rate) => format!("{} Hz", significant(rate, 5)),
-                None => "a rate that is not known".to_owned(),
-            },
-        ),
+    ];
+    facts.extend(settings_of(calibration));
+    facts.extend([
         ("RMSE conventional", scores(&quality.conventional)),
         ("RMSE compensated", scores(&quality.compensated)),
-    ];
-    if let Some(tare) = calibration.tare {
-        let fact = format!("the gauges less their mean over {tare}; tare before use");
-        facts.push(("tared", fact));
-    }
+    ]);
     if calibration.simulated {
         facts.insert(
             0,
@@ -78,6 +40,63 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
     }
     let facts = facts.into_iter().map(|(name, text)| (name.into(), text));
     facts.chain(source_files(&calibration.sources)).collect()
+}
+
+/// What was fitted, how, and to what.
+pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
+    let quality = &calibration.quality;
+    let axes = || calibration.axes.iter().zip(&calibration.units);
+    let units: Vec<String> = axes()
+        .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
+        .collect();
+    let full_scale: Vec<String> = (axes().zip(&calibration.full_scale))
+        .map(|((axis, unit), full)| format!("{} {} {unit}", axis.symbol(), significant(*full, 5)))
+        .collect();
+    let named = calibration.trained_on.len().min(NAMED_RECORDINGS);
+    let mut recordings = calibration.trained_on[..named].join(", ");
+    if calibration.trained_on.len() > named {
+        let more = calibration.trained_on.len() - named;
+        recordings.push_str(&format!(" and {more} more"));
+    }
+    let offset = match calibration.offset {
+        true => "in the model",
+        false => "none in the model",
+    };
+    let rate = match calibration.rate_hz {
+        Some(rate) => format!("{} Hz", significant(rate, 5)),
+        None => "a rate that is not known".to_owned(),
+    };
+    let mut settings = vec![
+        ("regressor", regressor(calibration)),
+        ("blocks", calibration.describe()),
+        ("gauges", calibration.gauges.join(", ")),
+        ("axes", units.join(", ")),
+        ("full scale", full_scale.join(", ")),
+        ("offset", offset.to_owned()),
+        (
+            "fitted",
+            format!(
+                "{} samples (one of every {}), {} tested",
+                quality.n_train, calibration.decimation, quality.n_test
+            ),
+        ),
+        ("trained on", recordings),
+        ("recorded at", rate),
+    ];
+    settings.extend(calibration.tare.map(|tare| {
+        let text = format!("the gauges less their mean over {tare}; tare before use");
+        ("tared", text)
+    }));
+    settings
+}
+
+fn regressor(calibration: &Calibration) -> String {
+    let label = calibration.regressor.label();
+    match &calibration.learned {
+        None => label.to_owned(),
+        Some(Learned::Network(network)) => format!("{label}, {} weights", network.n_parameters()),
+        Some(Learned::Kernel(kernel)) => format!("{label}, {} landmarks", kernel.landmarks.len()),
+    }
 }
 
 /// Each file by what it held, as far as they are named.

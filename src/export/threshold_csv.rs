@@ -4,7 +4,7 @@ use std::io;
 
 use crate::calibration::Scores;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
-use crate::recording::write_csv::CsvWriter;
+use crate::formats::csv::CsvWriter;
 
 /// Writes one row per pair of thresholds and set (train, test, leave-one-out): thresholds, RMSE per axis, and the group
 /// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without
@@ -22,7 +22,7 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
         .collect();
     let mut head = ["f_th", "t_th", "set"].map(str::to_owned).to_vec();
     let axes = map.scale.axes.iter();
-    head.extend(axes.map(|axis| format!("{} [{}]", axis.symbol(), axis.unit())));
+    head.extend(axes.map(|axis| axis.label()));
     head.extend(groups.iter().map(|group| {
         let (label, unit) = (group.label(&map.scale), group.unit(&map.scale));
         format!("{label} [{unit}]")

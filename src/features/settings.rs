@@ -87,17 +87,6 @@ pub enum Stored<'a> {
     List(&'a [f64]),
 }
 
-impl Stored<'_> {
-    /// The numbers, one or more.
-    #[must_use]
-    pub fn numbers(self) -> Vec<f64> {
-        match self {
-            Self::Number(number) => vec![f64::from(number)],
-            Self::List(values) => values.to_vec(),
-        }
-    }
-}
-
 fn position(block: &dyn Block) -> usize {
     let own = BLOCKS.iter().position(|own| *own == block);
     own.expect("a block that is used stands in the list of blocks")
@@ -371,18 +360,29 @@ mod tests {
         assert_eq!(FeatureSettings::present().describe(), "");
     }
 
-    /// What files of calibrations and sessions have had from the first.
+    /// What files of calibrations and sessions have had from the first; blocks that came later stand beside it.
     #[test]
     fn every_block_stands_in_files_under_its_own_key() {
         let chosen = FeatureSettings {
-            blocks: Blocks::every().with(&Polynomial, &[3.0]),
+            blocks: Blocks::default()
+                .with(&FixedLag, &[0.5])
+                .with(&Creep, &[1.0, 6.0])
+                .with(&Play, &[0.1])
+                .with(&Polynomial, &[3.0]),
             ..FeatureSettings::default()
         };
-        let text = r#"{"look_backs":[{"f_th":3.0,"t_th_secs":15.0}],"distance":"force","fixed_lags_secs":[0.5],"creep_secs":[1.0,6.0,40.0],"play_radii":[0.1,0.2,0.4,0.7,1.1,1.6],"polynomial":3}"#;
-        assert_eq!(serde_json::to_string(&chosen).unwrap(), text);
-        let read: FeatureSettings = serde_json::from_str(text).unwrap();
-        assert_eq!(read, chosen);
+        let text = r#"{"look_backs": [{"f_th": 3.0, "t_th_secs": 15.0}], "distance": "force", "fixed_lags_secs": [0.5],
+            "creep_secs": [1.0, 6.0], "play_radii": [0.1], "polynomial": 3}"#;
+        let old: serde_json::Value = serde_json::from_str(text).unwrap();
+        let written = serde_json::to_value(&chosen).unwrap();
+        for (key, value) in old.as_object().unwrap() {
+            assert_eq!(&written[key], value, "{key}");
+        }
+        for block in BLOCKS {
+            assert!(!written[block.setting().key].is_null());
+        }
         let read = |text| serde_json::from_str::<FeatureSettings>(text);
+        assert_eq!(read(text).unwrap(), chosen);
         assert_eq!(
             read(r#"{"polynomial": 1, "unheard_of": {"a": [1]}}"#).unwrap(),
             FeatureSettings::default()

@@ -1,9 +1,11 @@
 //! A block in exported code: its numbers, what it remembers, and its update in C, Rust and Python.
 //!
 //! In an update `row` begins with the present gauges less their centre; what a block appends follows from `next` on, histories
-//! less the present gauges (in Python rows are appended). Numbers and memory are declared by whoever writes the program; texts
-//! may name `@{prefix}`, `@{n_gauges}` and `@{sets}`, the number of the block's values. In C an update stands in braces of its
+//! less the present gauges (in Python rows are appended). Numbers and memory are declared by whoever writes the program; texts,
+//! which are Jinja templates, may name `{{ prefix }}`, `{{ n_gauges }}` and `{{ sets }}`, the number of the block's values. In C an update stands in braces of its
 //! own, and `g` counts gauges.
+
+use serde::Serialize;
 
 use crate::features::GaugeScale;
 
@@ -17,7 +19,7 @@ pub struct Rows<'a> {
 }
 
 /// What a block contributes to a program.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Source {
     /// Its numbers.
     pub constants: Vec<Constant>,
@@ -47,7 +49,7 @@ impl Source {
 }
 
 /// Texts of one language.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Code {
     /// Functions of its own; in Rust and Python methods of the state.
     pub functions: &'static str,
@@ -67,7 +69,8 @@ impl Code {
 }
 
 /// How a number is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Precision {
     /// In the program's own type, which may be single precision.
     Real,
@@ -78,7 +81,7 @@ pub enum Precision {
 }
 
 /// Numbers that never change.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Constant {
     /// In small letters.
     pub name: &'static str,
@@ -101,7 +104,8 @@ impl Constant {
 }
 
 /// One list, or one for each value.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
 pub enum Numbers {
     /// A list.
     List(Vec<f64>),
@@ -110,7 +114,7 @@ pub enum Numbers {
 }
 
 /// What is remembered between samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Memory {
     /// In small letters.
     pub name: &'static str,

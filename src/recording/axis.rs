@@ -44,4 +44,16 @@ impl Axis {
     pub const fn unit(self) -> &'static str {
         if self.is_force() { "N" } else { "N·m" }
     }
+
+    /// Symbol and unit, as they stand over a column.
+    #[must_use]
+    pub fn label(self) -> String {
+        format!("{} [{}]", self.symbol(), self.unit())
+    }
+
+    /// [`Axis::label`] with what of the axis it is about.
+    #[must_use]
+    pub fn label_of(self, what: &str) -> String {
+        format!("{} {what} [{}]", self.symbol(), self.unit())
+    }
 }

@@ -303,7 +303,7 @@ fn rate_hz(times: &[f64]) -> Option<f64> {
 }
 
 /// The upper median; `None` without values.
-pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {
         return None;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::recording::median;
+use crate::recording::median;
 use crate::recording::{Axis, Recording, Tare};
 
 /// What a recording is for.

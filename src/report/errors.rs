@@ -27,7 +27,7 @@ pub fn errors(
     columns.extend(factory.map(|_| Column::of(Trace::Factory, "")));
     let rows = calibration.axes.iter().enumerate().map(|(at, axis)| {
         let full_scale = calibration.full_scale[at];
-        let mut cells = vec![Cell::words(format!("{} [{}]", axis.symbol(), axis.unit()))];
+        let mut cells = vec![Cell::words(axis.label())];
         for rmse in [before[at], after[at]] {
             let percent = (full_scale > 0.0).then(|| 100.0 * rmse / full_scale);
             cells.extend(shown.both(Cell::digits(Some(rmse), 4), Cell::digits(percent, 3)));

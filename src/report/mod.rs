@@ -5,11 +5,13 @@
 
 mod errors;
 pub mod figure;
+mod loops;
 mod metrology;
 mod table;
 mod trace;
 
 pub use errors::{errors, factory_note};
+pub use loops::{LoopScale, drifts, loop_figures};
 pub use metrology::{axis_figures, crosstalk, figure_records, overview};
 pub use table::{Align, Cell, Column, Table, Value};
 pub use trace::{Shown, Trace};

@@ -7,8 +7,8 @@ use std::io;
 use super::Trace;
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
+use crate::formats::csv::CsvWriter;
 use crate::recording::Axis;
-use crate::recording::write_csv::CsvWriter;
 use crate::shown::printable;
 
 /// Numbers, or the reasons why there are none, in rows and columns.
@@ -307,13 +307,17 @@ impl Table {
         records
     }
 
-    /// Tab-separated, for the clipboard.
+    /// Tab-separated, for the clipboard; what would end a cell or a line in one is a blank.
     #[must_use]
     pub fn tab_separated(&self) -> String {
         let lines: Vec<String> = self
             .records()
             .iter()
-            .map(|record| record.join("\t"))
+            .map(|record| {
+                let cells = record.iter();
+                let cells = cells.map(|cell| cell.replace(['\t', '\n', '\r'], " "));
+                cells.collect::<Vec<_>>().join("\t")
+            })
             .collect();
         lines.join("\n")
     }

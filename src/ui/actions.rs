@@ -2,10 +2,10 @@
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::app::{
-    AppState, Command, ImportCommand, Pane, PaneMove, PictureTo, Preset, SessionCommand, Wish,
-};
+use crate::engine::{Action as Do, Edit, Engine};
 use crate::recording::{Role, Tare};
+use crate::ui::command::{Command, Pane, PaneMove, PictureTo, Preset, TimeMove};
+use crate::ui::panes;
 use crate::ui::plots;
 
 /// Something to ask for.
@@ -59,7 +59,7 @@ pub struct CanGo {
 }
 
 /// What opens and closes files.
-pub fn opening(state: &AppState) -> Vec<Action> {
+pub fn opening(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Open…",
@@ -71,27 +71,27 @@ pub fn opening(state: &AppState) -> Vec<Action> {
             "Import…",
             "A recording whose columns have no names: say once what each one is",
             ctrl_shift(Key::O),
-            Command::Import(ImportCommand::Choose),
+            Command::ChooseImport,
         ),
         action(
             "Built-in sensor (simulated)",
             "A resin six-axis sensor that nobody has, to try everything on",
             None,
-            Command::OpenBuiltIn,
+            Do::OpenBuiltIn.into(),
         ),
         action(
             "Close all recordings",
             "The files themselves stay as they are",
             None,
-            Command::CloseRecordings,
+            Edit::CloseAll.into(),
         )
-        .only_if(!state.recordings.entries().is_empty()),
+        .only_if(!engine.project().recordings.entries().is_empty()),
     ]
 }
 
 /// What writes files.
-pub fn writing(state: &AppState) -> Vec<Action> {
-    let fitted = state.analysis.is_some();
+pub fn writing(engine: &Engine) -> Vec<Action> {
+    let fitted = engine.analysis().is_some();
     vec![
         action(
             "Export calibration…",
@@ -109,22 +109,22 @@ pub fn writing(state: &AppState) -> Vec<Action> {
         .only_if(fitted),
         action(
             "Save traces on screen…",
-            "Calc., Conv. and Comp. of the stretch of time on screen, as .csv or .parquet",
+            "Calculated, Conventional and Compensated over the interval on screen, as .csv or .parquet",
             None,
-            Command::Wish(Wish::SaveTraces),
+            Command::ChooseTraces,
         )
         .only_if(fitted),
         action(
             "Save session",
             "Which files, their roles, every setting, the notes and the panes",
             ctrl(Key::S),
-            Command::Session(SessionCommand::Save),
+            Command::SaveSession,
         ),
         action(
             "Save session as…",
             "The same, in another file",
             ctrl_shift(Key::S),
-            Command::Session(SessionCommand::SaveAs),
+            Command::SaveSessionAs,
         ),
     ]
 }
@@ -135,100 +135,100 @@ pub fn quit() -> Action {
         "Quit",
         "Asks first where something is not saved",
         ctrl(Key::Q),
-        Command::Session(SessionCommand::Close),
+        Do::Close.into(),
     )
 }
 
 /// Going back and forward.
 pub fn edit(can: CanGo) -> Vec<Action> {
     vec![
-        wish(
+        action(
             "Undo",
-            "Takes the last change of a setting, a role, a cut, a tare, an applied calibration or the open recordings back",
+            "Takes the last change of a setting, a role, a split, a tare, the notes, an applied calibration or the open recordings back",
             ctrl(Key::Z),
-            Wish::Undo,
+            Do::Undo.into(),
         )
         .only_if(can.undo),
-        wish("Redo", "Makes it again", ctrl_shift(Key::Z), Wish::Redo).only_if(can.redo),
+        action("Redo", "Makes it again", ctrl_shift(Key::Z), Do::Redo.into()).only_if(can.redo),
     ]
 }
 
 /// What part of time is shown, and going through it.
 pub fn time(can: CanGo) -> Vec<Action> {
     vec![
-        wish(
+        action(
             "Show all of the time",
             "From the first sample on screen to the last",
             alone(Key::Home),
-            Wish::FitView,
+            Command::Time(TimeMove::Fit),
         ),
-        wish(
+        action(
             "Zoom in",
             "Half of the time, about the sample shown",
             shift(Key::ArrowUp),
-            Wish::ZoomTime(0.5),
+            Command::Time(TimeMove::Zoom(0.5)),
         ),
-        wish(
+        action(
             "Zoom out",
             "Twice the time, about the sample shown",
             shift(Key::ArrowDown),
-            Wish::ZoomTime(2.0),
+            Command::Time(TimeMove::Zoom(2.0)),
         ),
-        wish(
+        action(
             "Earlier",
             "A quarter of what is on screen to the left",
             shift(Key::ArrowLeft),
-            Wish::MoveTime(-0.25),
+            Command::Time(TimeMove::Move(-0.25)),
         ),
-        wish(
+        action(
             "Later",
             "A quarter of what is on screen to the right",
             shift(Key::ArrowRight),
-            Wish::MoveTime(0.25),
+            Command::Time(TimeMove::Move(0.25)),
         ),
-        wish(
+        action(
             "Zoom back",
             "To the part of time that was on screen before",
             alt(Key::ArrowLeft),
-            Wish::ZoomBack,
+            Command::Time(TimeMove::Back),
         )
         .only_if(can.zoom_back),
-        wish(
+        action(
             "Zoom forward",
             "To the part of time that was on screen after",
             alt(Key::ArrowRight),
-            Wish::ZoomForward,
+            Command::Time(TimeMove::Forward),
         )
         .only_if(can.zoom_forward),
-        wish(
+        action(
             "Play through time, or stop",
             "As if it were measured now, with the look-back drawn at each sample (Eq. 9-12)",
             alone(Key::Space),
-            Wish::TogglePlay,
+            Command::Time(TimeMove::TogglePlay),
         ),
-        wish(
+        action(
             "Step back",
             "One sample; where more are on screen than can be told apart, one pixel",
             alone(Key::Comma),
-            Wish::Step(-1),
+            Command::Time(TimeMove::Step(-1)),
         ),
-        wish(
+        action(
             "Step forward",
             "One sample; where more are on screen than can be told apart, one pixel",
             alone(Key::Period),
-            Wish::Step(1),
+            Command::Time(TimeMove::Step(1)),
         ),
-        wish(
+        action(
             "Put cursor A at the sample shown",
             "The sample under the pointer, or where it plays",
             alone(Key::A),
-            Wish::PutCursor(0),
+            Command::Time(TimeMove::PutCursor(0)),
         ),
-        wish(
+        action(
             "Put cursor B at the sample shown",
             "Between A and B the span's mean, deviation and range are shown",
             alone(Key::B),
-            Wish::PutCursor(1),
+            Command::Time(TimeMove::PutCursor(1)),
         ),
     ]
 }
@@ -236,26 +236,27 @@ pub fn time(can: CanGo) -> Vec<Action> {
 /// Pictures of the window; those of one plot are in its own menu.
 pub fn pictures() -> Vec<Action> {
     vec![
-        wish(
+        action(
             "Copy the window as a picture",
             "To the clipboard; a plot's own menu (right click) copies that plot alone",
             ctrl_shift(Key::C),
-            Wish::PictureOfAll(PictureTo::Clipboard),
+            Command::PictureOfAll(PictureTo::Clipboard),
         ),
-        wish(
+        action(
             "Save the window as a picture…",
             "As PNG; a plot's own menu (right click) saves that plot alone",
             None,
-            Wish::PictureOfAll(PictureTo::File),
+            Command::PictureOfAll(PictureTo::File),
         ),
     ]
 }
 
 /// What all recordings are for, and taring them.
-pub fn roles(state: &AppState) -> Vec<Action> {
-    let entries = 0..state.recordings.entries().len();
+pub fn roles(engine: &Engine) -> Vec<Action> {
+    let entries = 0..engine.project().recordings.entries().len();
     let any = !entries.is_empty();
-    let all = |name, explanation, role| action(name, explanation, None, Command::SetAllRoles(role));
+    let all =
+        |name, explanation, role| action(name, explanation, None, Edit::AllRoles(role).into());
     vec![
         all("All train", "The fit uses every recording", Role::Train),
         all(
@@ -268,7 +269,7 @@ pub fn roles(state: &AppState) -> Vec<Action> {
             "Tare all over their first quiet half second",
             "Takes the mean of the gauges there as their zero",
             None,
-            Command::Tare(entries.collect(), Tare::Auto),
+            Do::Tare(entries.collect(), Tare::Auto).into(),
         )
         .only_if(any),
     ]
@@ -277,13 +278,8 @@ pub fn roles(state: &AppState) -> Vec<Action> {
 /// Arrangements of panes.
 pub fn arrangements() -> Vec<Action> {
     let keys = [Key::F5, Key::F6, Key::F7].map(alone);
-    let arrange = |(preset, keys): (Preset, _)| {
-        wish(
-            preset.title(),
-            preset.explanation(),
-            keys,
-            Wish::Arrange(preset),
-        )
+    let arrange = |((preset, title, explanation), keys)| {
+        action(title, explanation, keys, Command::Arrange(preset))
     };
     Preset::ALL.into_iter().zip(keys).map(arrange).collect()
 }
@@ -301,26 +297,26 @@ pub fn panes() -> Vec<Action> {
         Key::Num8,
         Key::Num9,
     ];
-    let keys = DIGITS.into_iter().map(ctrl).chain([None]);
+    let keys = DIGITS.into_iter().map(ctrl).chain(std::iter::repeat(None));
     let show = |(pane, keys): (Pane, _)| {
         let name = format!("Show {}", pane.title());
-        wish(name, pane.explanation(), keys, Wish::ShowPane(pane))
+        action(name, pane.explanation(), keys, Command::ShowPane(pane))
     };
-    Pane::ALL.into_iter().zip(keys).map(show).collect()
+    panes::all().zip(keys).map(show).collect()
 }
 
 /// What can be done with the place of one pane.
 pub fn places(pane: Pane) -> Vec<Action> {
     let title = pane.title();
-    let moves = PaneMove::ALL.into_iter().map(|to| {
-        let name = format!("{title}: {}", to.title());
-        wish(name, to.explanation(), None, Wish::MovePane(pane, to))
+    let moves = PaneMove::ALL.into_iter().map(|(to, place, explanation)| {
+        let name = format!("{title}: {place}");
+        action(name, explanation, None, Command::MovePane(pane, to))
     });
-    let close = wish(
+    let close = action(
         format!("{title}: close"),
         "The View menu brings it back",
         None,
-        Wish::ClosePane(pane),
+        Command::ClosePane(pane),
     );
     moves.chain([close]).collect()
 }
@@ -338,46 +334,48 @@ pub fn text_scales() -> Vec<Action> {
         ("Usual size", "What the screen asks for", ctrl(Key::Num0), 0),
     ]
     .into_iter()
-    .map(|(name, explanation, keys, step)| wish(name, explanation, keys, Wish::TextScale(step)))
+    .map(|(name, explanation, keys, step)| {
+        action(name, explanation, keys, Command::TextScale(step))
+    })
     .collect()
 }
 
 /// Help.
 pub fn help() -> Vec<Action> {
     vec![
-        wish(
+        action(
             "Help",
             "The guide, what can be pressed, what the abbreviations mean, and the paper's equations",
             alone(Key::F1),
-            Wish::ToggleHelp,
+            Command::ToggleHelp,
         ),
-        wish(
+        action(
             "Find an action…",
             "By a part of its name",
             ctrl(Key::P),
-            Wish::ShowPalette,
+            Command::ShowPalette,
         ),
-        wish(
+        action(
             "Tour",
             "Six steps through the main job",
             None,
-            Wish::Tour(true),
+            Command::Tour(true),
         ),
     ]
 }
 
 /// All of them.
-pub fn all(state: &AppState, can: CanGo) -> Vec<Action> {
+pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     let groups = [
-        opening(state),
-        writing(state),
+        opening(engine),
+        writing(engine),
         vec![quit()],
         edit(can),
         time(can),
-        roles(state),
+        roles(engine),
         arrangements(),
         panes(),
-        Pane::ALL.into_iter().flat_map(places).collect(),
+        panes::all().flat_map(places).collect(),
         text_scales(),
         pictures(),
         help(),
@@ -387,7 +385,7 @@ pub fn all(state: &AppState, can: CanGo) -> Vec<Action> {
 
 /// Pushes what the keys that were pressed ask for. Keys alone are left to a text field that has the focus, and so are those
 /// for undo and redo, which it has of its own.
-pub fn listen(context: &egui::Context, state: &AppState, can: CanGo, out: &mut Vec<Command>) {
+pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Vec<Command>) {
     let is_press = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
     if !context.input(|input| input.events.iter().any(is_press)) {
         return;
@@ -400,8 +398,8 @@ pub fn listen(context: &egui::Context, state: &AppState, can: CanGo, out: &mut V
         focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
     // Plus stands on the key of the equals sign, and is meant without Shift too.
     let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
-    out.extend(larger.then_some(Command::Wish(Wish::TextScale(1))));
-    let mut actions = all(state, can);
+    out.extend(larger.then_some(Command::TextScale(1)));
+    let mut actions = all(engine, can);
     // Ctrl+Z lets more keys be held, so that Ctrl+Shift+Z must be asked about before it.
     actions.sort_by_key(|action| {
         let held = action.keys.map(|keys| keys.modifiers);
@@ -437,15 +435,6 @@ fn action(
     }
 }
 
-fn wish(
-    name: impl Into<String>,
-    explanation: &'static str,
-    keys: Option<KeyboardShortcut>,
-    wish: Wish,
-) -> Action {
-    action(name, explanation, keys, Command::Wish(wish))
-}
-
 impl Action {
     fn only_if(mut self, makes_sense: bool) -> Self {
         self.enabled = makes_sense;
@@ -459,7 +448,7 @@ mod tests {
 
     #[test]
     fn no_two_actions_have_the_same_name_or_keys() {
-        let actions = all(&AppState::default(), CanGo::default());
+        let actions = all(&Engine::new(std::sync::Arc::new(|| {})), CanGo::default());
         for (at, one) in actions.iter().enumerate() {
             for other in &actions[at + 1..] {
                 assert_ne!(one.name, other.name);
@@ -476,8 +465,11 @@ mod tests {
             zoom_back: true,
             zoom_forward: true,
         };
-        let state = AppState::default();
-        for action in all(&state, can).into_iter().filter(|action| action.enabled) {
+        let engine = Engine::new(std::sync::Arc::new(|| {}));
+        for action in all(&engine, can)
+            .into_iter()
+            .filter(|action| action.enabled)
+        {
             let Some(keys) = action.keys else { continue };
             let mut asked = Vec::new();
             let press = egui::Event::Key {
@@ -492,7 +484,7 @@ mod tests {
                 ..Default::default()
             };
             let context = egui::Context::default();
-            let mut output = context.run_ui(input, |ui| listen(ui.ctx(), &state, can, &mut asked));
+            let mut output = context.run_ui(input, |ui| listen(ui.ctx(), &engine, can, &mut asked));
             output.textures_delta.clear();
             let (asked, own) = (format!("{asked:?}"), format!("{:?}", [&action.command]));
             assert_eq!(asked, own, "{}", action.name);

@@ -1,6 +1,6 @@
 //! Light or dark, and how large everything is.
 
-use crate::app::{Preferences, Theme};
+use crate::engine::{Preferences, Theme};
 
 /// Lets signs that the usual font lacks (arrows, superscripts) come from the one for code, and takes over the keys that scale.
 pub fn prepare(context: &egui::Context) {

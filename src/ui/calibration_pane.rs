@@ -4,27 +4,53 @@ use std::ops::Range;
 
 use egui::RichText;
 
-use crate::app::{AppState, Command, Existing};
 use crate::calibration::LinearMap;
+use crate::engine::{Action, Engine, Existing};
+use crate::export::{TARGETS, target_endings};
 use crate::features::Column;
 use crate::recording::Axis;
+use crate::report::{self, Cell, Table};
+use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::equation::laid_out;
-use crate::ui::fields::Fields;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
+use crate::ui::pane::{Cx, PaneView};
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;
 
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "calibration",
+    title: "Calibration",
+    explanation: "The matrices with their features named, and their export",
+});
+
+/// What is typed.
+#[derive(Debug)]
+pub struct View {
+    /// The path to export to.
+    path: String,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            path: "calibration.json".to_owned(),
+        }
+    }
+}
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        calibration_pane(ui, cx.engine, &mut self.path, cx.out);
+    }
+}
+
 /// Draws the matrices and the export row.
-pub fn calibration_pane(
-    ui: &mut egui::Ui,
-    state: &AppState,
-    fields: &mut Fields,
-    out: &mut Vec<Command>,
-) {
+fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
-        if let Some(analysis) = &state.analysis {
+        if let Some(analysis) = engine.analysis() {
             let calibration = &analysis.calibration;
             if calibration.simulated {
                 ui.colored_label(ui.visuals().warn_fg_color, "of the simulated sensor");
@@ -32,8 +58,8 @@ pub fn calibration_pane(
             ui.weak(calibration.describe());
         }
     });
-    export_row(ui, state, fields, out);
-    let Some(analysis) = &state.analysis else {
+    export_row(ui, engine, path, out);
+    let Some(analysis) = engine.analysis() else {
         return;
     };
     let calibration = &analysis.calibration;
@@ -65,7 +91,7 @@ pub fn calibration_pane(
                         .on_hover_text("The matrix as tab-separated text")
                         .clicked()
                     {
-                        ui.copy_text(as_text(map, &names, &calibration.axes));
+                        ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
                     }
                     ui.label(laid_out(ui, &equation(&blocks), color))
                         .on_hover_text(trace.explanation());
@@ -76,25 +102,24 @@ pub fn calibration_pane(
         });
 }
 
-fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
+fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let label = ui.label("Export to");
         let buttons = 118.0;
-        let field = egui::TextEdit::singleline(&mut fields.export)
-            .hint_text("path ending in .json, .h, .py, …")
+        let field = egui::TextEdit::singleline(path)
+            .hint_text(format!("path ending in one of {}", target_endings()))
             .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
         let field = ui.add(field).labelled_by(label.id).on_hover_text(
             "Where the calibration is written; its ending says as what, Enter writes it",
         );
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-        ui.add_enabled_ui(state.analysis.is_some(), |ui| {
-            let export = ui.button("Export").on_hover_text(
-                ".json holds everything and can be opened here again; .csv the matrices; .h, .rs and .py are code that runs; .yaml, \
-                 .npz, .mat, .cal and .onnx hold what each can carry",
-            );
-            let path = fields.export.trim();
+        ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
+            let held =
+                TARGETS.map(|target| format!(".{}: {}", target.endings()[0], target.holds()));
+            let export = ui.button("Export").on_hover_text(held.join("\n"));
+            let path = path.trim();
             if (export.clicked() || entered) && !path.is_empty() {
-                out.push(Command::Export(path.into(), Existing::Ask));
+                out.push(Action::Export(path.into(), Existing::Ask).into());
             }
             if ui.button("…").on_hover_text("Choose a file").clicked() {
                 out.push(Command::ChooseExport);
@@ -103,19 +128,21 @@ fn export_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mu
     });
 }
 
-/// A matrix with its features and axes as tab-separated text, every digit of it.
-fn as_text(map: &LinearMap, names: &[String], axes: &[Axis]) -> String {
-    let mut lines = vec![format!("\t{}", names.join("\t"))];
-    for (axis, row) in axes.iter().zip(&map.matrix) {
-        let values: Vec<String> = row.iter().map(f64::to_string).collect();
-        lines.push(format!(
-            "{} [{}]\t{}",
-            axis.symbol(),
-            axis.unit(),
-            values.join("\t")
-        ));
+/// A matrix, one row per axis and one column per feature.
+fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
+    let mut columns = vec![report::Column::words("")];
+    columns.extend(names.iter().map(report::Column::numbers));
+    let rows = axes.iter().zip(&map.matrix).map(|(axis, row)| {
+        let numbers = row.iter().map(|value| Cell::digits(Some(*value), 5));
+        std::iter::once(Cell::words(axis.label()))
+            .chain(numbers)
+            .collect()
+    });
+    Table {
+        columns,
+        rows: rows.collect(),
+        ..Table::default()
     }
-    lines.join("\n")
 }
 
 /// A group of columns: the sign that stands for it in the equation, and which columns they are.
@@ -239,7 +266,7 @@ fn matrix(
             }
             ui.end_row();
             for (axis, row) in axes.iter().zip(&cells) {
-                ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                ui.label(axis.label());
                 for (column, (value, width)) in row.iter().zip(&widths).enumerate() {
                     let place = ui.monospace(format!("{value:>width$}")).rect;
                     numbers |= place;

@@ -2,8 +2,9 @@
 
 use egui::{Key, Modifiers};
 
-use crate::app::{AppState, Command};
+use crate::engine::Engine;
 use crate::ui::actions::{self, Action, CanGo};
+use crate::ui::command::Command;
 
 /// What the palette remembers while it is open.
 #[derive(Debug, Default)]
@@ -26,14 +27,14 @@ impl CommandPalette {
     pub fn show(
         &mut self,
         context: &egui::Context,
-        state: &AppState,
+        engine: &Engine,
         can: CanGo,
         out: &mut Vec<Command>,
     ) {
         if !self.open {
             return;
         }
-        let found: Vec<Action> = (actions::all(state, can).into_iter())
+        let found: Vec<Action> = (actions::all(engine, can).into_iter())
             .filter(|action| action.enabled && matches(&action.name, &self.text))
             .collect();
         self.chosen = self.chosen.min(found.len().saturating_sub(1));

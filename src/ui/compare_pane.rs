@@ -4,49 +4,75 @@ use egui::{Color32, RichText};
 use egui_plot::{Bar, BarChart, Plot};
 
 use crate::analysis::comparison_table;
-use crate::app::{AppState, Command, ComparisonCommand, Row};
 use crate::calibration::Regressor;
+use crate::engine::{Action, Engine, Existing, FileContent, Row};
 use crate::evaluation::metrics::Group;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::recording::Axis;
-use crate::ui::fields::Fields;
+use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::{duration, significant};
+use crate::ui::pane::{Cx, PaneView};
 use crate::ui::{palette, picture, plots};
 
 /// Height of the bars.
 const BARS_HEIGHT: f32 = 170.0;
 
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "compare",
+    title: "Compare",
+    explanation: "Every regressor without and with the past",
+});
+
+/// What is chosen and typed.
+#[derive(Debug)]
+pub struct View {
+    /// Which errors are shown.
+    errors_on: ScoreSet,
+    /// The path to save the table to.
+    path: String,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            errors_on: ScoreSet::Test,
+            path: "comparison.csv".to_owned(),
+        }
+    }
+}
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        compare_pane(ui, cx.engine, self, cx.out);
+    }
+}
+
 /// Draws the pane.
-pub fn compare_pane(
-    ui: &mut egui::Ui,
-    state: &AppState,
-    fields: &mut Fields,
-    out: &mut Vec<Command>,
-) {
-    let send = |command, out: &mut Vec<Command>| out.push(Command::Comparison(command));
-    let comparison = &state.comparison;
+fn compare_pane(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+    let comparison = &engine.comparison;
     ui.horizontal_wrapped(|ui| {
-        if comparison.running.is_some() {
+        if engine.is_comparing() {
             let stop = ui.button("Stop");
             let stop = stop.on_hover_text("Rows that have ended keep their results");
             if stop.clicked() {
-                send(ComparisonCommand::Stop, out);
+                out.push(Action::StopComparing.into());
             }
         } else {
-            let ready = !state.recordings.entries().is_empty();
+            let ready = !engine.project().recordings.entries().is_empty();
             ui.add_enabled_ui(ready, |ui| {
                 let start = ui.button("Fit ticked rows").on_hover_text(
                     "Rows that already have a result that holds are not fitted again",
                 );
                 if start.clicked() {
-                    send(ComparisonCommand::Start, out);
+                    out.push(Action::Compare.into());
                 }
                 let whole = ui.button("Whole comparison of the paper").on_hover_text(
                     "Linear, network and hybrid, without and with the past, on all samples (A) and on every tenth (B): \
                      Figures 9, 10, 12 and 13. Networks on all samples take minutes",
                 );
                 if whole.clicked() {
-                    send(ComparisonCommand::StartPaper, out);
+                    out.push(Action::ComparePaper.into());
                 }
             });
         }
@@ -62,15 +88,16 @@ pub fn compare_pane(
                 ui.copy_text(comparison_table(&rows, &ScoreSet::ALL).tab_separated());
             }
             let label = ui.label("CSV");
-            let field = egui::TextEdit::singleline(&mut fields.comparison).desired_width(130.0);
+            let field = egui::TextEdit::singleline(&mut fields.path).desired_width(130.0);
             ui.add(field)
                 .labelled_by(label.id)
                 .on_hover_text("Where the table is written");
-            let path = fields.comparison.trim();
+            let path = fields.path.trim();
             let save = ui.button("Save");
             let save = save.on_hover_text("Every row that has a result, with train, test and LOO-CV");
             if save.clicked() && !path.is_empty() {
-                send(ComparisonCommand::Save(path.into()), out);
+                let content = FileContent::Comparison(rows.clone());
+                out.push(Action::Save(content, path.into(), Existing::Ask).into());
             }
         });
     });
@@ -78,14 +105,14 @@ pub fn compare_pane(
     egui::ScrollArea::both()
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            bars(ui, state, fields.errors_on, out);
-            table(ui, state, fields.errors_on, out);
+            bars(ui, engine, fields.errors_on, out);
+            table(ui, engine, fields.errors_on, out);
         });
 }
 
-fn table(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Command>) {
-    let rows = &state.comparison.rows;
-    let axes = state.axes();
+fn table(ui: &mut egui::Ui, engine: &Engine, on: ScoreSet, out: &mut Vec<Command>) {
+    let rows = &engine.comparison.rows;
+    let axes = engine.project().axes();
     egui::Grid::new("comparison")
         .striped(true)
         .min_col_width(20.0)
@@ -97,13 +124,13 @@ fn table(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Comman
                 .on_hover_text("Tick all rows, or none")
                 .changed()
             {
-                out.push(Command::Comparison(ComparisonCommand::TickAll(all)));
+                out.push(Action::TickAll(all).into());
             }
             for title in ["Regressor", "History", "Data", "State"] {
                 ui.strong(title);
             }
             for axis in axes {
-                ui.strong(format!("{} [{}]", axis.symbol(), axis.unit()));
+                ui.strong(axis.label());
             }
             for (group, unit) in [(Group::Force, "N"), (Group::Moment, "N·m")] {
                 if axes.iter().any(|axis| group.contains(*axis)) {
@@ -113,7 +140,7 @@ fn table(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Comman
             }
             ui.end_row();
             for (at, row) in rows.iter().enumerate() {
-                table_row(ui, state, at, row, on, out);
+                table_row(ui, engine, at, row, on, out);
                 ui.end_row();
             }
         });
@@ -121,7 +148,7 @@ fn table(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Comman
 
 fn table_row(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     at: usize,
     row: &Row,
     on: ScoreSet,
@@ -143,7 +170,7 @@ fn table_row(
         .on_hover_text("Whether \"Fit ticked rows\" fits this one")
         .changed()
     {
-        out.push(Command::Comparison(ComparisonCommand::Tick(at, ticked)));
+        out.push(Action::Tick(at, ticked).into());
     }
     ui.colored_label(
         palette::regressor(candidate.regressor, ui.visuals()),
@@ -156,9 +183,9 @@ fn table_row(
             1 => "All samples",
             _ => "Every tenth sample",
         });
-    let stale = row.is_stale(state);
+    let stale = row.is_stale(engine.project());
     row_state(ui, row, stale);
-    let axes = state.axes();
+    let axes = engine.project().axes();
     let rmse = row.compared().and_then(|row| on.rmse(&row.scores));
     let weak = ui.visuals().weak_text_color();
     let mut cell = |value: Option<f64>| {
@@ -211,9 +238,9 @@ fn row_state(ui: &mut egui::Ui, row: &Row, stale: bool) {
 }
 
 /// One chart per unit: a group of bars for each axis, a bar for each row that has a result.
-fn bars(ui: &mut egui::Ui, state: &AppState, on: ScoreSet, out: &mut Vec<Command>) {
-    let axes = state.axes();
-    let rows: Vec<(&Row, &[f64])> = state
+fn bars(ui: &mut egui::Ui, engine: &Engine, on: ScoreSet, out: &mut Vec<Command>) {
+    let axes = engine.project().axes();
+    let rows: Vec<(&Row, &[f64])> = engine
         .comparison
         .rows
         .iter()

@@ -7,8 +7,11 @@ use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use crate::app::{Command, Existing, FileContent, ImportCommand, Level, Notice};
-use crate::worker::Notify;
+use crate::engine::query::Notify;
+use crate::engine::{Action, Existing, FileContent, ImportCommand, Level};
+use crate::export::TARGETS;
+use crate::formats;
+use crate::ui::command::Command;
 
 /// No person cancels a dialog this quickly.
 const TOO_QUICK_FOR_A_PERSON: Duration = Duration::from_millis(150);
@@ -31,30 +34,25 @@ impl Reply {
     }
 }
 
-/// What is to be saved somewhere.
-#[derive(Debug)]
-pub struct SaveAs {
-    /// What.
-    pub content: FileContent,
-    /// A name for it.
-    pub name: String,
+/// What writes it into the file that was chosen, where replacing it was agreed to if it is there.
+#[must_use]
+pub fn save_to(content: FileContent, path: PathBuf) -> Command {
+    // About a file that is new nobody was asked, and some are written with others beside them.
+    let existing = match path.exists() {
+        true => Existing::Replace,
+        false => Existing::Ask,
+    };
+    write(content, path, existing)
 }
 
-impl SaveAs {
-    /// The file was chosen, and replacing it agreed to where it is there.
-    #[must_use]
-    pub fn to(self, path: PathBuf) -> Command {
-        // About a file that is new nobody was asked, and some are written with others beside them.
-        let existing = match path.exists() {
-            true => Existing::Replace,
-            false => Existing::Ask,
-        };
-        match self.content {
-            // Its ending is checked against what can be exported.
-            FileContent::Calibration(..) => Command::Export(path, existing),
-            content => Command::Save(content, path, existing),
-        }
-    }
+/// What writes it into this file.
+pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
+    let action = match content {
+        // Its ending is checked against what can be exported.
+        FileContent::Calibration(..) => Action::Export(path, existing),
+        content => Action::Save(content, path, existing),
+    };
+    action.into()
 }
 
 /// Ways to ask for files; a test puts its own in place of the desktop's.
@@ -64,7 +62,7 @@ pub trait Dialogs {
     /// Asks for one file whose columns are to be said.
     fn import(&mut self, reply: Reply);
     /// Asks for a file to write.
-    fn save(&mut self, what: SaveAs, reply: Reply);
+    fn save(&mut self, content: FileContent, reply: Reply);
 }
 
 /// The desktop's own dialogs.
@@ -73,20 +71,19 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
+        let calibrations = TARGETS
+            .into_iter()
+            .filter(|target| target.reader().is_some());
+        let calibrations = calibrations.flat_map(|target| target.endings().iter().copied());
+        let endings: Vec<&str> = formats::endings().chain(calibrations).collect();
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open recordings, a calibration or a session")
-            .add_filter(
-                "Recordings, calibrations, sessions",
-                &[
-                    "csv", "txt", "tsv", "dat", "npz", "npy", "mat", "parquet", "mcap", "json",
-                    "cal",
-                ],
-            )
+            .add_filter("Recordings, calibrations, sessions", &endings)
             .add_filter("All files", &["*"]);
         asked(reply, no_dialog(), || {
             let files = pollster::block_on(dialog.pick_files())?;
             let paths = files.iter().map(|file| file.path().to_owned()).collect();
-            Some(Command::OpenFiles(paths))
+            Some(Action::Open(paths).into())
         });
     }
 
@@ -95,27 +92,32 @@ impl Dialogs for NativeDialogs {
         asked(reply, no_dialog(), || {
             let file = pollster::block_on(dialog.pick_file())?;
             let path = file.path().to_owned();
-            Some(Command::Import(ImportCommand::Open(path)))
+            Some(ImportCommand::Open(path).into())
         });
     }
 
-    fn save(&mut self, what: SaveAs, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new()
+    fn save(&mut self, content: FileContent, reply: Reply) {
+        let mut dialog = rfd::AsyncFileDialog::new()
             .set_title("Save")
-            .set_file_name(&what.name);
-        let none = Command::TypePathFor(what.content.clone(), what.name.clone());
+            .set_file_name(content.usual_name());
+        if let FileContent::Calibration(..) = content {
+            for target in TARGETS {
+                dialog = dialog.add_filter(target.name(), target.endings());
+            }
+        }
+        let none = Command::TypePathFor(content.clone());
         asked(reply, none, || {
             let file = pollster::block_on(dialog.save_file())?;
-            Some(what.to(file.path().to_owned()))
+            Some(save_to(content, file.path().to_owned()))
         });
     }
 }
 
 fn no_dialog() -> Command {
-    Command::Tell(Notice::new(
+    Command::tell(
         Level::Warning,
         "This machine offers no file dialog; type a path in the field instead, or drop files on the window",
-    ))
+    )
 }
 
 fn asked(

@@ -1,17 +1,36 @@
 //! The table of errors: Conv. and Comp. per axis, on train, on test, and by leave-one-recording-out.
 
 use crate::analysis::Analysis;
-use crate::app::AppState;
+use crate::engine::Engine;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::report::{Shown, Table, errors};
+use crate::ui::command::{Kind, Pane};
+use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
 
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "errors",
+    title: "Errors",
+    explanation: "RMSE per axis: on train, on test, and by leave-one-recording-out",
+});
+
+/// Nothing of its own.
+#[derive(Debug, Default)]
+pub struct View;
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        errors_pane(ui, cx.engine);
+    }
+}
+
 /// Draws the table.
-pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
+fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     ui.take_available_width();
     ui.horizontal_wrapped(|ui| {
         ui.strong("RMSE");
-        if let Some(analysis) = &state.analysis
+        if let Some(analysis) = engine.analysis()
             && ui
                 .small_button("Copy table")
                 .on_hover_text("As tab-separated text")
@@ -19,7 +38,7 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
         {
             ui.copy_text(all_errors(analysis).tab_separated());
         }
-        let Some(analysis) = &state.analysis else {
+        let Some(analysis) = engine.analysis() else {
             return;
         };
         if !analysis.fitted {
@@ -39,7 +58,7 @@ pub fn errors_pane(ui: &mut egui::Ui, state: &AppState) {
             ui.weak(format!("no LOO-CV: {reason}"));
         }
     });
-    let Some(analysis) = &state.analysis else {
+    let Some(analysis) = engine.analysis() else {
         ui.weak("Nothing is fitted yet.");
         return;
     };

@@ -1,4 +1,4 @@
-//! The guide, what can be pressed, what the abbreviations mean, and the equations behind them.
+//! The guide, what can be pressed, and the equations behind it all.
 
 use egui::RichText;
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
@@ -21,17 +21,13 @@ pub struct Help {
 enum Page {
     #[default]
     Guide,
-    Keys,
-    Mouse,
-    Words,
+    Shortcuts,
     Equations,
 }
 
-const PAGES: [(Page, &str, &str); 5] = [
+const PAGES: [(Page, &str, &str); 3] = [
     (Page::Guide, "Guide", "What the program does, page by page"),
-    (Page::Keys, "Keys", "What can be pressed"),
-    (Page::Mouse, "Mouse", "What can be pointed at and dragged"),
-    (Page::Words, "Words", "What the abbreviations mean"),
+    (Page::Shortcuts, "Shortcuts", "What can be pressed"),
     (
         Page::Equations,
         "Equations",
@@ -40,7 +36,7 @@ const PAGES: [(Page, &str, &str); 5] = [
 ];
 
 /// The pages that stand beside the README.
-const GUIDE: [(&str, &str); 7] = [
+const GUIDE: [(&str, &str); 8] = [
     ("Window", include_str!("../../assets/guide/window.md")),
     (
         "Recordings",
@@ -57,67 +53,7 @@ const GUIDE: [(&str, &str); 7] = [
         include_str!("../../assets/guide/built-in-sensor.md"),
     ),
     ("Speed", include_str!("../../assets/guide/speed.md")),
-];
-
-const MOUSE: [(&str, &str); 9] = [
-    ("Wheel over a plot", "zooms at the pointer"),
-    ("Drag", "moves"),
-    ("Right drag", "zooms into a box"),
-    ("Double click", "shows all again"),
-    (
-        "Right click",
-        "the plot as a picture: to the clipboard or a file",
-    ),
-    (
-        "Click in a trace",
-        "puts cursor A there; with Shift, cursor B",
-    ),
-    (
-        "Pointer over a trace",
-        "shows the sample and the past that was found for it",
-    ),
-    (
-        "Drag a tab",
-        "moves a pane: beside, above or below others, or among their tabs",
-    ),
-    (
-        "Drop files",
-        "opens recordings, calibrations and folders of them",
-    ),
-];
-
-const WORDS: [(&str, &str); 10] = [
-    ("Calc.", "calculated: the load that was really applied"),
-    (
-        "Conv.",
-        "conventional calibration: least squares on the present gauges (Eq. 3-8), with an offset unless it is off",
-    ),
-    (
-        "Comp.",
-        "compensated: the same with what the past adds (Eq. 9-12)",
-    ),
-    (
-        "S, S_past",
-        "the gauges now, and those at the moment that the look-back found",
-    ),
-    (
-        "F_th",
-        "the look-back goes back to the last sample whose conventional load differed by this much",
-    ),
-    ("t_th", "how old that sample may be, in seconds"),
-    (
-        "Full scale, FS",
-        "per axis: entered, else half the peak-to-peak reference over the training recordings",
-    ),
-    ("RMSE", "root of the mean squared error against Calc."),
-    (
-        "LOO-CV",
-        "leave-one-recording-out: each training recording scored by a fit to the others",
-    ),
-    (
-        "Ridge",
-        "shrinks what the blocks append, so that Comp. ends at Conv. where the past says nothing",
-    ),
+    ("Glossary", include_str!("../../assets/guide/glossary.md")),
 ];
 
 /// The paper's equations by their numbers, then what the program adds to them.
@@ -178,7 +114,7 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Comp.",
         "L = C^{-1} [S, S_{past}, …]^T + c",
-        "least squares on the gauges and all that the blocks append",
+        "least squares on the gauges and all that the features append",
     ),
 ];
 
@@ -227,13 +163,7 @@ impl Help {
                         Page::Guide => {
                             CommonMarkViewer::new().show(ui, &mut self.laid_out, GUIDE[guide].1);
                         }
-                        Page::Keys => keys(ui, &actions()),
-                        Page::Mouse => rows(ui, "mouse", MOUSE.iter().copied()),
-                        Page::Words => {
-                            let blocks = blocks();
-                            let own = blocks.iter().map(|(name, _, help)| (*name, &**help));
-                            rows(ui, "words", WORDS.iter().copied().chain(own));
-                        }
+                        Page::Shortcuts => shortcuts(ui, &actions()),
                         Page::Equations => {
                             ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
                             equations(ui);
@@ -244,7 +174,7 @@ impl Help {
     }
 }
 
-fn keys(ui: &mut egui::Ui, actions: &[Action]) {
+fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
     let texts: Vec<(String, &str)> = actions
         .iter()
         .filter_map(|action| Some((ui.ctx().format_shortcut(&action.keys?), &*action.name)))
@@ -258,15 +188,22 @@ fn keys(ui: &mut egui::Ui, actions: &[Action]) {
             "zoom a plot that has the focus; with Alt its values",
         ),
         ("Backspace", "shows all of a plot that has the focus"),
-        (
-            "Shift+F10, Menu",
-            "a picture of the plot that has the focus",
-        ),
+        ("Shift+F10, Menu", "the plot that has the focus as a figure"),
         ("Ctrl+Tab", "the next tab of the panes under the pointer"),
         ("Escape", "takes the cursors away, closes what floats"),
     ];
     let own = texts.iter().map(|(keys, name)| (&**keys, *name));
-    rows(ui, "keys", own.chain(others));
+    egui::Grid::new("shortcuts")
+        .num_columns(2)
+        .striped(true)
+        .spacing([16.0, 6.0])
+        .show(ui, |ui| {
+            for (keys, name) in own.chain(others) {
+                ui.label(RichText::new(keys).strong());
+                ui.add(egui::Label::new(name).wrap());
+                ui.end_row();
+            }
+        });
 }
 
 /// The blocks' names, formulas and explanations.
@@ -294,20 +231,6 @@ fn equations(ui: &mut egui::Ui) {
                     ui.label(laid_out(ui, equation, color));
                     ui.add(egui::Label::new(words).wrap());
                 });
-                ui.end_row();
-            }
-        });
-}
-
-fn rows<'a>(ui: &mut egui::Ui, name: &str, rows: impl Iterator<Item = (&'a str, &'a str)>) {
-    egui::Grid::new(name)
-        .num_columns(2)
-        .striped(true)
-        .spacing([16.0, 6.0])
-        .show(ui, |ui| {
-            for (left, right) in rows {
-                ui.label(RichText::new(left).strong());
-                ui.add(egui::Label::new(right).wrap());
                 ui.end_row();
             }
         });

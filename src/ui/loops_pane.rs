@@ -8,21 +8,29 @@ mod rest_view;
 mod save;
 
 use crate::analysis::loops::{
-    Channel, CrossQuestion, LoadKind, LoopQuestion, Output, Question, RestQuestion, Span, Up,
+    Channel, CrossQuestion, LoadKind, Look, LoopQuestion, Output, Question, RestQuestion, Span, Up,
 };
-use crate::app::{AppState, Command};
+use crate::engine::Engine;
 use crate::recording::Axis;
 use crate::report::figure::{Figure, STANDS_ALONE};
+use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::item;
 use crate::ui::dead_band::dead_band;
-use crate::ui::looking::Looking;
 use crate::ui::palette::Trace;
+use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots::{self, Zoom};
 
 /// Beside the plot, so much is for figures.
 const FIGURES_WIDTH: f32 = 292.0;
 /// The longest time that a rest can be asked to last (s).
 const LONGEST_REST_SECS: f64 = 1e5;
+
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "loops",
+    title: "Loops",
+    explanation: "Hysteresis loops, cross-plots, and drift at rest",
+});
 
 /// What the pane shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -129,12 +137,44 @@ impl Default for LoopsPane {
     }
 }
 
+impl PaneView for LoopsPane {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        let Cx { engine, time, out } = cx;
+        if engine.analysis().is_none() {
+            nothing_yet(ui, engine);
+            return;
+        }
+        self.follow(engine);
+        ui.horizontal_wrapped(|ui| self.choices(ui, engine));
+        ui.separator();
+        if let Some(problem) = engine.loops.problem() {
+            ui.colored_label(ui.visuals().warn_fg_color, problem);
+        }
+        let on_screen = ui.pixels_per_point() * plot_size(ui);
+        self.pixels = [
+            STANDS_ALONE.0.max(on_screen.x.into()),
+            STANDS_ALONE.1.max(on_screen.y.into()),
+        ];
+        match (self.mode, engine.loops.answer()) {
+            (Mode::Loops, Some(Look::Loops(found))) => {
+                loop_view::show(ui, self, engine, found, out)
+            }
+            (Mode::Cross, Some(Look::Cross(found))) => {
+                cross_view::show(ui, self, engine, found, out)
+            }
+            (Mode::Rests, Some(Look::Rests(found))) => rest_view::show(ui, self, found, out),
+            _ => {}
+        }
+        // It was drawn, so its choices are those of now.
+        engine.ask_loops(time.visible_time(), self.question());
+    }
+}
+
 impl LoopsPane {
     /// What must be answered for the pane to be drawn.
-    pub fn question(&self, state: &AppState) -> Option<Question> {
-        state.analysis.as_ref()?;
+    fn question(&self) -> Question {
         let frame = *self.zoom();
-        Some(match self.mode {
+        match self.mode {
             Mode::Loops => Question::Loops(LoopQuestion {
                 axis: self.axis,
                 up: self.up,
@@ -155,44 +195,13 @@ impl LoopsPane {
                 rest: self.rest,
                 hold_secs: self.hold_secs,
             }),
-        })
-    }
-
-    /// Draws the pane.
-    pub fn show(
-        &mut self,
-        ui: &mut egui::Ui,
-        state: &AppState,
-        looking: &Looking,
-        out: &mut Vec<Command>,
-    ) {
-        if state.analysis.is_none() {
-            nothing_yet(ui, state);
-            return;
-        }
-        self.follow(state);
-        ui.horizontal_wrapped(|ui| self.choices(ui, state, looking));
-        ui.separator();
-        if let Some(problem) = &looking.seen.problem {
-            ui.colored_label(ui.visuals().warn_fg_color, problem);
-        }
-        let seen = &looking.seen;
-        let on_screen = ui.pixels_per_point() * plot_size(ui);
-        self.pixels = [
-            STANDS_ALONE.0.max(on_screen.x.into()),
-            STANDS_ALONE.1.max(on_screen.y.into()),
-        ];
-        match self.mode {
-            Mode::Loops => loop_view::show(ui, self, state, seen.loops.as_ref(), out),
-            Mode::Cross => cross_view::show(ui, self, state, seen.cross.as_ref(), out),
-            Mode::Rests => rest_view::show(ui, self, seen.rests.as_ref(), out),
         }
     }
 
     /// Keeps choices to what the recordings have.
-    fn follow(&mut self, state: &AppState) {
-        let axes = state.axes();
-        let n_gauges = state.recordings.layout().gauge_names.len();
+    fn follow(&mut self, engine: &Engine) {
+        let axes = engine.project().axes();
+        let n_gauges = engine.project().recordings.layout().gauge_names.len();
         if let Some(first) = axes.first()
             && !axes.contains(&self.axis)
         {
@@ -203,7 +212,7 @@ impl LoopsPane {
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
             self.up = Up::default();
         }
-        if matches!(self.span, Span::One(at) if at >= state.recordings.entries().len()) {
+        if matches!(self.span, Span::One(at) if at >= engine.project().recordings.entries().len()) {
             self.span = Span::default();
         }
         let first = axes.first().copied();
@@ -228,7 +237,7 @@ impl LoopsPane {
         self.zooms.of(self.mode)
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, state: &AppState, looking: &Looking) {
+    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         for (mode, label, explanation) in Mode::ALL {
             ui.selectable_value(&mut self.mode, mode, label)
                 .on_hover_text(explanation);
@@ -244,20 +253,22 @@ impl LoopsPane {
         );
         match self.mode {
             Mode::Loops => {
-                self.axis_choice(ui, state);
-                self.up_choice(ui, state);
-                self.span_choice(ui, state);
-                let automatic = looking.seen.loops.as_ref();
-                let automatic = automatic.map(|picture| picture.automatic_dead_band);
+                self.axis_choice(ui, engine);
+                self.up_choice(ui, engine);
+                self.span_choice(ui, engine);
+                let automatic = match engine.loops.answer() {
+                    Some(Look::Loops(found)) => Some(found.automatic_dead_band),
+                    _ => None,
+                };
                 dead_band(ui, "Dead band", self.axis, &mut self.dead_band, automatic);
             }
             Mode::Cross => {
-                channel_choice(ui, state, "across", &mut self.across);
-                channel_choice(ui, state, "up", &mut self.cross_up);
-                self.span_choice(ui, state);
+                channel_choice(ui, engine, "across", &mut self.across);
+                channel_choice(ui, engine, "up", &mut self.cross_up);
+                self.span_choice(ui, engine);
             }
             Mode::Rests => {
-                self.axis_choice(ui, state);
+                self.axis_choice(ui, engine);
                 let label = ui.label("at least");
                 let field = egui::DragValue::new(&mut self.hold_secs)
                     .range(0.1..=LONGEST_REST_SECS)
@@ -304,16 +315,16 @@ impl LoopsPane {
         }
     }
 
-    fn axis_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
-        for axis in state.axes() {
+    fn axis_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+        for axis in engine.project().axes() {
             ui.selectable_value(&mut self.axis, *axis, axis.symbol())
                 .on_hover_text("Take this axis");
         }
         ui.separator();
     }
 
-    fn up_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
-        let gauges = &state.recordings.layout().gauge_names;
+    fn up_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+        let gauges = &engine.project().recordings.layout().gauge_names;
         egui::ComboBox::from_label("up")
             .selected_text(up_name(self.up, gauges))
             .width(70.0)
@@ -329,8 +340,8 @@ impl LoopsPane {
             );
     }
 
-    fn span_choice(&mut self, ui: &mut egui::Ui, state: &AppState) {
-        let entries = state.recordings.entries();
+    fn span_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+        let entries = engine.project().recordings.entries();
         let name = |span: Span| match span {
             Span::Visible => "As in Traces",
             Span::All => "All recordings",
@@ -396,8 +407,8 @@ fn plot_size(ui: &egui::Ui) -> egui::Vec2 {
     room.max(egui::vec2(200.0, 160.0))
 }
 
-fn nothing_yet(ui: &mut egui::Ui, state: &AppState) {
-    ui.centered_and_justified(|ui| match &state.problem {
+fn nothing_yet(ui: &mut egui::Ui, engine: &Engine) {
+    ui.centered_and_justified(|ui| match engine.problem() {
         Some(problem) => ui.label(problem),
         None => ui.label("Nothing is fitted yet."),
     });
@@ -431,14 +442,15 @@ fn channel_unit(channel: Channel) -> &'static str {
     }
 }
 
-fn channel_choice(ui: &mut egui::Ui, state: &AppState, label: &str, channel: &mut Channel) {
-    let gauges = &state.recordings.layout().gauge_names;
+fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut Channel) {
+    let gauges = &engine.project().recordings.layout().gauge_names;
     let kinds = [
         LoadKind::Calculated,
         LoadKind::Output(Output::Conventional),
         LoadKind::Output(Output::Compensated),
     ];
-    let loads = (state.axes().iter()).flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
+    let loads = (engine.project().axes().iter())
+        .flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
     let all = (0..gauges.len()).map(Channel::Gauge).chain(loads);
     egui::ComboBox::from_label(label)
         .selected_text(channel_name(*channel, gauges))

@@ -2,31 +2,33 @@
 
 use egui::Button;
 
-use crate::app::{AppState, Command, Pane, Preferences, Theme, Wish};
+use crate::engine::{Action as Do, Engine, Preferences, Theme};
 use crate::ui::actions::{self, Action, CanGo};
+use crate::ui::command::Command;
+use crate::ui::panes;
 use crate::ui::workspace::Workspace;
 
 /// Draws the menus.
 pub fn menu_bar(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     workspace: &Workspace,
     can: CanGo,
     out: &mut Vec<Command>,
 ) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
-            items(ui, actions::opening(state), out);
-            recent(ui, state, out);
+            items(ui, actions::opening(engine), out);
+            recent(ui, engine, out);
             ui.separator();
-            items(ui, actions::writing(state), out);
+            items(ui, actions::writing(engine), out);
             ui.separator();
             items(ui, [actions::quit()], out);
         });
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
-        ui.menu_button("Roles", |ui| items(ui, actions::roles(state), out));
-        ui.menu_button("Go", |ui| items(ui, actions::time(can), out));
-        ui.menu_button("View", |ui| view(ui, state, workspace, out));
+        ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
+        ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
+        ui.menu_button("View", |ui| view(ui, engine, workspace, out));
         ui.menu_button("Help", |ui| items(ui, actions::help(), out));
     });
 }
@@ -46,15 +48,15 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
     }
 }
 
-fn recent(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
-    let recent = &state.preferences.recent;
+fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let recent = &engine.preferences.recent;
     ui.add_enabled_ui(!recent.is_empty(), |ui| {
         ui.menu_button("Recent", |ui| {
             for path in recent {
                 let name = path.file_name().unwrap_or(path.as_os_str());
                 let button = ui.button(name.to_string_lossy());
                 if button.on_hover_text(path.display().to_string()).clicked() {
-                    out.push(Command::OpenFiles(vec![path.clone()]));
+                    out.push(Do::Open(vec![path.clone()]).into());
                     ui.close();
                 }
             }
@@ -63,33 +65,33 @@ fn recent(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
             let forget = forget.on_hover_text("Empties this list; the files stay");
             if forget.clicked() {
                 ui.close();
-                out.push(Command::SetPreferences(Preferences {
+                out.push(prefer(Preferences {
                     recent: Vec::new(),
-                    ..state.preferences.clone()
+                    ..engine.preferences.clone()
                 }));
             }
         });
     });
 }
 
-fn view(ui: &mut egui::Ui, state: &AppState, workspace: &Workspace, out: &mut Vec<Command>) {
+fn view(ui: &mut egui::Ui, engine: &Engine, workspace: &Workspace, out: &mut Vec<Command>) {
     items(ui, actions::arrangements(), out);
     ui.separator();
-    for pane in Pane::ALL {
+    for pane in panes::all() {
         let mut open = workspace.is_open(pane);
         if ui
             .checkbox(&mut open, pane.title())
             .on_hover_text(pane.explanation())
             .changed()
         {
-            out.push(Command::Wish(match open {
-                true => Wish::ShowPane(pane),
-                false => Wish::ClosePane(pane),
-            }));
+            out.push(match open {
+                true => Command::ShowPane(pane),
+                false => Command::ClosePane(pane),
+            });
         }
     }
     ui.menu_button("Move a pane", |ui| {
-        for pane in Pane::ALL {
+        for pane in panes::all() {
             ui.menu_button(pane.title(), |ui| items(ui, actions::places(pane), out));
         }
     })
@@ -106,19 +108,23 @@ fn view(ui: &mut egui::Ui, state: &AppState, workspace: &Workspace, out: &mut Ve
             "Dark on light, as pictures for print are",
         ),
         (
-            "As the system",
+            "Follow system",
             Theme::System,
             "Dark or light as the desktop is",
         ),
     ] {
-        let radio = ui.radio(state.preferences.theme == theme, label);
+        let radio = ui.radio(engine.preferences.theme == theme, label);
         if radio.on_hover_text(explanation).clicked() {
-            out.push(Command::SetPreferences(Preferences {
+            out.push(prefer(Preferences {
                 theme,
-                ..state.preferences.clone()
+                ..engine.preferences.clone()
             }));
         }
     }
     ui.separator();
     items(ui, actions::text_scales(), out);
+}
+
+fn prefer(preferences: Preferences) -> Command {
+    Do::Prefer(preferences).into()
 }

@@ -1,16 +1,24 @@
 //! The figures of a certificate: rows with their definitions at hand, Conv. beside Comp. for every axis.
 
-use crate::analysis::loops::{Question, TableOf, TableQuestion};
-use crate::app::{AppState, Command, Existing, FileContent};
+use crate::analysis::loops::{Look, Question, TableOf, TableQuestion};
+use crate::engine::{Action, Engine, Existing, FileContent};
 use crate::evaluation::metrology::{Metrology, MetrologySettings};
 use crate::recording::{Axis, Role};
 use crate::report::{Shown, Table, crosstalk, overview};
+use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::dead_band::dead_band;
-use crate::ui::looking::Looking;
+use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
 
 /// The longest time that a rest can be asked to last (s).
 const LONGEST_REST_SECS: f64 = 1e5;
+
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "metrology",
+    title: "Metrology",
+    explanation: "The figures of a certificate, Conv. beside Comp.",
+});
 
 /// What the pane remembers between frames.
 #[derive(Debug)]
@@ -36,36 +44,38 @@ impl Default for MetrologyPane {
     }
 }
 
-impl MetrologyPane {
-    /// What must be answered for the pane to be drawn.
-    pub fn question(&self, state: &AppState) -> Option<Question> {
-        state.analysis.as_ref()?;
-        Some(Question::Table(TableQuestion {
-            of: self.of(state),
-            settings: self.settings.clone(),
-        }))
+impl PaneView for MetrologyPane {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        self.draw(ui, cx.engine, cx.out);
+        // It was drawn, so its choices are those of now.
+        let of = self.of(cx.engine);
+        let settings = self.settings.clone();
+        let question = Question::Table(TableQuestion { of, settings });
+        cx.engine.ask_figures(question);
     }
+}
 
-    fn of(&self, state: &AppState) -> TableOf {
-        let entries = state.recordings.entries();
+impl MetrologyPane {
+    fn of(&self, engine: &Engine) -> TableOf {
+        let entries = engine.project().recordings.entries();
         let tests = entries.iter().any(|entry| entry.role == Role::Test);
         let usual = if tests { TableOf::Test } else { TableOf::All };
         self.of.unwrap_or(usual)
     }
 
-    /// Draws the pane.
-    pub fn show(
-        &mut self,
-        ui: &mut egui::Ui,
-        state: &AppState,
-        looking: &Looking,
-        out: &mut Vec<Command>,
-    ) {
-        if state.axes() != self.axes {
-            self.axes = state.axes().to_vec();
+    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+        if engine.project().axes() != self.axes {
+            self.axes = engine.project().axes().to_vec();
             self.settings.dead_bands.clear(); // they were in other axes' units
         }
-        let table = looking.seen.table.as_ref().map(|(table, _)| table);
+        let table = match engine
+            .figures
+            .answer()
+            .filter(|_| engine.analysis().is_some())
+        {
+            Some(Look::Table(table, _)) => Some(table),
+            _ => None,
+        };
         let tables: Vec<Table> = table.map_or_else(Vec::new, |table| {
             let crosstalk = crosstalk(table);
             std::iter::once(overview(table, self.shown))
@@ -73,7 +83,7 @@ impl MetrologyPane {
                 .collect()
         });
         ui.horizontal_wrapped(|ui| {
-            self.choices(ui, state);
+            self.choices(ui, engine);
             self.definitions(ui, table.map(|table| &**table));
             ui.separator();
             ui.add_enabled_ui(table.is_some(), |ui| {
@@ -99,12 +109,12 @@ impl MetrologyPane {
                     && let Some(table) = table
                 {
                     let content = FileContent::Metrology(table.clone());
-                    out.push(Command::Save(content, path.into(), Existing::Ask));
+                    out.push(Action::Save(content, path.into(), Existing::Ask).into());
                 }
             });
         });
         ui.separator();
-        if let Some(problem) = &looking.seen.problem {
+        if let Some(problem) = engine.figures.problem() {
             ui.colored_label(ui.visuals().warn_fg_color, problem);
         }
         let Some(table) = table else {
@@ -127,8 +137,8 @@ impl MetrologyPane {
             });
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, state: &AppState) {
-        let mut of = self.of(state);
+    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+        let mut of = self.of(engine);
         for (one, label, explanation) in [
             (TableOf::Test, "Test", "The test recordings"),
             (TableOf::Train, "Train", "The training recordings"),
@@ -137,7 +147,7 @@ impl MetrologyPane {
             ui.selectable_value(&mut of, one, label)
                 .on_hover_text(explanation);
         }
-        if of != self.of(state) {
+        if of != self.of(engine) {
             self.of = Some(of);
         }
         ui.separator();

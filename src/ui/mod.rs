@@ -1,9 +1,10 @@
-//! The window: the only place that knows egui. One file a panel; [`Shell`] ties them to the state and to the threads.
+//! The window: the only place that knows egui. One file a pane, and a list of them; [`Shell`] ties them to the engine.
 
 mod actions;
 mod appearance;
 mod blocks_panel;
 mod calibration_pane;
+mod command;
 mod command_palette;
 mod compare_pane;
 mod context_menu;
@@ -11,34 +12,36 @@ mod dead_band;
 mod dialogs;
 mod equation;
 mod errors_pane;
-mod fields;
 mod hand;
 mod help;
 mod import_window;
-mod looking;
 mod loops_pane;
 mod menu;
 mod metrology_pane;
+mod notes_pane;
 mod notices_panel;
 mod numbers;
 mod palette;
+mod pane;
+mod panes;
 mod picture;
 mod plots;
 mod recordings_panel;
-mod recovery;
 mod regressor_panel;
 mod setting;
 mod settings_panel;
 mod shell;
 mod start;
 mod status_line;
-mod study_worker;
 mod table;
 mod thresholds_pane;
+mod time_view;
 mod tour;
 mod trace_panes;
 mod workspace;
 
-pub use dialogs::{Dialogs, NativeDialogs, Reply, SaveAs};
+pub use command::{Command, Pane, PaneMove, Preset, TimeMove};
+pub use dialogs::{Dialogs, NativeDialogs, Reply, save_to};
+pub use panes::{all as all_panes, named as pane};
 pub use shell::Shell;
 pub use start::open_window;

@@ -2,12 +2,13 @@
 
 use egui::{Color32, RichText};
 
-use crate::app::{AppState, Command, Level};
+use crate::engine::{Action, Engine, Level};
+use crate::ui::command::Command;
 
 /// Draws the notices, newest first, with ways to copy and dismiss them.
-pub fn notices_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+pub fn notices_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        let count = state.notices.len();
+        let count = engine.notices.len();
         ui.strong(if count == 1 {
             "1 notice".to_owned()
         } else {
@@ -16,26 +17,26 @@ pub fn notices_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>
         let copy = ui.button("Copy all");
         let copy = copy.on_hover_text("Every notice, a line each");
         if copy.clicked() {
-            let texts: Vec<_> = state.notices.iter().map(|notice| &*notice.text).collect();
+            let texts: Vec<_> = engine.notices.iter().map(|notice| &*notice.text).collect();
             ui.copy_text(texts.join("\n"));
         }
         let dismiss = ui.button("Dismiss all");
         let dismiss = dismiss.on_hover_text("They were read; this list goes");
         if dismiss.clicked() {
-            out.push(Command::DismissNotices);
+            out.push(Action::DismissAll.into());
         }
     });
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            for (at, notice) in state.notices.iter().enumerate().rev() {
+            for (at, notice) in engine.notices.iter().enumerate().rev() {
                 ui.horizontal_top(|ui| {
                     if ui
                         .small_button("×")
                         .on_hover_text("Dismiss this notice")
                         .clicked()
                     {
-                        out.push(Command::DismissNotice(at));
+                        out.push(Action::Dismiss(at).into());
                     }
                     let (label, color) = kind(notice.level, ui.visuals());
                     ui.label(RichText::new(label).color(color));

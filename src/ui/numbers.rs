@@ -2,11 +2,6 @@
 
 pub use crate::evaluation::numbers::significant;
 
-/// A change in percent, signed; a dash where it says nothing.
-pub fn percent(change: Option<f64>) -> String {
-    change.map_or_else(|| "–".to_owned(), |change| format!("{change:+.1} %"))
-}
-
 /// A span of time, as coarse as one waits for it.
 pub fn duration(span: std::time::Duration) -> String {
     let seconds = span.as_secs_f64().ceil() as u64;

@@ -3,11 +3,12 @@
 use std::io::Cursor;
 use std::sync::Arc;
 
-use egui::{ColorImage, Pos2, Rect};
+use egui::{ColorImage, Rect};
 
-use crate::app::{Command, Existing, FileContent, Level, Notice, PictureTo, ScreenPart, Wish};
+use crate::engine::{Action, Existing, FileContent, Level};
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::appearance::focus_ring;
+use crate::ui::command::{Command, PictureTo};
 use crate::ui::context_menu::context_menu;
 use crate::ui::dialogs::Reply;
 
@@ -16,7 +17,7 @@ const FRAMES_TO_WAIT: u32 = 2;
 
 /// Pictures that were asked for.
 #[derive(Debug, Default)]
-pub struct Pictures(Vec<(u32, ScreenPart, PictureTo)>);
+pub struct Pictures(Vec<(u32, Rect, PictureTo)>);
 
 /// Adds a menu with the ways to take a plot's picture along, and a ring while it has the keyboard's focus; `print` makes what an SVG of it holds.
 pub fn menu<'a>(
@@ -41,7 +42,7 @@ pub fn menu<'a>(
         let [first, _] = ways.map(|(label, explanation, to)| {
             let button = ui.button(label).on_hover_text(explanation);
             if button.clicked() {
-                out.push(Command::Wish(Wish::Picture(screen_part(part), to)));
+                out.push(Command::Picture(part, to));
                 ui.close(); // by a key it would stay
             }
             button
@@ -51,7 +52,7 @@ pub fn menu<'a>(
             let button = button.on_hover_text("The lines themselves, dark on light, for print");
             if button.clicked() {
                 ui.close();
-                out.push(Command::ChooseFileFor(svg(&print()), "plot.svg"));
+                out.push(Command::ChooseFileFor(svg(&print())));
             }
         }
         first
@@ -63,17 +64,9 @@ pub fn svg(print: &Figure<'_>) -> FileContent {
     FileContent::Bytes(print.svg(STANDS_ALONE).into_bytes().into())
 }
 
-/// The rectangle without egui's type.
-pub fn screen_part(part: Rect) -> ScreenPart {
-    ScreenPart {
-        min: part.min.into(),
-        max: part.max.into(),
-    }
-}
-
 impl Pictures {
     /// Asks for one.
-    pub fn ask(&mut self, part: ScreenPart, to: PictureTo) {
+    pub fn ask(&mut self, part: Rect, to: PictureTo) {
         self.0.push((FRAMES_TO_WAIT, part, to));
     }
 
@@ -95,18 +88,16 @@ impl Pictures {
                 match to {
                     PictureTo::Clipboard => {
                         clipboard.copy_image(picture);
-                        let said = Notice::new(Level::Info, "The picture is in the clipboard");
-                        reply.send(Command::Tell(said));
+                        let said = "The picture is in the clipboard";
+                        reply.send(Command::tell(Level::Info, said));
                     }
                     PictureTo::File | PictureTo::Path(_) => {
                         reply.send(match (encoded(&picture).map(FileContent::Bytes), to) {
                             (Ok(content), PictureTo::Path(path)) => {
-                                Command::Save(content, path, Existing::Ask)
+                                Action::Save(content, path, Existing::Ask).into()
                             }
-                            (Ok(content), _) => Command::ChooseFileFor(content, "picture.png"),
-                            (Err(failed), _) => {
-                                Command::Tell(Notice::new(Level::Error, failed.to_string()))
-                            }
+                            (Ok(content), _) => Command::ChooseFileFor(content),
+                            (Err(failed), _) => Command::tell(Level::Error, failed.to_string()),
                         });
                     }
                 }
@@ -117,9 +108,8 @@ impl Pictures {
 }
 
 /// The part of the screen.
-fn cut(screen: &ColorImage, part: ScreenPart, scale: f32) -> ColorImage {
+fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
     let [width, height] = screen.size;
-    let part = Rect::from_min_max(Pos2::from(part.min), Pos2::from(part.max));
     let inside = |value: f32, most: usize| ((value * scale).max(0.0) as usize).min(most);
     let (left, right) = (inside(part.min.x, width), inside(part.max.x, width));
     let (top, bottom) = (inside(part.min.y, height), inside(part.max.y, height));
@@ -156,10 +146,7 @@ mod tests {
     fn a_png_holds_the_part_of_the_screen_and_no_more() {
         let pixels = (0..12).map(|k| egui::Color32::from_gray(20 * k)).collect();
         let screen = ColorImage::new([4, 3], pixels);
-        let part = ScreenPart {
-            min: [0.5, 0.5],
-            max: [2.0, 9.0],
-        };
+        let part = Rect::from_min_max(egui::pos2(0.5, 0.5), egui::pos2(2.0, 9.0));
         let bytes = encoded(&cut(&screen, part, 2.0)).unwrap();
         let image = image::load_from_memory(&bytes).unwrap().to_rgb8();
         assert_eq!(image.dimensions(), (3, 2));

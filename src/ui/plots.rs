@@ -6,10 +6,10 @@ use egui_plot::{
     PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
 };
 
-use crate::app::Command;
 use crate::evaluation::loops::Frame;
 use crate::evaluation::numbers::{tick_text, ticks};
 use crate::report::figure::{Figure, Line};
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::picture;

@@ -3,34 +3,61 @@
 use egui::Color32;
 use egui_extras::{Column, TableBuilder};
 
-use crate::analysis::{RecordingResult, View};
-use crate::app::{AppState, Command, Wish};
+use crate::analysis::{self, RecordingResult};
+use crate::engine::{Action, Edit, Engine};
 use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, Role, Tare};
+use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
-use crate::ui::fields::Fields;
 use crate::ui::numbers::significant;
 use crate::ui::palette::Trace;
+use crate::ui::pane::{Cx, PaneView};
 
 /// In a narrower list samples and rates are left out.
 const LEAST_WIDTH_FOR_COUNTS: f32 = 460.0;
 
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "recordings",
+    title: "Recordings",
+    explanation: "What was measured, and what each recording is for",
+});
+
+/// What is typed.
+#[derive(Debug)]
+pub struct View {
+    /// The path to open.
+    open: String,
+    /// The share of a split that trains (%).
+    split_percent: f64,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            open: String::new(),
+            split_percent: 60.0,
+        }
+    }
+}
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        recordings_panel(ui, cx.engine, self, cx.out);
+    }
+}
+
 /// Draws the list of recordings with a field for opening more.
-pub fn recordings_panel(
-    ui: &mut egui::Ui,
-    state: &AppState,
-    fields: &mut Fields,
-    out: &mut Vec<Command>,
-) {
+fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     path_field(ui, fields, out);
-    split_row(ui, state, fields, out);
-    if state.recordings.is_simulated() {
+    split_row(ui, engine, fields, out);
+    if engine.project().recordings.is_simulated() {
         ui.colored_label(ui.visuals().warn_fg_color, "simulated").on_hover_text(
             "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
              a weight of 1.128 kg on a robot arm that turns",
         );
     }
-    if let Some(applied) = &state.applied {
+    if let Some(applied) = &engine.project().applied {
         ui.horizontal_wrapped(|ui| {
             ui.colored_label(
                 ui.visuals().warn_fg_color,
@@ -41,19 +68,19 @@ pub fn recordings_panel(
                 .on_hover_text("Stop applying the opened calibration; fit to the recordings again")
                 .clicked()
             {
-                out.push(Command::FitAgain);
+                out.push(Edit::Apply(None).into());
             }
         });
     }
     ui.separator();
-    if state.recordings.entries().is_empty() {
+    if engine.project().recordings.entries().is_empty() {
         ui.weak("Open files, drop them on the window, or choose File > Built-in sensor.");
         return;
     }
-    table(ui, state, out);
+    table(ui, engine, out);
 }
 
-fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
+fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let label = ui.label("Open");
         let buttons = 90.0;
@@ -69,7 +96,7 @@ fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
         let pressed = load.on_hover_text("Read what the path names").clicked();
         let path = fields.open.trim();
         if (entered || pressed) && !path.is_empty() {
-            out.push(Command::OpenFiles(vec![path.into()]));
+            out.push(Action::Open(vec![path.into()]).into());
         }
         if ui.button("…").on_hover_text("Choose files").clicked() {
             out.push(Command::ChooseFiles);
@@ -77,9 +104,9 @@ fn path_field(ui: &mut egui::Ui, fields: &mut Fields, out: &mut Vec<Command>) {
     });
 }
 
-fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut Vec<Command>) {
+fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Cut in time: train on the first");
+        let label = ui.label("Train/test split: train on the first");
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
             .max_decimals(1)
@@ -87,38 +114,34 @@ fn split_row(ui: &mut egui::Ui, state: &AppState, fields: &mut Fields, out: &mut
         ui.add(field)
             .labelled_by(label.id)
             .on_hover_text("The share of each recording's time that trains");
-        let cut = ui.button("Cut").on_hover_text(
-            "Cut each recording in time: the first part trains, the rest tests. History does not cross the cut",
+        let cut = ui.button("Split").on_hover_text(
+            "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split",
         );
         if cut.clicked() {
-            out.push(Command::Split(fields.split_percent / 100.0));
+            out.push(Edit::Split(fields.split_percent / 100.0).into());
         }
         let copy = ui.small_button("Copy list");
         if copy.on_hover_text("Roles, names, samples and errors as tab-separated text").clicked() {
-            ui.copy_text(as_text(state));
+            ui.copy_text(as_text(engine));
         }
-        if state.unsplit.is_some() {
-            let whole = ui.button("Undo cut");
+        if engine.project().split.is_some() {
+            let whole = ui.button("Undo split");
             let whole = whole.on_hover_text("Puts the recordings together again");
             if whole.clicked() {
-                out.push(Command::Unsplit);
+                out.push(Edit::Unsplit.into());
             }
         }
     });
 }
 
-fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
-    let axes = state.axes();
+fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) {
         Group::Force
     } else {
         Group::Moment
     };
     let unit = axes.first().map_or("", |axis| axis.unit());
-    let results = state
-        .analysis
-        .as_ref()
-        .map_or(&[][..], |analysis| &analysis.recordings[..]);
     // Where there is little room the name, whose hover tells both, needs it more.
     let counted = ui.available_width() > LEAST_WIDTH_FOR_COUNTS;
     let counts = [Column::exact(50.0), Column::exact(34.0)];
@@ -160,49 +183,50 @@ fn table(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
             header.col(|_| {});
         })
         .body(|body| {
-            body.rows(20.0, state.recordings.entries().len(), |mut row| {
-                let at = row.index();
-                let entry = &state.recordings.entries()[at];
-                row.set_selected(state.view == View::One(at));
-                row.col(|ui| role_menu(ui, at, entry, out));
-                row.col(|ui| name_button(ui, state, at, entry, out));
-                let result = results.get(at);
-                if counted {
-                    row.col(|ui| {
-                        let samples = result.map_or(entry.recording.n_samples(), |r| r.n_samples);
-                        ui.label(samples.to_string());
-                    });
-                    row.col(|ui| {
-                        let rate = rate_text(entry, state.settings.decimation);
-                        ui.label(rate);
-                    });
-                }
-                let rmse =
-                    result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
-                for at in 0..2 {
-                    let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
-                    row.col(|ui| rmse_label(ui, group, axes, rmse, result));
-                }
-                row.col(|ui| {
-                    if ui
-                        .small_button("×")
-                        .on_hover_text("Close this recording")
-                        .clicked()
-                    {
-                        out.push(Command::RemoveRecording(at));
+            body.rows(
+                20.0,
+                engine.project().recordings.entries().len(),
+                |mut row| {
+                    let at = row.index();
+                    let entry = &engine.project().recordings.entries()[at];
+                    row.set_selected(engine.project().view == analysis::View::One(at));
+                    row.col(|ui| role_menu(ui, at, entry, out));
+                    row.col(|ui| name_button(ui, engine, at, entry, out));
+                    let result = engine.result_of(at);
+                    if counted {
+                        row.col(|ui| {
+                            let samples =
+                                result.map_or(entry.recording.n_samples(), |r| r.n_samples);
+                            ui.label(samples.to_string());
+                        });
+                        row.col(|ui| {
+                            let rate = rate_text(entry, engine.project().settings.decimation);
+                            ui.label(rate);
+                        });
                     }
-                });
-            });
+                    let rmse =
+                        result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
+                    for at in 0..2 {
+                        let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
+                        row.col(|ui| rmse_label(ui, group, axes, rmse, result));
+                    }
+                    row.col(|ui| {
+                        if ui
+                            .small_button("×")
+                            .on_hover_text("Close this recording")
+                            .clicked()
+                        {
+                            out.push(Edit::Remove(at).into());
+                        }
+                    });
+                },
+            );
         });
 }
 
 /// The list as tab-separated text.
-fn as_text(state: &AppState) -> String {
-    let results = state
-        .analysis
-        .as_ref()
-        .map_or(&[][..], |analysis| &analysis.recordings[..]);
-    let axes = state.axes();
+fn as_text(engine: &Engine) -> String {
+    let axes = engine.project().axes();
     let mut titles = vec!["role".to_owned(), "name".to_owned(), "samples".to_owned()];
     for trace in [Trace::Conventional, Trace::Compensated] {
         titles.extend(
@@ -210,7 +234,8 @@ fn as_text(state: &AppState) -> String {
                 .map(|axis| format!("{} RMSE {} [{}]", trace.label(), axis.symbol(), axis.unit())),
         );
     }
-    let rows = state
+    let rows = engine
+        .project()
         .recordings
         .entries()
         .iter()
@@ -223,7 +248,7 @@ fn as_text(state: &AppState) -> String {
                 entry.recording.name().replace(['\t', '\n'], " "),
                 samples,
             ];
-            let result = results.get(at);
+            let result = engine.result_of(at);
             for rmse in [
                 result.and_then(|result| result.conventional_rmse.as_ref()),
                 result.and_then(|result| result.compensated_rmse.as_ref()),
@@ -259,7 +284,7 @@ fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>
         ] {
             let radio = ui.radio(entry.role == role, label);
             if radio.on_hover_text(explanation).clicked() {
-                out.push(Command::SetRole(at, role));
+                out.push(Edit::Role(at, role).into());
                 ui.close();
             }
         }
@@ -270,7 +295,7 @@ fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>
 
 fn name_button(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     at: usize,
     entry: &Entry,
     out: &mut Vec<Command>,
@@ -278,11 +303,17 @@ fn name_button(
     let recording = &entry.recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
-    let button = egui::Button::selectable(state.view == View::One(at), name).truncate();
+    let button =
+        egui::Button::selectable(engine.project().view == analysis::View::One(at), name).truncate();
     let response = ui.add(button);
     response.widget_info(|| {
         let (role, name) = (egui::Role::Button, recording.name());
-        egui::WidgetInfo::selected(role, true, state.view == View::One(at), name)
+        egui::WidgetInfo::selected(
+            role,
+            true,
+            engine.project().view == analysis::View::One(at),
+            name,
+        )
     });
     let response = response.on_hover_ui(|ui| {
         ui.strong(recording.name());
@@ -308,7 +339,7 @@ fn name_button(
         ));
     });
     if response.clicked() {
-        out.push(Command::SetView(View::One(at)));
+        out.push(Action::Show(analysis::View::One(at)).into());
     }
     context_menu(&response, |ui| tare_menu(ui, at, recording.name(), out));
 }
@@ -339,21 +370,21 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
         "The mean gauges there are taken off. Whether the sensor was unloaded then, you must know. Undo takes it back",
     );
     if quiet.clicked() {
-        out.push(Command::Tare(vec![at], Tare::Auto));
+        out.push(Action::Tare(vec![at], Tare::Auto).into());
         ui.close();
     }
     for secs in [0.5, 1.0, 2.0, 5.0] {
         let stretch = ui.button(format!("Over its first {secs} s"));
-        let stretch = stretch.on_hover_text("The mean gauges of this stretch are taken off");
+        let stretch = stretch.on_hover_text("The mean gauges of this interval are taken off");
         if stretch.clicked() {
-            out.push(Command::Tare(vec![at], Tare::Stretch(0.0, secs)));
+            out.push(Action::Tare(vec![at], Tare::Stretch(0.0, secs)).into());
             ui.close();
         }
     }
     let span = ui.button("Over the span between the cursors");
     let span = span.on_hover_text("The mean gauges between cursor A and cursor B are taken off");
     if span.clicked() {
-        out.push(Command::Wish(Wish::TareBetweenCursors(at)));
+        out.push(Command::TareBetweenCursors(at));
         ui.close();
     }
     quiet

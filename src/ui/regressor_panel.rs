@@ -3,10 +3,11 @@
 use egui::ComboBox;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 
-use crate::app::{AppState, Command, Training, TrainingCommand};
 use crate::calibration::{
     EPOCHS, EpochReport, FitSettings, LANDMARKS, Learner, RIDGE, Regressor, RidgeChoice, SEED,
 };
+use crate::engine::{Action, Engine};
+use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::number;
@@ -15,7 +16,7 @@ use crate::ui::{picture, plots};
 /// Draws the choice of the regressor and, where it learns, its training.
 pub fn regressor(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     settings: &mut FitSettings,
     out: &mut Vec<Command>,
 ) {
@@ -39,7 +40,7 @@ pub fn regressor(
             Learner::Network => network(ui, settings),
             Learner::Kernel => kernel(ui, settings),
         }
-        training(ui, state, learner, out);
+        training(ui, engine, learner, out);
     }
 }
 
@@ -71,17 +72,16 @@ fn kernel(ui: &mut egui::Ui, settings: &mut FitSettings) {
     ui.horizontal(|ui| number(ui, &LANDMARKS, &mut settings.kernel.landmarks));
 }
 
-fn training(ui: &mut egui::Ui, state: &AppState, learner: Learner, out: &mut Vec<Command>) {
-    let Training {
-        running, epochs, ..
-    } = &state.training;
-    let fits = state.training.fitting(state).is_some();
+fn training(ui: &mut egui::Ui, engine: &Engine, learner: Learner, out: &mut Vec<Command>) {
+    let trained = engine.trained();
+    let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
+    let fits = engine.fitting().is_some();
     ui.horizontal_wrapped(|ui| {
-        if let Some((_, stopping)) = running {
+        if let Some(running) = engine.training() {
             let stop = egui::Button::new("Stop training");
-            let stop = ui.add_enabled(!stopping, stop);
+            let stop = ui.add_enabled(!running.progress.is_cancelled(), stop);
             if stop.on_hover_text("Keeps the best so far").clicked() {
-                out.push(Command::Training(TrainingCommand::Stop));
+                out.push(Action::StopTraining.into());
             }
             ui.label(match epochs.last() {
                 Some(report) => format!(
@@ -102,9 +102,9 @@ fn training(ui: &mut egui::Ui, state: &AppState, learner: Learner, out: &mut Vec
                 "In the background, on the training recordings with the settings of now; it can be stopped at any time",
             );
             if train.clicked() {
-                out.push(Command::Training(TrainingCommand::Start));
+                out.push(Action::Train.into());
             }
-            let (color, text) = match (fits, &state.training.trained) {
+            let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
                 (true, _) => (ui.visuals().weak_text_color(), "Comp. is what was trained."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,

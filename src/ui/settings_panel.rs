@@ -2,40 +2,61 @@
 
 use egui::{DragValue, Slider, SliderClamping};
 
-use crate::app::{AppState, Command};
 use crate::calibration::{DECIMATION, FitSettings, OFFSET};
+use crate::engine::{Edit, Engine};
 use crate::features::{Distance, F_TH, FeatureSettings, T_TH, Thresholds};
+use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::significant;
+use crate::ui::pane::{Cx, PaneView};
 use crate::ui::setting::number;
 use crate::ui::{blocks_panel, regressor_panel};
 
 /// The t_th slider reaches this far where recordings are longer; larger values can be typed.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
 
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "settings",
+    title: "Settings",
+    explanation: "Thresholds, what else is appended to the gauges, and the regressor",
+});
+
+/// Nothing of its own.
+#[derive(Debug, Default)]
+pub struct View;
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        egui::ScrollArea::vertical()
+            .auto_shrink([false, false])
+            .show(ui, |ui| settings_panel(ui, cx.engine, cx.out));
+    }
+}
+
 /// Draws the choices of the fit.
-pub fn settings_panel(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.add_space(4.0);
     // An applied calibration brings its own choices; only how samples are thinned out stays open.
-    let mut settings = state.settings.clone();
-    ui.add_enabled_ui(state.applied.is_none(), |ui| {
-        look_back(ui, state, &mut settings.features);
+    let mut settings = engine.project().settings.clone();
+    ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {
+        look_back(ui, engine, &mut settings.features);
         blocks_panel::blocks(ui, &mut settings.features);
-        regressor_panel::regressor(ui, state, &mut settings, out);
+        regressor_panel::regressor(ui, engine, &mut settings, out);
         ui.checkbox(&mut settings.offset, OFFSET.label)
             .on_hover_text(OFFSET.help());
     });
     decimation(ui, &mut settings);
-    ui.add_enabled_ui(state.applied.is_none(), |ui| {
-        full_scales(ui, state, &mut settings);
+    ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {
+        full_scales(ui, engine, &mut settings);
     });
-    if settings != state.settings {
-        out.push(Command::SetSettings(settings));
+    if settings != engine.project().settings {
+        out.push(Edit::Settings(settings).into());
     }
     ui.add_space(2.0);
 }
 
-fn look_back(ui: &mut egui::Ui, state: &AppState, features: &mut FeatureSettings) {
-    let axes = state.axes();
+fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
+    let axes = engine.project().axes();
     let distance = features.distance.effective(axes);
     let default = Thresholds::default_for(distance);
     ui.horizontal_wrapped(|ui| {
@@ -75,8 +96,8 @@ fn look_back(ui: &mut egui::Ui, state: &AppState, features: &mut FeatureSettings
         return;
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
-    f_th_slider(ui, state, distance, &mut first.f_th);
-    let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(state))
+    f_th_slider(ui, engine, distance, &mut first.f_th);
+    let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(engine))
         .text(T_TH.label)
         .suffix(" s")
         .max_decimals(2)
@@ -142,10 +163,10 @@ fn shown(distance: Distance) -> (f64, &'static str) {
     }
 }
 
-fn f_th_slider(ui: &mut egui::Ui, state: &AppState, distance: Distance, f_th: &mut f64) {
+fn f_th_slider(ui: &mut egui::Ui, engine: &Engine, distance: Distance, f_th: &mut f64) {
     let (shown_as, suffix) = shown(distance);
     let largest = match distance {
-        Distance::Force => force_range(state),
+        Distance::Force => force_range(engine),
         Distance::FullScale => 200.0,
     };
     let mut shown = *f_th * shown_as;
@@ -161,8 +182,8 @@ fn f_th_slider(ui: &mut egui::Ui, state: &AppState, distance: Distance, f_th: &m
 }
 
 /// Twice the largest force that occurs, rounded up: what two samples can differ by on one axis.
-fn force_range(state: &AppState) -> f64 {
-    let largest = state.analysis.as_ref().map_or(0.0, |analysis| {
+fn force_range(engine: &Engine) -> f64 {
+    let largest = engine.analysis().map_or(0.0, |analysis| {
         let calibration = &analysis.calibration;
         calibration
             .axes
@@ -178,8 +199,9 @@ fn force_range(state: &AppState) -> f64 {
     }
 }
 
-fn t_range(state: &AppState) -> f64 {
-    let longest = state
+fn t_range(engine: &Engine) -> f64 {
+    let longest = engine
+        .project()
         .recordings
         .entries()
         .iter()
@@ -220,8 +242,8 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
     });
 }
 
-fn full_scales(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) {
-    let Some(analysis) = &state.analysis else {
+fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
+    let Some(analysis) = engine.analysis() else {
         return;
     };
     let calibration = &analysis.calibration;
@@ -234,7 +256,7 @@ fn full_scales(ui: &mut egui::Ui, state: &AppState, settings: &mut FitSettings) 
                 .zip(&calibration.full_scale)
                 .enumerate()
             {
-                let label = ui.label(format!("{} [{}]", axis.symbol(), axis.unit()));
+                let label = ui.label(axis.label());
                 let entered = settings.full_scale.get(at).copied().flatten();
                 let mut value = entered.unwrap_or(*current);
                 let field = DragValue::new(&mut value)

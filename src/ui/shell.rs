@@ -1,9 +1,6 @@
-//! One frame after another: finished work in, commands applied, effects carried out, panes drawn.
+//! One frame after another: finished work in, what was asked for done, panes drawn.
 
-mod drawing;
-mod jobs;
-mod sessions;
-mod wishes;
+mod questions;
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -11,60 +8,44 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use crate::analysis::{Analysis, AnalysisError, Analyst, Request};
-use crate::app::{AppState, Command, KnownOf, Pane, Preferences, SessionCommand, StudyRequest};
-use crate::progress::Progress;
-use crate::recording::RecordingSet;
-use crate::ui::Dialogs;
+use crate::engine::query::{Notify, let_window_go_first};
+use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_calibration};
+use crate::recording::Tare;
 use crate::ui::actions::CanGo;
-use crate::ui::appearance;
+use crate::ui::command::{Command, Pane};
 use crate::ui::command_palette::CommandPalette;
-use crate::ui::dialogs::Reply;
-use crate::ui::fields::Fields;
+use crate::ui::dialogs::{Dialogs, Reply, write};
 use crate::ui::hand::Hand;
 use crate::ui::help::Help;
-use crate::ui::import_window::ImportFields;
-use crate::ui::looking::Looking;
-use crate::ui::loops_pane::LoopsPane;
-use crate::ui::metrology_pane::MetrologyPane;
+use crate::ui::import_window::{ImportFields, import_window};
+use crate::ui::pane::Cx;
+use crate::ui::panes::Views;
 use crate::ui::picture::Pictures;
-use crate::ui::recovery::Recovery;
-use crate::ui::study_worker;
-use crate::ui::thresholds_pane::MapTexture;
+use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
-use crate::ui::trace_panes::TracePanes;
 use crate::ui::workspace::Workspace;
-use crate::worker::{Notify, Worker, let_window_go_first};
-use jobs::Jobs;
+use crate::ui::{actions, appearance, menu, notices_panel, status_line};
+use questions::Questions;
 
 /// How often progress bars move while something runs.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
+/// One step of the text's size.
+const TEXT_STEP: f32 = 0.1;
 
-/// The program behind the window: state, threads, and what only the window remembers.
+/// The window: the engine behind it, and what only the window remembers.
 pub struct Shell {
-    state: AppState,
+    engine: Engine,
     commands: VecDeque<Command>,
+    /// What dialogs and pictures of the screen answer.
     inbox: Receiver<Command>,
-    post: Sender<Command>,
-    notify: Notify,
-    analysis: Worker<Request, Result<Analysis, AnalysisError>>,
-    study: Worker<StudyRequest, ()>,
-    /// Looks at files for the import window.
-    inspecting: Worker<(PathBuf, KnownOf), Command>,
-    /// The recordings of the newest request, and the first request that was for them.
-    analysed: (Arc<RecordingSet>, u64),
-    jobs: Jobs,
+    reply: Reply,
     dialogs: Box<dyn Dialogs>,
     workspace: Workspace,
+    views: Views,
+    time: TimeView,
     hand: Hand,
-    fields: Fields,
     import_fields: ImportFields,
-    panes: TracePanes,
-    map: MapTexture,
-    loops: LoopsPane,
-    metrology: MetrologyPane,
-    /// Answers for the loops, and for the table beside them.
-    looking: [Looking; 2],
+    questions: Questions,
     palette: CommandPalette,
     help: Help,
     tour: Tour,
@@ -75,56 +56,37 @@ pub struct Shell {
     closing: bool,
     /// The title that the window has.
     title: String,
-    recovery: Recovery,
     /// The preferences that the window looks like.
     looks: Option<Preferences>,
 }
 
 impl Shell {
-    /// Starts the threads; opens `files`, or the built-in sensor if there are none.
+    /// Opens `files`, or the built-in sensor if there are none.
     #[must_use]
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
         let_window_go_first();
         appearance::prepare(context);
         let waker = context.clone();
         let notify: Notify = Arc::new(move || waker.request_repaint());
-        let (post, inbox) = channel();
+        let (commands, inbox): (Sender<Command>, _) = channel();
         let was_given_files = !files.is_empty();
-        let only_calibrations = files.iter().all(|path| jobs::is_calibration(path));
-        let mut commands = VecDeque::new();
-        if only_calibrations {
-            commands.push_back(Command::OpenBuiltIn);
+        let mut engine = Engine::new(Arc::clone(&notify));
+        if files.iter().all(|path| is_calibration(path)) {
+            engine.act(Action::OpenBuiltIn);
         }
-        if !files.is_empty() {
-            commands.push_back(Command::OpenFiles(files));
-        }
+        engine.act(Action::Open(files));
         Self {
-            state: AppState::default(),
-            commands,
+            engine,
+            commands: VecDeque::new(),
             inbox,
-            analysis: Worker::start("analysis", Arc::clone(&notify), || {
-                let mut analyst = Analyst::default();
-                move |request: Request, progress: &Progress| analyst.analyse(&request, progress)
-            }),
-            study: study_worker::start(Reply {
-                commands: post.clone(),
-                notify: Arc::clone(&notify),
-            }),
-            inspecting: Worker::start("import", Arc::clone(&notify), || jobs::look_at),
-            analysed: Default::default(),
-            looking: [(); 2].map(|()| Looking::start(Arc::clone(&notify))),
-            notify,
-            post,
-            jobs: Jobs::default(),
+            reply: Reply { commands, notify },
             dialogs,
             workspace: Workspace::default(),
+            views: Views::default(),
+            time: TimeView::default(),
             hand: Hand::default(),
-            fields: Fields::default(),
             import_fields: ImportFields::default(),
-            panes: TracePanes::default(),
-            map: MapTexture::default(),
-            loops: LoopsPane::default(),
-            metrology: MetrologyPane::default(),
+            questions: Questions::default(),
             palette: CommandPalette::default(),
             help: Help::default(),
             tour: Tour::default(),
@@ -132,7 +94,6 @@ impl Shell {
             was_given_files,
             closing: false,
             title: String::new(),
-            recovery: Recovery::default(),
             looks: None,
         }
     }
@@ -146,7 +107,14 @@ impl Shell {
         if !preferences.toured && !self.was_given_files {
             self.tour.begin();
         }
-        self.state.preferences = preferences;
+        self.engine.preferences = preferences;
+        self
+    }
+
+    /// Where to write down what is not saved, so that it survives a crash; offers what others left behind.
+    #[must_use]
+    pub fn with_recovery(mut self, folder: &Path) -> Self {
+        self.engine.recover_in(folder);
         self
     }
 
@@ -155,64 +123,62 @@ impl Shell {
     pub fn preferences(&self) -> Preferences {
         Preferences {
             layout: Some(self.workspace.to_value()),
-            ..self.state.preferences.clone()
+            ..self.engine.preferences.clone()
         }
     }
 
-    /// The program's state, as the panels see it.
+    /// The engine behind the window.
     #[must_use]
-    pub fn state(&self) -> &AppState {
-        &self.state
+    pub fn engine(&self) -> &Engine {
+        &self.engine
     }
 
-    /// The stretch of time that the traces show; `None` where it is all of it.
+    /// The interval of time that the traces show; `None` where it is all of it.
     #[must_use]
     pub fn visible_time(&self) -> Option<(f64, f64)> {
-        self.panes.visible_time()
+        self.time.visible_time()
+    }
+
+    /// The panes that are on screen.
+    #[must_use]
+    pub fn on_screen(&self) -> Vec<Pane> {
+        self.workspace.on_screen()
     }
 
     /// Whether anything runs or waits to run.
     #[must_use]
     pub fn is_busy(&self) -> bool {
-        !self.commands.is_empty()
-            || !self.jobs.is_empty()
-            || !self.inspecting.is_idle()
-            || !self.study.is_idle()
-            || !self.analysis.is_idle()
-            || !self.looking.iter().all(Looking::is_idle)
+        !self.commands.is_empty() || self.engine.is_busy()
     }
 
-    /// Asks for something as a panel would.
-    pub fn send(&mut self, command: Command) {
-        self.commands.push_back(command);
+    /// Asks for something as a pane would.
+    pub fn send(&mut self, command: impl Into<Command>) {
+        self.commands.push_back(command.into());
+    }
+
+    /// The window closes as it should: nothing needs to be recovered.
+    pub fn end(&mut self) {
+        self.engine.end();
     }
 
     /// Runs one frame inside `ui`, which is the whole window.
     pub fn frame(&mut self, ui: &mut egui::Ui) {
-        self.take_finished_work();
-        for looking in &mut self.looking {
-            looking.take_answers();
-        }
+        self.engine.gesture = None;
+        self.engine.take();
+        // They were asked for in the frame before.
+        self.engine.gesture = self.hand.gesture();
+        self.commands.extend(self.inbox.try_iter());
         self.take_dropped_files(ui);
         while let Some(command) = self.commands.pop_front() {
             self.apply(command, ui);
         }
-        // They were wished for in the frame before.
-        let choices = self.state.choices();
-        self.state.history.follow(choices, self.hand.gesture());
-        self.follow_preferences(ui);
-        self.follow_session(ui);
-        let mut wishes = Vec::new();
-        self.draw(ui, &mut wishes);
+        self.follow_engine(ui);
+        let mut out = Vec::new();
+        self.draw(ui, &mut out);
         self.hand.follow(ui.ctx());
-        self.pictures.take(ui.ctx(), &self.reply());
-        let on_screen = self.workspace.on_screen();
-        if on_screen != self.state.on_screen {
-            wishes.push(Command::PanesOnScreen(on_screen));
-        }
-        self.ask();
-        if !wishes.is_empty() {
-            self.commands.extend(wishes);
+        self.pictures.take(ui.ctx(), &self.reply);
+        if !out.is_empty() {
+            self.commands.extend(out);
             ui.request_repaint();
         }
         if self.is_busy() {
@@ -220,22 +186,82 @@ impl Shell {
         }
     }
 
-    /// Asks for what the panes on screen show; they were drawn, so their choices are those of now.
-    fn ask(&mut self) {
-        let visible = self.panes.visible_time();
-        let questions = [
-            (Pane::Loops, self.loops.question(&self.state)),
-            (Pane::Metrology, self.metrology.question(&self.state)),
-        ];
-        for ((pane, question), looking) in questions.into_iter().zip(&mut self.looking) {
-            let question = question.filter(|_| self.state.on_screen.contains(&pane));
-            looking.ask(&self.state, visible, question);
+    fn apply(&mut self, command: Command, ui: &egui::Ui) {
+        match command {
+            Command::Do(action) => self.engine.act(action),
+            Command::ShowPane(pane) => self.workspace.bring(pane),
+            Command::ClosePane(pane) => self.workspace.close(pane),
+            Command::MovePane(pane, to) => self.workspace.move_pane(pane, to),
+            Command::Arrange(preset) => self.workspace = Workspace::preset(preset),
+            Command::ShowPalette => self.palette.open(),
+            Command::ToggleHelp => self.help.toggle(),
+            Command::Tour(true) => self.tour.begin(),
+            Command::Tour(false) => {
+                self.tour.end();
+                self.engine.preferences.toured = true;
+            }
+            Command::Time(time_move) => self.time.apply(time_move),
+            Command::TextScale(step) => {
+                let scale = &mut self.engine.preferences.text_scale;
+                let (min, max) = Preferences::TEXT_SCALES.into_inner();
+                *scale = match step {
+                    0 => 1.0,
+                    _ => (*scale + f32::from(step) * TEXT_STEP).clamp(min, max),
+                };
+            }
+            Command::PictureOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
+            Command::Picture(part, to) => self.pictures.ask(part, to),
+            Command::TareBetweenCursors(at) => self.tare_between_cursors(at),
+            Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
+            Command::ChooseImport => self.dialogs.import(self.reply.clone()),
+            Command::ChooseExport => {
+                let content = self.engine.calibration_content();
+                self.ask_where(content, "There is no calibration to export yet");
+            }
+            Command::ChooseReport => self.ask_where(Some(self.engine.report_content()), ""),
+            Command::ChooseTraces => {
+                let content = self.engine.traces_content(self.time.visible_time());
+                self.ask_where(content, "There are no traces to save yet");
+            }
+            Command::SaveSession | Command::SaveSessionAs => {
+                let content = self.engine.session_content(Some(self.workspace.to_value()));
+                let path = self.engine.session.clone();
+                match path.filter(|_| matches!(command, Command::SaveSession)) {
+                    Some(path) => {
+                        let existing = crate::engine::Existing::Replace;
+                        self.engine.act(Action::Save(content, path, existing));
+                    }
+                    None => self.ask_where(Some(content), ""),
+                }
+            }
+            Command::ChooseFileFor(content) => self.ask_where(Some(content), ""),
+            Command::TypePathFor(content) => self.questions.ask_path(content),
+            Command::PathTyped(path) => {
+                let content = self.questions.take_content();
+                if let Some((content, path)) = content.zip(path) {
+                    let existing = crate::engine::Existing::Ask;
+                    self.apply(write(content, path, existing), ui);
+                }
+            }
         }
     }
 
-    fn apply(&mut self, command: Command, ui: &egui::Ui) {
-        for effect in self.state.apply(command) {
-            self.carry_out(effect, ui);
+    fn ask_where(&mut self, content: Option<FileContent>, otherwise: &str) {
+        match content {
+            Some(content) => self.dialogs.save(content, self.reply.clone()),
+            None => self.engine.tell(Level::Error, otherwise),
+        }
+    }
+
+    fn tare_between_cursors(&mut self, at: usize) {
+        let analysis = self.engine.analysis().filter(|_| self.engine.is_current());
+        let span = analysis.and_then(|analysis| self.time.span_in(at, &analysis.traces));
+        match span {
+            Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Stretch(from, to))),
+            None => self.engine.tell(
+                Level::Error,
+                "Put this recording on screen, then cursor A by a click in a trace and cursor B by Shift and a click",
+            ),
         }
     }
 
@@ -245,63 +271,92 @@ impl Shell {
             files.map(|file| file.path().to_owned()).collect()
         });
         if !dropped.is_empty() {
-            self.commands.push_back(Command::OpenFiles(dropped));
+            self.send(Action::Open(dropped));
         }
     }
 
-    fn follow_preferences(&mut self, ui: &egui::Ui) {
-        if self.looks.as_ref() != Some(&self.state.preferences) {
-            appearance::apply(ui.ctx(), &self.state.preferences);
-            self.looks = Some(self.state.preferences.clone());
+    /// Keeps title, looks and panes true to the engine, asks before something is lost, and writes down what is not saved.
+    fn follow_engine(&mut self, ui: &egui::Ui) {
+        if self.looks.as_ref() != Some(&self.engine.preferences) {
+            appearance::apply(ui.ctx(), &self.engine.preferences);
+            self.looks = Some(self.engine.preferences.clone());
         }
-    }
-
-    /// Keeps the title true, asks before something is lost, and writes down what is not saved.
-    fn follow_session(&mut self, ui: &egui::Ui) {
-        let title = self.state.title();
+        let title = self.engine.title();
         if title != self.title {
             ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-        if ui.input(|input| input.viewport().close_requested())
-            && !self.closing
-            && self.state.is_unsaved()
+        if let Some(workspace) = self
+            .engine
+            .layout
+            .take()
+            .as_ref()
+            .and_then(Workspace::from_value)
         {
+            self.workspace = workspace;
+        }
+        if std::mem::take(&mut self.engine.closes) {
+            self.closing = true;
+            ui.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        let is_asked = ui.input(|input| input.viewport().close_requested());
+        if is_asked && !self.closing && self.engine.is_unsaved() {
             ui.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.commands
-                .push_back(Command::Session(SessionCommand::Close));
+            self.send(Action::Close);
             ui.request_repaint();
         }
-        self.recovery.follow(&self.state, &self.workspace, ui.ctx());
-    }
-
-    /// Where to write down what is not saved, so that it survives a crash; offers what others left behind.
-    #[must_use]
-    pub fn with_recovery(mut self, folder: &Path) -> Self {
-        let (recovery, left) = Recovery::begin(folder);
-        self.recovery = recovery;
-        self.state.recoverable = left;
-        self
-    }
-
-    /// The window closes as it should: nothing needs to be recovered.
-    pub fn end(&mut self) {
-        self.recovery.end();
+        let now = ui.input(|input| input.time);
+        let workspace = &self.workspace;
+        if let Some(secs) = self.engine.write_down(now, &|| workspace.to_value()) {
+            ui.ctx().request_repaint_after_secs(secs as f32);
+        }
     }
 
     fn can_go(&self) -> CanGo {
         CanGo {
-            undo: self.state.history.can_undo(),
-            redo: self.state.history.can_redo(),
-            zoom_back: self.panes.can_go_back(),
-            zoom_forward: self.panes.can_go_forward(),
+            undo: self.engine.history().can_undo(),
+            redo: self.engine.history().can_redo(),
+            zoom_back: self.time.can_go_back(),
+            zoom_forward: self.time.can_go_forward(),
         }
     }
 
-    fn reply(&self) -> Reply {
-        Reply {
-            commands: self.post.clone(),
-            notify: Arc::clone(&self.notify),
+    /// Menus above, the status line below, the panes between, and what floats over them.
+    fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
+        let can = self.can_go();
+        actions::listen(ui.ctx(), &self.engine, can, out);
+        egui::Panel::top("menu").show(ui, |ui| {
+            menu::menu_bar(ui, &self.engine, &self.workspace, can, out);
+        });
+        egui::Panel::bottom("status").show(ui, |ui| {
+            status_line::status_line(ui, &self.engine, out);
+        });
+        if !self.engine.notices.is_empty() {
+            egui::Panel::bottom("notices")
+                .resizable(true)
+                .default_size(90.0)
+                .show(ui, |ui| notices_panel::notices_panel(ui, &self.engine, out));
         }
+        let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
+        egui::CentralPanel::default().frame(panel).show(ui, |ui| {
+            let mut cx = Cx {
+                engine: &mut self.engine,
+                time: &mut self.time,
+                out,
+            };
+            self.workspace.show(ui, &mut |ui, pane| {
+                if let Some(view) = self.views.of(pane) {
+                    view.ui(ui, &mut cx);
+                }
+            });
+        });
+        let engine = &self.engine;
+        import_window(ui.ctx(), engine, &mut self.import_fields, out);
+        self.help.show(ui.ctx(), &|| actions::all(engine, can));
+        self.palette.show(ui.ctx(), engine, can, out);
+        if self.tour.show(ui.ctx()) {
+            out.push(Command::Tour(false));
+        }
+        self.questions.show(ui.ctx(), engine, out);
     }
 }

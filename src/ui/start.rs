@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 
-use crate::app::Preferences;
+use crate::engine::Preferences;
+use crate::panicked::panic_message;
 use crate::ui::{NativeDialogs, Shell};
-use crate::worker::panic_message;
 
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";

@@ -2,57 +2,31 @@
 
 use std::time::Duration;
 
-use crate::app::{AppState, Command};
-use crate::progress::Progress;
+use crate::engine::{Action, Engine};
+use crate::ui::command::Command;
 use crate::ui::numbers::{duration, significant};
-use crate::worker::Job;
 
 /// Work that ends sooner is not worth a word.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
-/// A job that runs.
-pub struct Running<'a> {
-    title: &'a str,
-    fraction: Option<f32>,
-    time_left: Option<Duration>,
-}
-
-impl<'a, A> From<&'a Job<A>> for Running<'a> {
-    fn from(job: &'a Job<A>) -> Self {
-        Self {
-            title: &job.title,
-            fraction: job.progress.fraction(),
-            time_left: job.time_left(),
-        }
-    }
-}
-
 /// Draws the line at the foot of the window.
-pub fn status_line<'a>(
-    ui: &mut egui::Ui,
-    state: &AppState,
-    jobs: impl Iterator<Item = Running<'a>>,
-    refit: Option<(Progress, Duration)>,
-    out: &mut Vec<Command>,
-) {
+pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        let mut jobs = jobs.peekable();
-        let refit = refit.filter(|(_, elapsed)| *elapsed > WORTH_SAYING);
+        let running = engine.running();
+        let refit = engine.refit();
+        let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
         // First in the line, so that it stays in its place while bars come and go.
-        let busy = jobs.peek().is_some() || refit.is_some();
+        let busy = !running.is_empty() || refit.is_some();
         if busy {
             let cancel = ui.button("Cancel");
             let cancel = cancel.on_hover_text("Ends what runs; what is loaded stays as it is");
             if cancel.clicked() {
-                out.push(Command::Cancel);
+                out.push(Action::Cancel.into());
             }
         }
-        for Running {
-            title,
-            fraction,
-            time_left,
-        } in jobs
-        {
+        for running in &running {
+            let (title, fraction) = (&*running.title, running.progress.fraction());
+            let time_left = running.time_left();
             ui.spinner();
             ui.label(title);
             if let Some(fraction) = fraction {
@@ -62,13 +36,14 @@ pub fn status_line<'a>(
                 ui.weak(format!("{} left", duration(time_left)));
             }
         }
-        if let Some((progress, _)) = refit {
-            ui.label("Updating");
-            bar(ui, "Updating", progress.fraction().unwrap_or(0.0));
+        if let Some(refit) = refit {
+            ui.label(&refit.title);
+            let fraction = refit.progress.fraction();
+            bar(ui, &refit.title, fraction.unwrap_or(0.0));
         }
-        if let Some(problem) = &state.problem {
+        if let Some(problem) = engine.problem() {
             ui.colored_label(ui.visuals().error_fg_color, problem);
-        } else if let Some(analysis) = &state.analysis {
+        } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;
             let condition = quality
                 .condition

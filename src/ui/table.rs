@@ -14,17 +14,10 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
         .min_col_width(NUMBER_WIDTH)
         .spacing([10.0, 3.0])
         .show(ui, |ui| {
-            ui.strong(&table.title);
-            let mut before = None;
-            for column in table.columns.iter().skip(1) {
-                let group = column.group.as_ref();
-                let (name, about) = group
-                    .filter(|group| before != Some(*group))
-                    .map_or(("", ""), |(name, about)| (name, about));
-                before = group;
-                explained(ui, RichText::new(name).strong(), about);
+            if !table.title.is_empty() || table.columns.iter().any(|column| column.group.is_some())
+            {
+                groups(ui, table);
             }
-            ui.end_row();
             for column in &table.columns {
                 let name = RichText::new(&column.name);
                 let name = match column.trace {
@@ -54,6 +47,21 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
     if !table.note.is_empty() {
         ui.weak(&table.note);
     }
+}
+
+/// The title, then each group over its first column.
+fn groups(ui: &mut egui::Ui, table: &Table) {
+    ui.strong(&table.title);
+    let mut before = None;
+    for column in table.columns.iter().skip(1) {
+        let group = column.group.as_ref();
+        let (name, about) = group
+            .filter(|group| before != Some(*group))
+            .map_or(("", ""), |(name, about)| (name, about));
+        before = group;
+        explained(ui, RichText::new(name).strong(), about);
+    }
+    ui.end_row();
 }
 
 /// What there is to know about a number, below which column it is of.

@@ -4,12 +4,15 @@ mod ages;
 mod curves;
 mod map;
 
-use crate::app::{AppState, Command, PictureTo, StudyCommand, Wish};
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::features::{BLOCKS, Distance, Thresholds};
-use crate::ui::fields::Fields;
+use crate::ui::command::{Command, Kind, Pane, PictureTo};
 use crate::ui::numbers::significant;
-use crate::ui::picture::screen_part;
+use crate::ui::pane::{Cx, PaneView};
 
 pub use map::MapTexture;
 
@@ -18,60 +21,97 @@ const AGES_SHARE: f32 = 0.26;
 /// In a lower pane the curves take it all.
 const LEAST_HEIGHT_FOR_AGES: f32 = 340.0;
 
-/// Draws the pane.
-pub fn thresholds_pane(
-    ui: &mut egui::Ui,
-    state: &AppState,
-    fields: &mut Fields,
-    texture: &mut MapTexture,
-    out: &mut Vec<Command>,
-) {
-    if let Some(problem) = &state.study.problem {
-        ui.colored_label(ui.visuals().error_fg_color, problem);
-    }
-    let (Some(map), Some(measure)) = (&state.study.map, state.study.shown_measure()) else {
-        if state.study.problem.is_none() {
-            ui.weak("The map appears here as soon as recordings are loaded.");
-        }
-        return;
-    };
-    let pane = ui.max_rect();
-    choices(ui, map, measure, pane, fields, out);
-    suggestion(ui, state, map, measure, out);
-    blocks(ui, state, out);
-    ui.separator();
-    let size = ui.available_size();
-    let left = (0.46 * size.x).max(240.0);
-    ui.horizontal_top(|ui| {
-        ui.vertical(|ui| {
-            ui.set_width(left);
-            map::map(ui, state, map, measure, fields.study_on, texture, out);
-        });
-        ui.vertical(|ui| {
-            let room = size.y > LEAST_HEIGHT_FOR_AGES;
-            let ages_height = if room && state.study.touch.is_some() {
-                AGES_SHARE * size.y
-            } else {
-                0.0
-            };
-            curves::curves(ui, state, map, size.y - ages_height, out);
-            if let Some(touch) = state.study.touch.as_ref().filter(|_| room) {
-                let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
-                ages::ages(ui, state, touch, place, out);
-            }
-        });
-    });
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "thresholds",
+    title: "Thresholds",
+    explanation: "The map of F_th and t_th, and which pair to take",
+});
+
+/// What is chosen and typed.
+pub struct View {
+    /// Whose errors are shown, if it was chosen.
+    measure: Option<Measure>,
+    /// Which errors are shown.
+    on: ScoreSet,
+    /// The path to save the map to.
+    path: String,
+    texture: MapTexture,
 }
 
-fn choices(
-    ui: &mut egui::Ui,
-    map: &ThresholdMap,
-    measure: Measure,
-    pane: egui::Rect,
-    fields: &mut Fields,
-    out: &mut Vec<Command>,
-) {
-    ui.horizontal_wrapped(|ui| {
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            measure: None,
+            on: ScoreSet::LeftOut,
+            path: "thresholds.csv".to_owned(),
+            texture: MapTexture::default(),
+        }
+    }
+}
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        cx.engine.ask_study();
+        if let Some(problem) = cx.engine.study.problem() {
+            ui.colored_label(ui.visuals().error_fg_color, problem);
+        }
+        let study = cx.engine.study.answer();
+        match study.and_then(|study| Some((study, study.map.as_ref()?))) {
+            Some((study, map)) => self.draw(ui, cx.engine, study, map, cx.out),
+            None if cx.engine.study.problem().is_none() => {
+                ui.weak("The map appears here as soon as recordings are loaded.");
+            }
+            None => {}
+        }
+    }
+}
+
+impl View {
+    fn draw(
+        &mut self,
+        ui: &mut egui::Ui,
+        engine: &Engine,
+        study: &ThresholdStudy,
+        map: &Arc<ThresholdMap>,
+        out: &mut Vec<Command>,
+    ) {
+        let chosen = self.measure;
+        let chosen = chosen.filter(|measure| measure.weights(&map.scale).is_some());
+        let measure = chosen.unwrap_or_else(|| map.scale.default_measure());
+        let pane = ui.max_rect();
+        self.choices(ui, map, measure, pane, out);
+        suggestion(ui, engine, study, measure, out);
+        blocks(ui, engine, measure, out);
+        ui.separator();
+        let size = ui.available_size();
+        let left = (0.46 * size.x).max(240.0);
+        ui.horizontal_top(|ui| {
+            ui.vertical(|ui| {
+                ui.set_width(left);
+                map::map(ui, engine, map, measure, self.on, &mut self.texture, out);
+            });
+            ui.vertical(|ui| {
+                let room = size.y > LEAST_HEIGHT_FOR_AGES;
+                let ages_height = if room { AGES_SHARE * size.y } else { 0.0 };
+                curves::curves(ui, engine, map, size.y - ages_height, out);
+                if room {
+                    let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
+                    ages::ages(ui, engine, &study.touch, place, out);
+                }
+            });
+        });
+    }
+
+    fn choices(
+        &mut self,
+        ui: &mut egui::Ui,
+        map: &Arc<ThresholdMap>,
+        measure: Measure,
+        pane: egui::Rect,
+        out: &mut Vec<Command>,
+    ) {
+        ui.horizontal_wrapped(|ui| {
         let label = ui.label("Errors of");
         egui::ComboBox::from_id_salt("measure")
             .selected_text(measure_text(map, measure))
@@ -81,7 +121,7 @@ fn choices(
                         .selectable_label(one == measure, measure_text(map, one))
                         .clicked()
                     {
-                        out.push(Command::Study(StudyCommand::Show(one)));
+                        self.measure = Some(one);
                         ui.close(); // by a key it would stay
                     }
                 }
@@ -107,27 +147,28 @@ fn choices(
                 "To look at; choosing by it would spend it",
             ),
         ] {
-            ui.selectable_value(&mut fields.study_on, set, label)
+            ui.selectable_value(&mut self.on, set, label)
                 .on_hover_text(explanation);
         }
         ui.separator();
         let label = ui.label("Save as");
-        let field = egui::TextEdit::singleline(&mut fields.study)
+        let field = egui::TextEdit::singleline(&mut self.path)
             .hint_text("path ending in .csv, .svg or .png")
             .desired_width(130.0);
         ui.add(field)
             .labelled_by(label.id)
             .on_hover_text("Its ending says as what it is saved");
-        let path = fields.study.trim();
+        let path = self.path.trim();
         let save = ui.button("Save").on_hover_text(
             ".csv: every number; .svg: the map and its curves; .png: this pane as it is on screen",
         );
         if save.clicked() && !path.is_empty() {
-            out.push(if path.to_lowercase().ends_with(".png") {
-                let to = PictureTo::Path(path.into());
-                Command::Wish(Wish::Picture(screen_part(pane), to))
+            let path = std::path::PathBuf::from(path);
+            out.push(if ends_in_png(&path) {
+                Command::Picture(pane, PictureTo::Path(path))
             } else {
-                Command::Study(StudyCommand::Save(path.into()))
+                let content = FileContent::Thresholds(Arc::clone(map), measure);
+                Action::Save(content, path, Existing::Ask).into()
             });
         }
         if !map.is_complete() {
@@ -138,6 +179,12 @@ fn choices(
             ));
         }
     });
+    }
+}
+
+fn ends_in_png(path: &Path) -> bool {
+    let ending = path.extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
 /// Whether the first button is held on the plot; the second is for its menu.
@@ -168,51 +215,56 @@ fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
 
 fn suggestion(
     ui: &mut egui::Ui,
-    state: &AppState,
-    map: &ThresholdMap,
+    engine: &Engine,
+    study: &ThresholdStudy,
     measure: Measure,
     out: &mut Vec<Command>,
 ) {
+    let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
         let take = ui.button("Take the leave-one-out minimum").on_hover_text(
             "Test recordings take no part in it. The range holds the F_th whose left-out error is no more than one standard \
              error over recordings above the minimum",
         );
+        let found = map.suggestion(measure);
         if take.clicked() {
-            out.push(Command::Study(StudyCommand::TakeSuggestion));
+            out.push(match &found {
+                Ok(found) => Edit::Thresholds(found.thresholds).into(),
+                Err(reason) => Command::tell(Level::Error, reason.to_string()),
+            });
         }
-        match map.suggestion(measure) {
+        match found {
             Ok(found) => ui.label(suggestion_text(map, measure, &found)),
             Err(reason) => ui.weak(reason.to_string()),
         };
     });
     ui.horizontal_wrapped(|ui| {
-        let hysteresis = state.study.hysteresis.as_ref();
-        let value = hysteresis.and_then(|found| found.value);
+        let value = study.hysteresis.value;
         let take = egui::Button::new("Take the mean hysteresis");
         let take = ui.add_enabled(value.is_some(), take).on_hover_text(
             "The paper's own rule (section 4.2): F_th near the mean hysteresis, here the mean gap between rising and falling \
              branches of the conventional load over the full cycles of the training recordings",
         );
-        if take.clicked() {
-            out.push(Command::Study(StudyCommand::TakeHysteresis));
+        if let Some(f_th) = value.filter(|_| take.clicked()) {
+            let present = engine.project().thresholds();
+            out.push(Edit::Thresholds(Thresholds { f_th, ..present }).into());
         }
-        match (hysteresis, value) {
-            (Some(found), Some(value)) => ui.label(format!(
+        match value {
+            Some(value) => ui.label(format!(
                 "{} over {} reversals",
                 f_th_text(map.distance, value),
-                found.n_reversals
+                study.hysteresis.n_reversals
             )),
-            (Some(_), None) => ui.weak("the training recordings hold no full cycle of a load to measure it on"),
-            (None, _) => ui.weak("is being measured"),
+            None => ui.weak("the training recordings hold no full cycle of a load to measure it on"),
         };
-        if let Some(touch) = &state.study.touch {
-            ui.separator();
+        ui.separator();
+        {
+            let touch = &study.touch;
             let age = touch.age_quantile_secs(0.5);
             let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
             ui.label(format!(
                 "{}: a past for {:.0} %{age}, cut off {:.0} %",
-                pair_text(map.distance, state.thresholds()),
+                pair_text(map.distance, engine.project().thresholds()),
                 100.0 * touch.share_found(),
                 100.0 * touch.share_cut_off(),
             ));
@@ -254,21 +306,22 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     )
 }
 
-fn blocks(ui: &mut egui::Ui, state: &AppState, out: &mut Vec<Command>) {
+fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Command>) {
+    let choosing = !engine.choice.is_idle();
     ui.horizontal_wrapped(|ui| {
         for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
             let label = format!("Choose {}", block.setting().label.to_lowercase());
             let button = egui::Button::new(label);
-            let button = ui.add_enabled(state.study.choosing.is_none(), button).on_hover_text(
+            let button = ui.add_enabled(!choosing, button).on_hover_text(
                 "By leave-one-out over a grid, everything else as it is set; the shortest list that does about as well as the best",
             );
             if button.clicked() {
-                out.push(Command::Study(StudyCommand::Choose(block)));
+                out.push(Action::ChooseBlock(block, Some(measure)).into());
             }
         }
-        if state.study.choosing.is_some() {
+        if choosing {
             ui.spinner();
-        } else if let Some(chosen) = &state.study.chosen {
+        } else if let Some(chosen) = engine.choice.answer() {
             ui.label(format!(
                 "{}: {}; left-out error {}, without {} ({} lists tried)",
                 chosen.block.setting().label,

@@ -4,12 +4,12 @@ const STEPS: [(&str, &str); 6] = [
     (
         "What this is",
         "These recordings come from a simulated force/torque sensor, so that there is something to try. Each pane shows one axis: \
-         Calc. is the load that was really applied, Conv. what the usual calibration makes of the gauges, Comp. what it becomes with \
+         Calculated (Calc.) is the load that was really applied, Conventional (Conv.) what the usual calibration makes of the gauges, Compensated (Comp.) what it becomes with \
          gauges from the past. Their errors are below.",
     ),
     (
         "The past of a sample",
-        "Move the pointer over a trace. The green stretch is t_th, the green box F_th around the present load, the diamond the sample \
+        "Move the pointer over a trace. The green interval is t_th, the green box F_th around the present load, the diamond the sample \
          that the look-back found: the last one whose load differed by F_th. Space plays through time.",
     ),
     (

@@ -4,15 +4,35 @@ use egui_tiles::{
     Behavior, Container, Linear, LinearDir, SimplificationOptions, TabState, Tile, TileId, Tiles,
     Tree, UiResponse,
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::app::{Pane, PaneMove, Preset};
 use crate::ui::appearance::focus_ring;
+use crate::ui::command::{Pane, PaneMove, Preset};
+use crate::ui::{panes, trace_panes};
 
 /// What a pane along an edge of the window gets of it.
 const EDGE_SHARE: f32 = 0.34;
 /// One step of a pane's size.
 const RESIZE_STEP: f32 = 1.2;
+
+impl Serialize for Pane {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.key)
+    }
+}
+
+impl<'de> Deserialize<'de> for Pane {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        panes::named(&key).ok_or_else(|| de::Error::custom(format!("no pane is called {key}")))
+    }
+}
+
+/// In the order in which menus have them.
+fn in_order(mut panes: Vec<Pane>) -> Vec<Pane> {
+    panes.sort_by_key(|pane| panes::all().position(|own| own == *pane));
+    panes
+}
 
 /// The tree of panes. Every pane is in it at most once.
 #[derive(Serialize, Deserialize)]
@@ -33,52 +53,70 @@ impl Default for Workspace {
 impl Workspace {
     /// One of the arrangements to begin from.
     pub fn preset(preset: Preset) -> Self {
-        use Pane::{
-            Calibration, Compare, Errors, Loops, Metrology, Notes, Recordings, Settings,
-            Thresholds, Traces,
+        use crate::ui::{
+            calibration_pane::PANE as CALIBRATION, compare_pane::PANE as COMPARE,
+            errors_pane::PANE as ERRORS, loops_pane::PANE as LOOPS,
+            metrology_pane::PANE as METROLOGY, notes_pane::PANE as NOTES,
+            recordings_panel::PANE as RECORDINGS, settings_panel::PANE as SETTINGS,
+            thresholds_pane::PANE as THRESHOLDS, trace_panes::PANE as TRACES,
         };
         let mut tiles = Tiles::default();
         let mut build = Build(&mut tiles);
         let root = match preset {
             Preset::Calibrate => {
-                let (top, below) = (build.tabs(&[Recordings]), build.tabs(&[Settings]));
+                let (top, below) = (build.tabs(&[RECORDINGS]), build.tabs(&[SETTINGS]));
                 let left = build.column([top, below], 0.5);
-                let middle = build.tabs(&[Traces, Thresholds, Compare, Loops, Metrology]);
-                let (errors, matrix) = (build.tabs(&[Errors]), build.tabs(&[Calibration, Notes]));
+                let middle = build.tabs(&[TRACES, THRESHOLDS, COMPARE, LOOPS, METROLOGY]);
+                let (errors, matrix) = (build.tabs(&[ERRORS]), build.tabs(&[CALIBRATION, NOTES]));
                 let foot = build.row([errors, matrix], 0.66);
                 let right = build.column([middle, foot], 0.68);
                 build.row([left, right], 0.32)
             }
             Preset::InspectLoops => {
-                let left = build.tabs(&[Settings, Recordings]);
-                let loops = build.tabs(&[Loops, Metrology, Compare]);
-                let traces = build.tabs(&[Traces, Thresholds, Errors, Calibration, Notes]);
+                let left = build.tabs(&[SETTINGS, RECORDINGS]);
+                let loops = build.tabs(&[LOOPS, METROLOGY, COMPARE]);
+                let traces = build.tabs(&[TRACES, THRESHOLDS, ERRORS, CALIBRATION, NOTES]);
                 let right = build.column([loops, traces], 0.6);
                 build.row([left, right], 0.26)
             }
             Preset::DemonstrateThresholds => {
                 let (settings, others) = (
-                    build.tabs(&[Settings, Recordings]),
-                    build.tabs(&[Errors, Calibration, Notes]),
+                    build.tabs(&[SETTINGS, RECORDINGS]),
+                    build.tabs(&[ERRORS, CALIBRATION, NOTES]),
                 );
                 let left = build.column([settings, others], 0.62);
-                let traces = build.tabs(&[Traces, Loops, Metrology, Compare]);
-                let map = build.tabs(&[Thresholds]);
+                let traces = build.tabs(&[TRACES, LOOPS, METROLOGY, COMPARE]);
+                let map = build.tabs(&[THRESHOLDS]);
                 let right = build.column([traces, map], 0.42);
                 build.row([left, right], 0.34)
             }
         };
-        Self {
+        let mut workspace = Self {
             tree: tree(root, tiles),
             focus: None,
+        };
+        workspace.add_missing();
+        workspace
+    }
+
+    /// Puts panes that no arrangement names behind the traces.
+    fn add_missing(&mut self) {
+        for pane in panes::all()
+            .filter(|pane| !self.is_open(*pane))
+            .collect::<Vec<_>>()
+        {
+            let new = self.tree.tiles.insert_pane(pane);
+            if let Some(home) = self.home() {
+                self.tree
+                    .move_tile_to_container(new, home, usize::MAX, false);
+            }
         }
     }
 
     /// Reads what [`Self::to_value`] wrote; `None` where it cannot be used.
     pub fn from_value(value: &serde_json::Value) -> Option<Self> {
         let workspace: Self = serde_json::from_value(value.clone()).ok()?;
-        let mut panes: Vec<Pane> = workspace.panes().map(|(_, pane)| pane).collect();
-        panes.sort_unstable();
+        let panes = in_order(workspace.panes().map(|(_, pane)| pane).collect());
         let is_sound = panes.windows(2).all(|pair| pair[0] != pair[1]);
         (is_sound && !panes.is_empty()).then_some(workspace)
     }
@@ -106,9 +144,7 @@ impl Workspace {
         let panes = active
             .iter()
             .filter_map(|tile| self.tree.tiles.get_pane(tile));
-        let mut panes: Vec<Pane> = panes.copied().collect();
-        panes.sort_unstable();
-        panes
+        in_order(panes.copied().collect())
     }
 
     /// Whether the pane is anywhere in the tree.
@@ -238,7 +274,7 @@ impl Workspace {
                 _ => None,
             })
         };
-        let traces = self.tree.tiles.find_pane(&Pane::Traces);
+        let traces = self.tree.tiles.find_pane(&trace_panes::PANE);
         let with_traces =
             tabs().find(|(_, tabs)| traces.is_some_and(|t| tabs.children.contains(&t)));
         let any = || tabs().max_by_key(|(_, tabs)| tabs.children.len());
@@ -297,7 +333,7 @@ struct Drawing<'a> {
 impl Behavior<Pane> for Drawing<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
         // The keyboard goes to a pane first, and by Tab to what is in it.
-        let id = egui::Id::unique(("pane", *pane));
+        let id = egui::Id::unique(("pane", pane.0.key));
         let whole = ui.interact(ui.max_rect(), id, egui::Sense::focusable_noninteractive());
         whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title()));
         if self.focus == Some(*pane) {
@@ -366,68 +402,74 @@ impl Behavior<Pane> for Drawing<'_> {
 mod tests {
     use super::*;
 
+    fn named(key: &str) -> Pane {
+        panes::named(key).unwrap()
+    }
+
+    fn all() -> Vec<Pane> {
+        panes::all().collect()
+    }
+
     fn open(workspace: &Workspace) -> Vec<Pane> {
-        let mut panes: Vec<Pane> = workspace.panes().map(|(_, pane)| pane).collect();
-        panes.sort_unstable();
-        panes
+        in_order(workspace.panes().map(|(_, pane)| pane).collect())
     }
 
     #[test]
     fn every_arrangement_holds_every_pane_once() {
-        for preset in Preset::ALL {
-            assert_eq!(open(&Workspace::preset(preset)), Pane::ALL, "{preset:?}");
+        for (preset, ..) in Preset::ALL {
+            assert_eq!(open(&Workspace::preset(preset)), all(), "{preset:?}");
         }
     }
 
     #[test]
     fn a_closed_pane_comes_back_to_the_traces_even_when_all_are_closed() {
         let mut workspace = Workspace::default();
-        workspace.close(Pane::Loops);
-        assert!(!workspace.is_open(Pane::Loops));
-        workspace.bring(Pane::Loops);
-        assert!(workspace.is_open(Pane::Loops));
-        let loops = workspace.tree.tiles.find_pane(&Pane::Loops).unwrap();
-        let traces = workspace.tree.tiles.find_pane(&Pane::Traces).unwrap();
+        workspace.close(named("loops"));
+        assert!(!workspace.is_open(named("loops")));
+        workspace.bring(named("loops"));
+        assert!(workspace.is_open(named("loops")));
+        let loops = workspace.tree.tiles.find_pane(&named("loops")).unwrap();
+        let traces = workspace.tree.tiles.find_pane(&trace_panes::PANE).unwrap();
         let parent = |tile| workspace.tree.tiles.parent_of(tile);
         assert_eq!(parent(loops), parent(traces));
-        for pane in Pane::ALL {
+        for pane in panes::all() {
             workspace.close(pane);
         }
         assert_eq!(open(&workspace), []);
-        workspace.bring(Pane::Settings);
-        assert_eq!(workspace.on_screen(), [Pane::Settings]);
+        workspace.bring(named("settings"));
+        assert_eq!(workspace.on_screen(), [named("settings")]);
     }
 
     #[test]
     fn a_pane_goes_to_an_edge_and_to_the_next_tabs_without_a_mouse() {
         let mut workspace = Workspace::default();
-        workspace.move_pane(Pane::Loops, PaneMove::Right);
-        assert_eq!(open(&workspace), Pane::ALL);
+        workspace.move_pane(named("loops"), PaneMove::Right);
+        assert_eq!(open(&workspace), all());
         let mut groups = Vec::new();
         workspace.collect_tabs(workspace.tree.root(), &mut groups);
-        let own = workspace.tree.tiles.find_pane(&Pane::Loops).unwrap();
+        let own = workspace.tree.tiles.find_pane(&named("loops")).unwrap();
         let group = |workspace: &Workspace| workspace.tree.tiles.parent_of(own).unwrap();
         assert_eq!(groups.last(), Some(&group(&workspace)));
-        workspace.move_pane(Pane::Loops, PaneMove::NextTabs);
+        workspace.move_pane(named("loops"), PaneMove::NextTabs);
         assert_eq!(
             group(&workspace),
             groups[0],
             "after the last comes the first"
         );
-        assert!(workspace.on_screen().contains(&Pane::Loops));
-        assert_eq!(open(&workspace), Pane::ALL);
+        assert!(workspace.on_screen().contains(&named("loops")));
+        assert_eq!(open(&workspace), all());
     }
 
     #[test]
     fn a_pane_alone_stays_where_it_is() {
         let mut workspace = Workspace::default();
-        for pane in Pane::ALL.into_iter().filter(|pane| *pane != Pane::Traces) {
+        for pane in panes::all().filter(|pane| *pane != named("traces")) {
             workspace.close(pane);
         }
-        for to in PaneMove::ALL {
-            workspace.move_pane(Pane::Traces, to);
-            assert_eq!(open(&workspace), [Pane::Traces], "{to:?}");
-            assert_eq!(workspace.on_screen(), [Pane::Traces], "{to:?}");
+        for (to, ..) in PaneMove::ALL {
+            workspace.move_pane(named("traces"), to);
+            assert_eq!(open(&workspace), [named("traces")], "{to:?}");
+            assert_eq!(workspace.on_screen(), [named("traces")], "{to:?}");
         }
     }
 
@@ -435,7 +477,7 @@ mod tests {
     fn a_pane_grows_by_what_its_neighbours_give() {
         let mut workspace = Workspace::default();
         let share = |workspace: &Workspace| {
-            let tile = workspace.tree.tiles.find_pane(&Pane::Errors).unwrap();
+            let tile = workspace.tree.tiles.find_pane(&named("errors")).unwrap();
             let tabs = workspace.tree.tiles.parent_of(tile).unwrap();
             let row = workspace.tree.tiles.parent_of(tabs).unwrap();
             match workspace.tree.tiles.get_container(row) {
@@ -444,16 +486,16 @@ mod tests {
             }
         };
         let before = share(&workspace);
-        workspace.move_pane(Pane::Errors, PaneMove::Wider);
+        workspace.move_pane(named("errors"), PaneMove::Wider);
         assert!(share(&workspace) > 1.1 * before);
-        workspace.move_pane(Pane::Errors, PaneMove::Narrower);
+        workspace.move_pane(named("errors"), PaneMove::Narrower);
         assert!((share(&workspace) - before).abs() < 1e-6);
     }
 
     #[test]
     fn an_arrangement_comes_back_from_json_and_a_broken_one_does_not() {
         let mut workspace = Workspace::preset(Preset::InspectLoops);
-        workspace.close(Pane::Compare);
+        workspace.close(named("compare"));
         let value = workspace.to_value();
         let back = Workspace::from_value(&value).expect("what was written");
         assert_eq!(open(&back), open(&workspace));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use loopscope::calibration::{Calibration, Regressor};
-use loopscope::export::{CalibrationFormat, read_calibration, write_calibration};
+use loopscope::export::{TARGETS, read_calibration, target_for, write_calibration};
 use loopscope::features::{FeatureSettings, Thresholds};
 
 use crate::support::{
@@ -171,12 +171,12 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
 fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
     let directory = tempfile::tempdir().unwrap();
     let network = calibration(every_block(), Regressor::Network);
-    for format in CalibrationFormat::ALL {
-        for ending in format.endings() {
+    for target in TARGETS {
+        for ending in target.endings() {
             let path = directory
                 .path()
                 .join(format!("c.{}", ending.to_ascii_uppercase()));
-            assert_eq!(CalibrationFormat::from_path(&path), Some(format));
+            assert_eq!(target_for(&path).unwrap().name(), target.name());
             write_calibration(&network, &path).unwrap();
             let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).into_owned();
             let says = [
@@ -184,19 +184,14 @@ fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
                 "leaves_out",
                 "l\0\0\0e\0\0\0a\0\0\0v\0\0\0e\0\0\0s",
             ];
-            let is_table = [
-                CalibrationFormat::Json,
-                CalibrationFormat::Csv,
-                CalibrationFormat::Mat,
-            ]
-            .contains(&format);
+            let is_table = ["json", "csv", "mat"].contains(ending);
             assert!(
                 is_table || says.iter().any(|words| text.contains(words)),
                 "{ending}"
             );
             assert_eq!(
                 read_calibration(&path).is_ok(),
-                format.reads_back(),
+                target.reader().is_some(),
                 "{ending}"
             );
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use loopscope::app::{Pane, Wish};
+use crate::workspace::named;
 
 const CONTROLS: [Role; 8] = [
     Role::Button,
@@ -20,7 +20,7 @@ const KNOWN: [&str; 9] = [
     "File",
     "Edit",
     "Roles",
-    "Go",
+    "Navigate",
     "View",
     "Help",
     "Close",
@@ -86,8 +86,8 @@ fn every_control_of_every_pane_says_on_hover_what_it_does() {
     click(&mut window, Role::Button, "Kernel");
     window.get_by_label("Full scale").click();
     settle(&mut window);
-    for pane in Pane::ALL {
-        let show = Command::Wish(Wish::ShowPane(pane));
+    for pane in loopscope::ui::all_panes() {
+        let show = Command::ShowPane(pane);
         window.state_mut().as_mut().unwrap().send(show);
         settle(&mut window);
         all_explained(&mut window);
@@ -115,8 +115,8 @@ fn every_control_of_the_import_window_says_on_hover_what_it_does() {
     window.set_size(Vec2::new(1600.0, 1400.0));
     quick_to_explain(&mut window);
     assert!(state(&window).importing.is_some());
-    for below in [Pane::Settings, Pane::Recordings, Pane::Traces] {
-        let close = Command::Wish(Wish::ClosePane(below));
+    for below in [named("settings"), named("recordings"), named("traces")] {
+        let close = Command::ClosePane(below);
         window.state_mut().as_mut().unwrap().send(close);
     }
     settle(&mut window);
@@ -135,7 +135,7 @@ fn every_item_of_a_menu_says_on_hover_what_it_does() {
     let files = Files::new();
     let mut window = window(files.three());
     quick_to_explain(&mut window);
-    for menu in ["File", "Edit", "Roles", "Go", "View", "Help"] {
+    for menu in ["File", "Edit", "Roles", "Navigate", "View", "Help"] {
         click(&mut window, Role::Button, menu);
         let items = window.ctx.memory(|memory| {
             let layers = memory.areas().visible_layer_ids();

@@ -45,7 +45,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     );
 
     let send = window.state_mut().as_mut().unwrap();
-    send.send(Command::OpenFiles(vec![second]));
+    send.send(Action::Open(vec![second]));
     settle(&mut window);
     assert_eq!(names(&window), ["first", "test_second"]);
     assert!(state(&window).importing.is_none());
@@ -78,7 +78,7 @@ fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
     for (name, text) in others {
         let path = files.write(name, &text);
         let send = window.state_mut().as_mut().unwrap();
-        send.send(Command::OpenFiles(vec![path]));
+        send.send(Action::Open(vec![path]));
         settle(&mut window);
         assert!(has(&window, &format!("Import {name}")));
         assert_eq!(names(&window), ["first"]);
@@ -165,7 +165,7 @@ fn a_row_of_imports_ends_at_once() {
         .collect();
     for ends in 0..2 {
         let send = window.state_mut().as_mut().unwrap();
-        send.send(Command::OpenFiles(paths.clone()));
+        send.send(Action::Open(paths.clone()));
         settle(&mut window);
         assert!(has(&window, "2 more files want a map"));
         click(&mut window, Role::Button, "Cancel import");
@@ -191,7 +191,7 @@ fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
     let mut window = window(files.three());
     let path = files.write("bare.csv", &headerless(50));
     let send = window.state_mut().as_mut().unwrap();
-    send.send(Command::Import(ImportCommand::Open(path)));
+    send.send(Action::Import(ImportCommand::Open(path)));
     settle(&mut window);
     for column in 1..=4 {
         choose(&mut window, column, "ignore");
@@ -213,7 +213,7 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     let path = files.path("map.json");
     type_into(&mut window, "Column map", path.to_str().unwrap());
     click(&mut window, Role::Button, "Write map");
-    let map = recording::columns::ColumnMap::read(&path).unwrap();
+    let map = loopscope::import::map::ColumnMap::read(&path).unwrap();
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
     choose(&mut window, 4, "ignore");
     assert_ne!(map, state(&window).importing.as_ref().unwrap().map);
@@ -242,7 +242,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let path = files.write("arm.csv", &text);
     let mut window = window(files.three());
     let send = window.state_mut().as_mut().unwrap();
-    send.send(Command::Import(ImportCommand::Open(path)));
+    send.send(Action::Import(ImportCommand::Open(path)));
     settle(&mut window);
     for (column, role) in [(4, "pose_roll"), (5, "pose_pitch"), (6, "pose_yaw")] {
         choose(&mut window, column, role);

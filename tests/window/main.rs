@@ -18,12 +18,12 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use loopscope::analysis::{Analysis, View};
-use loopscope::app::{AppState, Command, ImportCommand, Level, Preferences};
 use loopscope::calibration::{Regressor, RidgeChoice};
+use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
 use loopscope::features::{Column, Play, Polynomial};
 use loopscope::recording::{self, Axis};
-use loopscope::ui::{Dialogs, Reply, SaveAs, Shell};
+use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
 /// Only a window that hangs takes this long, however slow the machine.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -40,18 +40,18 @@ struct Choices {
 
 impl Dialogs for Choices {
     fn open_files(&mut self, reply: Reply) {
-        reply.send(Command::OpenFiles(self.open.borrow().clone()));
+        reply.send(Action::Open(self.open.borrow().clone()).into());
     }
 
     fn import(&mut self, reply: Reply) {
         if let Some(path) = self.open.borrow().first() {
-            reply.send(Command::Import(ImportCommand::Open(path.clone())));
+            reply.send(ImportCommand::Open(path.clone()).into());
         }
     }
 
-    fn save(&mut self, what: SaveAs, reply: Reply) {
+    fn save(&mut self, content: FileContent, reply: Reply) {
         if let Some(path) = self.export.borrow().clone() {
-            reply.send(what.to(path));
+            reply.send(save_to(content, path));
         }
     }
 }
@@ -103,15 +103,15 @@ fn shell(window: &Window) -> &Shell {
     window.state().as_ref().expect("made in the first frame")
 }
 
-fn state(window: &Window) -> &AppState {
-    shell(window).state()
+fn state(window: &Window) -> &Engine {
+    shell(window).engine()
 }
 
 #[track_caller]
 fn analysis(window: &Window) -> Arc<Analysis> {
     let state = state(window);
-    let analysis = state.analysis.clone();
-    analysis.unwrap_or_else(|| panic!("{:?} {:?}", state.problem, state.notices))
+    let analysis = state.analysis().cloned();
+    analysis.unwrap_or_else(|| panic!("{:?} {:?}", state.problem(), state.notices))
 }
 
 /// Draws frames until the condition holds.
@@ -206,13 +206,13 @@ fn panes(window: &Window, label: &str) -> usize {
 fn told(window: &Window, level: Level, part: &str) {
     let notices = &state(window).notices;
     let found =
-        |notice: &loopscope::app::Notice| notice.level == level && notice.text.contains(part);
+        |notice: &loopscope::engine::Notice| notice.level == level && notice.text.contains(part);
     assert!(notices.iter().any(found), "no {part:?} in {notices:?}");
     assert!(has(window, part), "{part:?} is not on screen");
 }
 
 fn names(window: &Window) -> Vec<String> {
-    let entries = state(window).recordings.entries().iter();
+    let entries = state(window).project().recordings.entries().iter();
     entries
         .map(|entry| entry.recording.name().to_owned())
         .collect()
@@ -283,7 +283,7 @@ const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
 #[test]
 fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
     let window = window(Vec::new());
-    assert!(state(&window).recordings.is_simulated());
+    assert!(state(&window).project().recordings.is_simulated());
     assert_eq!(names(&window).len(), 90);
     assert!(analysis(&window).fitted);
     window.check_accessibility();
@@ -364,7 +364,10 @@ fn many_quick_moves_of_a_slider_end_with_the_newest() {
         window.step();
     }
     settle(&mut window);
-    assert_eq!(state(&window).settings.features.look_backs[0].f_th, 5.0);
+    assert_eq!(
+        state(&window).project().settings.features.look_backs[0].f_th,
+        5.0
+    );
     assert_eq!(
         analysis(&window).calibration.features.look_backs[0].f_th,
         5.0
@@ -426,6 +429,7 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
     click_first(&mut window, Role::Button, "Train");
     click(&mut window, Role::RadioButton, "Test");
     let roles: Vec<_> = state(&window)
+        .project()
         .recordings
         .entries()
         .iter()
@@ -444,10 +448,10 @@ fn without_a_training_recording_the_window_says_what_to_do() {
     let files = Files::new();
     let mut window = window(files.three());
     menu(&mut window, "Roles", "All off");
-    assert!(state(&window).problem.is_some());
+    assert!(state(&window).problem().is_some());
     assert!(has(&window, "no recording is in the train role"));
     menu(&mut window, "Roles", "All train");
-    assert_eq!(state(&window).problem, None);
+    assert_eq!(state(&window).problem(), None);
 }
 
 #[test]
@@ -455,7 +459,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
     let files = Files::new();
     let mut window = window(files.three());
     click_first(&mut window, Role::Button, "b");
-    assert_eq!(state(&window).view, View::One(1));
+    assert_eq!(state(&window).project().view, View::One(1));
     let traces = Arc::clone(&analysis(&window).traces);
     assert_eq!(
         (traces.segments.len(), traces.segments[0].name.as_str()),
@@ -464,7 +468,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
 
     click(&mut window, Role::ComboBox, "on screen");
     click(&mut window, Role::Button, "All, end to end");
-    assert_eq!(state(&window).view, View::All);
+    assert_eq!(state(&window).project().view, View::All);
     assert_eq!(analysis(&window).traces.segments.len(), 3);
     assert_eq!(analysis(&window).traces.times.len(), 1200);
 }
@@ -480,7 +484,7 @@ fn closing_a_recording_takes_it_out_of_the_fit() {
     assert!(names(&window).is_empty());
     assert!(has(&window, "no recording is loaded"));
     menu(&mut window, "File", "Built-in sensor (simulated)");
-    assert!(state(&window).recordings.is_simulated());
+    assert!(state(&window).project().recordings.is_simulated());
     assert!(analysis(&window).calibration.simulated);
 }
 
@@ -511,14 +515,14 @@ fn recordings_are_cut_in_time_and_put_together_again() {
     let mut window = window(files.three());
     assert!(
         window
-            .query_by_role_and_label(Role::Button, "Undo cut")
+            .query_by_role_and_label(Role::Button, "Undo split")
             .is_none()
     );
-    click(&mut window, Role::Button, "Cut");
+    click(&mut window, Role::Button, "Split");
     assert_eq!(names(&window).len(), 6);
     let quality = &analysis(&window).calibration.quality;
     assert_eq!((quality.n_train, quality.n_test), (720, 480));
-    click(&mut window, Role::Button, "Undo cut");
+    click(&mut window, Role::Button, "Undo split");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert_eq!(analysis(&window).calibration.quality.n_train, 800);
 }
@@ -568,17 +572,17 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     let files = Files::new();
     let mut window = window(files.three());
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::OpenBuiltIn);
-    shell.send(Command::OpenFiles(vec![
+    shell.send(Action::OpenBuiltIn);
+    shell.send(Action::Open(vec![
         files.recording("d.csv", 0.5, 10, &FORCES),
     ]));
     until(&mut window, |shell| {
-        shell.state().recordings.entries().len() != 3
+        shell.engine().project().recordings.entries().len() != 3
     });
     settle(&mut window);
     // Whichever was ready first, the file is the later wish.
     assert_eq!(names(&window).last().unwrap(), "d");
-    assert!(!state(&window).recordings.is_simulated());
+    assert!(!state(&window).project().recordings.is_simulated());
 }
 
 #[test]
@@ -602,7 +606,7 @@ fn files_that_do_not_fit_are_told_and_lose_nothing() {
     }
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(analysis(&window).fitted);
-    assert_eq!(state(&window).problem, None);
+    assert_eq!(state(&window).problem(), None);
 }
 
 #[test]
@@ -617,7 +621,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     let written = read_calibration(&path).unwrap();
     assert_eq!(
         written,
-        with_sources(&fitted.calibration, &state(&window).recordings)
+        with_sources(&fitted.calibration, &state(&window).project().recordings)
     );
     assert!(written.sources.iter().all(|used| used.sha256.is_some()));
 
@@ -652,7 +656,7 @@ fn a_calibration_named_at_the_start_is_applied_to_the_built_in_sensor() {
     let path = files.path("c.json");
     write_calibration(&calibration, &path).unwrap();
     let window = window(vec![path]);
-    assert!(state(&window).recordings.is_simulated());
+    assert!(state(&window).project().recordings.is_simulated());
     assert!(has(&window, "Applying "));
     let applied = analysis(&window);
     assert!(!applied.fitted);
@@ -717,7 +721,7 @@ fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
     );
     click(&mut window, Role::CheckBox, "Factory");
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::DropFactory);
+    shell.send(Edit::Compare(None));
     settle(&mut window);
     assert!(!has(&window, "Factory") && analysis(&window).factory.is_none());
 }
@@ -784,7 +788,7 @@ fn cancel_ends_the_reading_and_keeps_what_is_loaded() {
         .state_mut()
         .as_mut()
         .unwrap()
-        .send(Command::OpenFiles(many));
+        .send(Action::Open(many));
     window.step();
     assert!(has(&window, "Reading 3000 files"));
     click(&mut window, Role::Button, "Cancel");
@@ -819,7 +823,7 @@ fn a_recording_without_reference_alone_shows_nothing_of_the_built_in_sensor() {
     window.input_mut().dropped_files.push(dropped);
     settle(&mut window);
     assert_eq!(names(&window), ["bare"]);
-    assert!(state(&window).analysis.is_none());
+    assert!(state(&window).analysis().is_none());
     assert!(has(&window, "no recording is in the train role"));
 }
 
@@ -830,10 +834,10 @@ fn an_answer_about_recordings_that_were_closed_meanwhile_is_dropped() {
     window.step();
     window.step();
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::CloseRecordings);
+    shell.send(Edit::CloseAll);
     settle(&mut window);
-    assert!(state(&window).analysis.is_none());
-    assert!(state(&window).problem.is_some());
+    assert!(state(&window).analysis().is_none());
+    assert!(state(&window).problem().is_some());
 }
 
 #[test]
@@ -919,7 +923,7 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
     assert!(calibration.features.look_backs.is_empty());
     assert_eq!(calibration.features.blocks.of(&Polynomial), [2.0]);
     click(&mut window, Role::CheckBox, "auto");
-    assert_eq!(state(&window).settings.ridge, RidgeChoice::Auto);
+    assert_eq!(state(&window).project().settings.ridge, RidgeChoice::Auto);
     assert_eq!(analysis(&window).calibration.quality.ridge.len(), 3);
 }
 
@@ -929,7 +933,10 @@ fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
     let mut window = window(files.three());
     click(&mut window, Role::ComboBox, "Regressor");
     click(&mut window, Role::Button, "Kernel");
-    assert_eq!(state(&window).settings.regressor, Regressor::Kernel);
+    assert_eq!(
+        state(&window).project().settings.regressor,
+        Regressor::Kernel
+    );
     assert!(has(&window, "Until it is trained"));
     assert_eq!(analysis(&window).calibration.regressor, Regressor::Linear);
     type_number(&mut window, "Landmarks", "20");
@@ -979,8 +986,9 @@ fn the_comparison_fills_in_and_says_what_is_stale() {
     click(&mut window, Role::Button, "Fit ticked rows");
     let compared = |window: &Window| {
         let rows = &state(window).comparison.rows;
-        let fresh =
-            |row: &&loopscope::app::Row| row.compared().is_some() && !row.is_stale(state(window));
+        let fresh = |row: &&loopscope::engine::Row| {
+            row.compared().is_some() && !row.is_stale(state(window).project())
+        };
         rows.iter().filter(fresh).count()
     };
     assert_eq!(compared(&window), 6);
@@ -1005,21 +1013,17 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     let files = Files::new();
     let mut window = window(files.three());
     click(&mut window, Role::Button, "Thresholds");
-    let study = &state(&window).study;
-    let map = Arc::clone(
-        study
-            .map
-            .as_ref()
-            .expect("the map is made while the pane is shown"),
-    );
+    let study = state(&window).study.answer();
+    let study = study.expect("the map is made while the pane is shown");
+    let map = Arc::clone(study.map.as_ref().unwrap());
     assert!(map.is_complete());
     assert_eq!(panes(&window, "Map of F_th and t_th"), 1);
     assert_eq!(panes(&window, "forces [N] over F_th [N]"), 1);
-    assert!(study.touch.as_ref().unwrap().n_samples > 0);
-    let measure = study.shown_measure().unwrap();
+    assert!(study.touch.n_samples > 0);
+    let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
     click(&mut window, Role::Button, "Take the leave-one-out minimum");
-    assert_eq!(state(&window).thresholds(), suggested);
+    assert_eq!(state(&window).project().thresholds(), suggested);
     let left_out = analysis(&window)
         .calibration
         .quality
@@ -1038,15 +1042,13 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     }
     assert!(files.path("map_f_th.svg").is_file());
     // What it was made of has not changed, so the same map stays.
-    assert!(Arc::ptr_eq(
-        &map,
-        state(&window).study.map.as_ref().unwrap()
-    ));
+    let shown = |window: &Window| {
+        let study = state(window).study.answer().unwrap();
+        Arc::clone(study.map.as_ref().unwrap())
+    };
+    assert!(Arc::ptr_eq(&map, &shown(&window)));
     click(&mut window, Role::CheckBox, "Offset term");
-    assert!(!Arc::ptr_eq(
-        &map,
-        state(&window).study.map.as_ref().unwrap()
-    ));
+    assert!(!Arc::ptr_eq(&map, &shown(&window)));
 }
 
 #[test]
@@ -1056,9 +1058,9 @@ fn play_radii_are_chosen_by_leave_one_out() {
     click(&mut window, Role::Button, "Thresholds");
     click(&mut window, Role::Button, "Choose play radii");
     let chosen = state(&window)
-        .study
-        .chosen
-        .clone()
+        .choice
+        .answer()
+        .cloned()
         .expect("a list was chosen");
     assert_eq!(
         analysis(&window).calibration.features.blocks.of(&Play),

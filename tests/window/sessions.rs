@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn send(window: &mut Window, command: Command) {
+fn send(window: &mut Window, command: impl Into<Command>) {
     window.state_mut().as_mut().unwrap().send(command);
     settle(window);
 }
@@ -13,7 +13,7 @@ fn saved(files: &Files) -> PathBuf {
     choices.export.replace(Some(path.clone()));
     let mut window = window_with(files.three(), choices);
     slide(&mut window, "F_th", 1.25);
-    send(&mut window, Command::SetRole(1, recording::Role::Off));
+    send(&mut window, Edit::Role(1, recording::Role::Off));
     assert!(state(&window).is_unsaved());
     menu(&mut window, "File", "Save session as…");
     told(&window, Level::Info, "work.json");
@@ -33,6 +33,7 @@ fn a_session_comes_back_with_its_files_roles_and_settings() {
     let window = window(vec![path]);
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     let roles: Vec<_> = state(&window)
+        .project()
         .recordings
         .entries()
         .iter()
@@ -71,7 +72,7 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     type_into(&mut window, "It is now at", moved.to_str().unwrap());
     click(&mut window, Role::Button, "Read it there");
     assert_eq!(names(&window), ["a", "test_c", "moved"]);
-    assert!(state(&window).lost.is_empty());
+    assert!(state(&window).project().lost.is_empty());
 }
 
 #[test]
@@ -117,7 +118,7 @@ fn a_broken_session_says_why_and_loses_nothing() {
     let mut window = window(files.three());
     let newer = r#"{"format": "loopscope session", "version": 99}"#;
     let path = files.write("newer.json", newer);
-    send(&mut window, Command::OpenFiles(vec![path]));
+    send(&mut window, Action::Open(vec![path]));
     told(&window, Level::Error, "version 99");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
 }

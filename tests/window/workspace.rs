@@ -1,15 +1,20 @@
 //! Panes, undo, keys, cursors, playing: what makes the window feel like a tool.
 
 use super::*;
-use loopscope::app::{Pane, Preferences, Preset, Theme, Wish};
+use loopscope::engine::{Preferences, Theme};
+use loopscope::ui::{Pane, Preset};
 
 fn ctrl(window: &mut Window, key: Key) {
     window.key_press_modifiers(Modifiers::COMMAND, key);
     settle(window);
 }
 
+pub fn named(key: &str) -> Pane {
+    loopscope::ui::pane(key).expect("there is such a pane")
+}
+
 fn on_screen(window: &Window, pane: Pane) -> bool {
-    state(window).on_screen.contains(&pane)
+    shell(window).on_screen().contains(&pane)
 }
 
 /// Lets time go by on the window's clock.
@@ -19,16 +24,16 @@ fn wait(window: &mut Window, frames: usize) {
 }
 
 fn f_th(window: &Window) -> f64 {
-    state(window).settings.features.look_backs[0].f_th
+    state(window).project().settings.features.look_backs[0].f_th
 }
 
 #[test]
 fn a_pane_is_closed_brought_back_and_put_in_front() {
     let files = Files::new();
     let mut window = window(files.three());
-    assert!(on_screen(&window, Pane::Traces) && !on_screen(&window, Pane::Loops));
+    assert!(on_screen(&window, named("traces")) && !on_screen(&window, named("loops")));
     ctrl(&mut window, Key::Num6);
-    assert!(on_screen(&window, Pane::Loops) && !on_screen(&window, Pane::Traces));
+    assert!(on_screen(&window, named("loops")) && !on_screen(&window, named("traces")));
     let toggle = |window: &mut Window| {
         click(window, Role::Button, "View");
         click(window, Role::CheckBox, "Traces");
@@ -42,9 +47,9 @@ fn a_pane_is_closed_brought_back_and_put_in_front() {
             .is_none()
     );
     toggle(&mut window);
-    assert!(on_screen(&window, Pane::Traces), "and it is in front");
+    assert!(on_screen(&window, named("traces")), "and it is in front");
     click(&mut window, Role::Button, "Metrology");
-    assert!(on_screen(&window, Pane::Metrology) && !on_screen(&window, Pane::Traces));
+    assert!(on_screen(&window, named("metrology")) && !on_screen(&window, named("traces")));
 }
 
 #[test]
@@ -53,15 +58,15 @@ fn arrangements_come_by_menu_and_key_and_are_remembered() {
     let mut window = window(files.three());
     window.key_press(Key::F6);
     settle(&mut window);
-    assert!(on_screen(&window, Pane::Loops) && on_screen(&window, Pane::Traces));
-    menu(&mut window, "View", Preset::DemonstrateThresholds.title());
+    assert!(on_screen(&window, named("loops")) && on_screen(&window, named("traces")));
+    menu(&mut window, "View", Preset::ALL[2].1);
     window.check_accessibility();
-    for pane in [Pane::Settings, Pane::Traces, Pane::Thresholds] {
+    for pane in [named("settings"), named("traces"), named("thresholds")] {
         assert!(on_screen(&window, pane), "{pane:?}");
     }
     let remembered = Preferences::from_json(&shell(&window).preferences().to_json());
     let again = window_of(files.three(), Choices::default(), remembered);
-    assert_eq!(state(&again).on_screen, state(&window).on_screen);
+    assert_eq!(shell(&again).on_screen(), shell(&window).on_screen());
 }
 
 #[test]
@@ -76,7 +81,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     wait(&mut window, 10);
     ctrl(&mut window, Key::Z);
     assert_eq!(
-        state(&window).problem,
+        state(&window).problem(),
         None,
         "there are training recordings again"
     );
@@ -96,7 +101,7 @@ fn settings_and_roles_are_undone_and_made_again() {
 fn each_tick_is_a_step_and_a_drag_is_one() {
     let files = Files::new();
     let mut window = window(files.three());
-    let hidden = |window: &Window| state(window).hidden_axes.len();
+    let hidden = |window: &Window| state(window).project().hidden_axes.len();
     for axis in ["Fx", "Fy", "Fz"] {
         click(&mut window, Role::Button, axis);
     }
@@ -136,7 +141,7 @@ fn what_was_set_before_files_were_opened_can_be_undone() {
     slide(&mut window, "F_th", 1.5);
     let other = files.recording("d.csv", 0.5, 300, &FORCES);
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::OpenFiles(vec![other]));
+    shell.send(Action::Open(vec![other]));
     settle(&mut window);
     assert_eq!(names(&window).len(), 4);
     ctrl(&mut window, Key::Z);
@@ -155,7 +160,7 @@ fn the_palette_finds_an_action_by_a_part_of_its_name() {
     assert!(has(&window, "Inspect loops") && !has(&window, "Larger"));
     window.key_press(Key::Enter);
     settle(&mut window);
-    assert!(on_screen(&window, Pane::Loops));
+    assert!(on_screen(&window, named("loops")));
     assert!(!has(&window, "Find an action"), "it closes");
 }
 
@@ -174,10 +179,10 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
     window.key_press(Key::F1);
     settle(&mut window);
     for (page, part) in [
-        ("Mouse", "zooms at the pointer"),
-        ("Words", "leave-one-recording-out"),
+        ("Glossary", "zooms at the pointer"),
+        ("Glossary", "Cross-validation by recording"),
         ("Equations", "Eq. 12"),
-        ("Keys", "Undo"),
+        ("Shortcuts", "Undo"),
     ] {
         click(&mut window, Role::Button, page);
         assert!(has(&window, part), "{page}");
@@ -314,9 +319,12 @@ fn keys_zoom_and_step_through_time() {
 fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
     let files = Files::new();
     let mut window = window(files.three());
-    for (pane, plot) in [(Pane::Traces, "Fx [N]"), (Pane::Loops, "over Fz Calc.")] {
+    for (pane, plot) in [
+        (named("traces"), "Fx [N]"),
+        (named("loops"), "over Fz Calc."),
+    ] {
         let shell = window.state_mut().as_mut().unwrap();
-        shell.send(Command::Wish(Wish::ShowPane(pane)));
+        shell.send(Command::ShowPane(pane));
         settle(&mut window);
         let node = window.get_by(|node| {
             node.role() == Role::GraphicsObject
@@ -328,7 +336,7 @@ fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
             window.key_press(key);
             wait(&mut window, 3);
         }
-        if pane == Pane::Traces {
+        if pane == named("traces") {
             let (from, to) = super::shell(&window).visible_time().expect("a part");
             assert!(to - from < 18.0 && from > 2.0, "{from} to {to}");
             window.key_press(Key::Backspace);
@@ -372,7 +380,7 @@ fn themes_and_sizes_are_preferences() {
     assert_eq!(shell(&window).preferences().theme, Theme::Light);
     let send = |window: &mut Window, step| {
         let shell = window.state_mut().as_mut().unwrap();
-        shell.send(Command::Wish(Wish::TextScale(step)));
+        shell.send(Command::TextScale(step));
         settle(window);
     };
     send(&mut window, 1);
@@ -407,9 +415,9 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
 fn a_path_is_typed_where_there_is_no_dialog() {
     let files = Files::new();
     let mut window = window(files.three());
-    let content = loopscope::app::FileContent::Bytes(std::sync::Arc::from(*b"picture"));
+    let content = loopscope::engine::FileContent::Bytes(std::sync::Arc::from(*b"picture"));
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::TypePathFor(content, "picture.png".to_owned()));
+    shell.send(Command::TypePathFor(content));
     settle(&mut window);
     let path = files.path("p.png");
     type_into(&mut window, "Save as", path.to_str().unwrap());
@@ -421,11 +429,15 @@ fn a_path_is_typed_where_there_is_no_dialog() {
 fn a_recording_is_tared_and_undone() {
     let files = Files::new();
     let mut window = window(files.three());
-    let first = |window: &Window| state(window).recordings.entries()[0].recording.gauges()[0];
+    let first = |window: &Window| {
+        state(window).project().recordings.entries()[0]
+            .recording
+            .gauges()[0]
+    };
     let before = first(&window);
     wait(&mut window, 10);
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::Tare(vec![0], recording::Tare::Stretch(0.0, 0.0)));
+    shell.send(Action::Tare(vec![0], recording::Tare::Stretch(0.0, 0.0)));
     settle(&mut window);
     assert_eq!(first(&window), 0.0, "the first sample alone is the tare");
     wait(&mut window, 10);

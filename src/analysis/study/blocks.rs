@@ -104,7 +104,7 @@ impl Study {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
             let training = || {
-                let entries = self.ground.entries.iter();
+                let entries = self.data.entries.iter();
                 let own = entries.filter(|entry| entry.role == Role::Train);
                 own.map(|entry| &*entry.recording)
             };
@@ -143,7 +143,7 @@ impl Bench {
         candidates: &[f64],
         measure: Measure,
     ) -> Result<Self, AnalysisError> {
-        let (ground, blank) = (&study.ground, &study.blank);
+        let (data, blank) = (&study.data, &study.blank);
         let weights = measure
             .weights(&study.scale())
             .ok_or(NoSuggestion::NoAxis)?;
@@ -151,14 +151,14 @@ impl Bench {
         features
             .check_columns(blank.gauges.len())
             .map_err(crate::calibration::SettingsError::from)?;
-        let past: Vec<_> = (ground.entries.par_iter().zip(ground.paths()))
+        let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
             .map(|(entry, path)| past_samples(&features, path, &entry.recording))
             .collect();
         let design = Design {
             features,
             ..blank.design()
         };
-        let sums = ground.sums(&design, &past, blank.axes.len());
+        let sums = data.sums(&design, &past, blank.axes.len());
         let own = design.sets_of(block);
         let is_other = |at: &usize| own.iter().all(|set| !set.contains(at));
         let others: Vec<usize> = design.all().into_iter().filter(is_other).collect();
@@ -172,7 +172,7 @@ impl Bench {
             ridge: study.settings.ridge,
             part_samples,
             kinds: design.kinds(),
-            known: ground.map.standardised(&design),
+            known: data.map.standardised(&design),
         })
     }
 

@@ -8,7 +8,7 @@ mod thresholds;
 
 use std::sync::Arc;
 
-use crate::analysis::ground::{Ground, in_role};
+use crate::analysis::dataset::{Dataset, Datasets, Key, Paths, in_role};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, FitSettings};
 use crate::evaluation::left_out::fewest_samples_without_a_part;
@@ -27,7 +27,8 @@ const AGE_BINS: usize = 30;
 /// Recordings and settings with all that no threshold changes.
 #[derive(Debug)]
 pub struct Study {
-    ground: Ground,
+    data: Arc<Dataset>,
+    paths: Paths,
     /// The settings in a calibration without a map: axes, full scales, gauges' scale.
     blank: Calibration,
     settings: FitSettings,
@@ -38,7 +39,8 @@ impl Study {
     ///
     /// # Errors
     /// [`AnalysisError`] where nothing can be fitted, or somebody asked to stop.
-    pub fn lay(
+    pub fn prepare(
+        datasets: &Datasets,
         recordings: Arc<RecordingSet>,
         settings: FitSettings,
         progress: &Progress,
@@ -49,12 +51,13 @@ impl Study {
         }
         let request = Request::fit(recordings, settings);
         // Its steps are not those that whoever watches counts.
-        let mut ground = Ground::lay(&request, &progress.part())?;
-        let blank = ground.blank_calibration(&request.settings)?;
-        ground.lay_paths(&blank.distance_weights());
+        let data = datasets.get(&Key::of(&request), &progress.part())?;
+        let blank = data.blank_calibration(&request.settings)?;
+        let paths = data.paths(&blank.distance_weights());
         progress.check()?;
         Ok(Self {
-            ground,
+            data,
+            paths,
             blank,
             settings: request.settings,
         })
@@ -102,7 +105,7 @@ impl Study {
             ..thresholds
         };
         let mut touch = Touch::new(thresholds.t_th_secs, AGE_BINS);
-        for (entry, path) in self.ground.entries.iter().zip(self.ground.paths()) {
+        for (entry, path) in self.data.entries.iter().zip(&*self.paths) {
             if entry.role == Role::Train {
                 let times = entry.recording.times();
                 let past = path.past_samples(times, unlimited);
@@ -115,7 +118,7 @@ impl Study {
     /// The mean hysteresis of the training recordings.
     #[must_use]
     pub fn mean_hysteresis(&self) -> MeanHysteresis {
-        let runs: Vec<HysteresisRun<'_>> = (self.ground.entries.iter().zip(&self.ground.loads))
+        let runs: Vec<HysteresisRun<'_>> = (self.data.entries.iter().zip(&self.data.loads))
             .filter(|(entry, _)| entry.role == Role::Train)
             .map(|(entry, conventional)| HysteresisRun {
                 reference: entry.recording.loads(),
@@ -127,7 +130,7 @@ impl Study {
 
     /// Whether blocks are left out in turn, since there are too few training recordings.
     fn parts_are_blocks(&self) -> bool {
-        in_role(&self.ground.entries, Role::Train).len()
+        in_role(&self.data.entries, Role::Train).len()
             < crate::evaluation::cross_validation::FEWEST_RECORDINGS
     }
 }

@@ -34,7 +34,13 @@ fn map_of(
     t_ths_secs: &[f64],
 ) -> ThresholdMap {
     let progress = Progress::default();
-    let study = Study::lay(Arc::clone(recordings), settings.clone(), &progress).unwrap();
+    let study = Study::prepare(
+        &Datasets::default(),
+        Arc::clone(recordings),
+        settings.clone(),
+        &progress,
+    )
+    .unwrap();
     let grid = ThresholdGrid::new(f_ths.to_vec(), t_ths_secs.to_vec()).unwrap();
     study.threshold_map(&grid, &progress, &|_| {}).unwrap()
 }
@@ -180,7 +186,13 @@ fn where_the_past_never_differs_the_errors_are_exactly_conventional() {
 #[test]
 fn rows_are_told_once_each_and_make_up_the_map() {
     let told = Mutex::new(None::<ThresholdMap>);
-    let study = Study::lay(some(30), settings(|_| {}), &Progress::default()).unwrap();
+    let study = Study::prepare(
+        &Datasets::default(),
+        some(30),
+        settings(|_| {}),
+        &Progress::default(),
+    )
+    .unwrap();
     let f_ths = (0..9).map(f64::from).collect();
     let grid = ThresholdGrid::new(f_ths, vec![1.0, 5.0]).unwrap();
     let progress = Progress::default();
@@ -204,7 +216,13 @@ fn rows_are_told_once_each_and_make_up_the_map() {
 
 #[test]
 fn a_map_that_is_cancelled_ends_after_the_row_it_is_at() {
-    let study = Study::lay(some(30), settings(|_| {}), &Progress::default()).unwrap();
+    let study = Study::prepare(
+        &Datasets::default(),
+        some(30),
+        settings(|_| {}),
+        &Progress::default(),
+    )
+    .unwrap();
     let grid = ThresholdGrid::new((0..200).map(f64::from).collect(), vec![5.0]).unwrap();
     let progress = Progress::default();
     let rows = Mutex::new(0);
@@ -231,7 +249,7 @@ fn test_recordings_take_no_part_in_any_suggestion() {
     let suggested = |set: Arc<RecordingSet>| {
         let map = map_of(&set, &settings(|_| {}), &[0.0, 1.5, 3.0, 6.0], &[5.0, 15.0]);
         let progress = Progress::default();
-        let study = Study::lay(set, settings(|_| {}), &progress).unwrap();
+        let study = Study::prepare(&Datasets::default(), set, settings(|_| {}), &progress).unwrap();
         let block = |block| {
             study
                 .suggest_block(block, Measure::Forces, &progress)
@@ -258,8 +276,13 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
     for n in [1, 12] {
         let mut set = RecordingSet::default();
         set.push(Entry::new(short(n), Role::Train)).unwrap();
-        let study =
-            Study::lay(Arc::new(set), FitSettings::default(), &Progress::default()).unwrap();
+        let study = Study::prepare(
+            &Datasets::default(),
+            Arc::new(set),
+            FitSettings::default(),
+            &Progress::default(),
+        )
+        .unwrap();
         let grid = ThresholdGrid::new(vec![3.0], vec![15.0]).unwrap();
         let result = study.threshold_map(&grid, &Progress::default(), &|_| {});
         assert!(matches!(result, Err(AnalysisError::TooShort { .. })), "{n}");
@@ -267,7 +290,12 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
         assert!(matches!(block, Err(AnalysisError::TooShort { .. })), "{n}");
     }
     let untrained = Arc::new(RecordingSet::default());
-    let laid = Study::lay(untrained, FitSettings::default(), &Progress::default());
+    let laid = Study::prepare(
+        &Datasets::default(),
+        untrained,
+        FitSettings::default(),
+        &Progress::default(),
+    );
     assert!(matches!(laid, Err(AnalysisError::NoRecordings)));
 }
 
@@ -277,7 +305,13 @@ fn a_suggested_list_keeps_what_it_promises() {
     let recordings = some(12);
     let plain = settings(|s| s.features = FeatureSettings::present());
     let progress = Progress::default();
-    let study = Study::lay(Arc::clone(&recordings), plain.clone(), &progress).unwrap();
+    let study = Study::prepare(
+        &Datasets::default(),
+        Arc::clone(&recordings),
+        plain.clone(),
+        &progress,
+    )
+    .unwrap();
     for block in [&Play as HistoryBlock, &Creep] {
         let found = study
             .suggest_block(block, Measure::FullScale, &progress)
@@ -308,7 +342,13 @@ fn a_suggested_list_keeps_what_it_promises() {
 #[test]
 fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-    let study = Study::lay(recordings, FitSettings::default(), &Progress::default()).unwrap();
+    let study = Study::prepare(
+        &Datasets::default(),
+        recordings,
+        FitSettings::default(),
+        &Progress::default(),
+    )
+    .unwrap();
     let found = study.mean_hysteresis();
     assert!((found.value.unwrap() - 2.64).abs() < 0.5, "{found:?}");
     assert!(!found.rests_on_few());

@@ -97,7 +97,7 @@ impl<'a> Rows<'a> {
         grid: &'a ThresholdGrid,
         progress: &Progress,
     ) -> Result<Self, AnalysisError> {
-        let (ground, blank) = (&study.ground, &study.blank);
+        let (data, blank) = (&study.data, &study.blank);
         let mut design = blank.design();
         if design.features.look_backs.is_empty() {
             design.features.look_backs = vec![study.present_thresholds()];
@@ -107,8 +107,8 @@ impl<'a> Rows<'a> {
             .check_columns(blank.gauges.len())
             .map_err(crate::calibration::SettingsError::from)?;
         let n_axes = blank.axes.len();
-        let pieces = ground.pieces();
-        let lists = ground.entries.iter().zip(&pieces);
+        let pieces = data.pieces();
+        let lists = data.entries.iter().zip(&pieces);
         let n_lists: usize = lists
             .filter(|(entry, _)| takes_part(entry))
             .map(|(_, pieces)| pieces.len())
@@ -124,7 +124,7 @@ impl<'a> Rows<'a> {
         }
         let further = further_past(study, &design.features, progress)?;
         progress.check()?;
-        let unmoved: Vec<Vec<Vec<u32>>> = (ground.entries.iter().zip(&further))
+        let unmoved: Vec<Vec<Vec<u32>>> = (data.entries.iter().zip(&further))
             .map(|(entry, further)| {
                 let own: Vec<u32> = (0..entry.recording.n_samples() as u32).collect();
                 std::iter::once(own)
@@ -137,9 +137,9 @@ impl<'a> Rows<'a> {
             test,
             of_recordings,
             ..
-        } = ground.sums(&design, &unmoved, n_axes);
-        let scorer = Scorer::new(&design, &ground.map, parts, test, study.settings.ridge)
-            .with_ridge_by(ground.recordings_left_out(&of_recordings));
+        } = data.sums(&design, &unmoved, n_axes);
+        let scorer = Scorer::new(&design, &data.map, parts, test, study.settings.ridge)
+            .with_ridge_by(data.recordings_left_out(&of_recordings));
         check_parts(&scorer.part_samples(), design.n_columns())?;
         Ok(Self {
             study,
@@ -152,25 +152,25 @@ impl<'a> Rows<'a> {
     }
 
     fn row(&self, f_th: f64, progress: &Progress) -> Result<Vec<PointScores>, Cancelled> {
-        let ground = &self.study.ground;
+        let data = &self.study.data;
         let t_ths_secs = self.grid.t_ths_secs();
         let thresholds = Thresholds {
             f_th,
             t_th_secs: self.grid.longest_secs(),
         };
-        let aged: Vec<Vec<AgedSums>> = (ground.entries.par_iter().enumerate())
+        let aged: Vec<Vec<AgedSums>> = (data.entries.par_iter().enumerate())
             .map(|(at, entry)| {
                 progress.check()?;
                 if !takes_part(entry) {
                     return Ok(Vec::new());
                 }
-                let past = ground.paths()[at].past_samples(entry.recording.times(), thresholds);
+                let past = self.study.paths[at].past_samples(entry.recording.times(), thresholds);
                 let ages = ThresholdAges {
                     past: &past,
                     further: &self.further[at],
                     t_ths_secs,
                 };
-                let (loads, pieces) = (&ground.loads[at], &self.pieces[at]);
+                let (loads, pieces) = (&data.loads[at], &self.pieces[at]);
                 Ok(aged_sums(
                     &entry.recording,
                     &self.design,
@@ -181,7 +181,7 @@ impl<'a> Rows<'a> {
             })
             .collect::<Result<_, Cancelled>>()?;
         let (mut parts, mut test, mut n_training) = (Vec::new(), Vec::new(), 0);
-        for ((entry, pieces), aged) in ground.entries.iter().zip(&self.pieces).zip(aged) {
+        for ((entry, pieces), aged) in data.entries.iter().zip(&self.pieces).zip(aged) {
             match entry.role {
                 Role::Train => {
                     let pieces = pieces.iter().zip(aged);
@@ -202,8 +202,8 @@ fn further_past(
     features: &FeatureSettings,
     progress: &Progress,
 ) -> Result<Vec<Vec<Vec<u32>>>, Cancelled> {
-    let ground = &study.ground;
-    (ground.entries.par_iter().zip(ground.paths()))
+    let data = &study.data;
+    (data.entries.par_iter().zip(&*study.paths))
         .map(|(entry, path)| {
             progress.check()?;
             let further = features.look_backs[1..].iter();

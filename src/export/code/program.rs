@@ -3,13 +3,15 @@
 //! Guarantees: exact but for rounding. Gauges count from a centre near their mean that single precision holds exactly, and
 //! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
 
+use serde::Serialize;
+
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
 use crate::features::{Column, Design, Rows, Source};
 
 /// The steps of one update, with their numbers.
 ///
 /// A *row* is: gauges less centre; for each history one set of gauges less the present gauges; monomials. The load is `linear` of the row plus what was `learned`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
     /// On gauges less centre.
@@ -18,10 +20,10 @@ pub(in crate::export) struct Program {
     pub look_backs: Vec<(f64, f64)>,
     /// The axes that the look-back measures, with what their load is multiplied by.
     pub measured: Vec<(usize, f64)>,
-    window_secs: f64,
-    keeps_samples: bool,
-    /// The other blocks, each with the number of its values.
-    pub blocks: Vec<(usize, Source)>,
+    /// How long the past is kept (s); zero where no block needs it.
+    pub window_secs: f64,
+    /// The other blocks.
+    pub blocks: Vec<RunBlock>,
     /// What makes standardised gauges of gauges less centre: factor and constant.
     pub standardise: Vec<(f64, f64)>,
     pub n_columns: usize,
@@ -29,15 +31,22 @@ pub(in crate::export) struct Program {
     pub learned: Option<LearnedProgram>,
 }
 
+/// A block with the number of its values.
+#[derive(Clone, Debug, Serialize)]
+pub(in crate::export) struct RunBlock {
+    pub sets: usize,
+    pub source: Source,
+}
+
 /// `load = matrix · row + base`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Affine {
     pub matrix: Vec<Vec<f64>>,
     pub base: Vec<f64>,
 }
 
 /// What is added to the linear part; its inputs are `row · factor + constant`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct LearnedProgram {
     pub inputs: Vec<(f64, f64)>,
     pub regression: Learned,
@@ -58,8 +67,10 @@ impl Program {
             scale,
             standardise: &standardise,
         };
-        let used = features.blocks.used();
-        let blocks = used.map(|(block, values)| (values.len(), block.source(values, &rows)));
+        let blocks = features.blocks.used().map(|(block, values)| RunBlock {
+            sets: values.len(),
+            source: block.source(values, &rows),
+        });
         let blocks: Vec<_> = blocks.collect();
         let mut measured: Vec<(usize, f64)> = calibration
             .distance_weights()
@@ -79,7 +90,6 @@ impl Program {
                 .collect(),
             measured,
             window_secs: features.window_secs(),
-            keeps_samples: !features.look_backs.is_empty() || features.window_secs() > 0.0,
             blocks,
             standardise,
             n_columns,
@@ -97,14 +107,9 @@ impl Program {
         program
     }
 
-    /// How long the past is kept (s); zero where no block needs it.
-    pub fn window_secs(&self) -> f64 {
-        self.window_secs
-    }
-
     /// Whether samples are kept.
     pub fn keeps_samples(&self) -> bool {
-        self.keeps_samples
+        !self.look_backs.is_empty() || self.window_secs > 0.0
     }
 
     /// Multiplications of one update beside the search; the search visits the kept samples at worst.

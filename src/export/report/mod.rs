@@ -3,7 +3,6 @@
 //! Guarantees: well-formed markup, whatever names files have; no script, and nothing that is fetched from elsewhere; what
 //! could not be computed is said in its place.
 
-mod date;
 mod figures;
 mod markup;
 mod metrology;
@@ -13,7 +12,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
 
-pub use self::date::utc;
+use jiff::Timestamp;
+
 use self::markup::Markup;
 use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, FactoryScores, UsedRecording};
@@ -94,6 +94,13 @@ pub struct ReportErrors {
 /// [`WriteError`] if the file cannot be written.
 pub fn write_report(path: &Path, report: &ReportData) -> Result<(), WriteError> {
     write_atomically(path, |out| out.write_all(html(report).as_bytes()))
+}
+
+/// A time to the minute, as ISO 8601 writes it; one beyond all calendars is 1970.
+#[must_use]
+pub fn utc(time: SystemTime) -> String {
+    let time = Timestamp::try_from(time).unwrap_or_default();
+    time.strftime("%Y-%m-%d %H:%M UTC").to_string()
 }
 
 const STYLE: &str = include_str!("style.css");

@@ -1,11 +1,12 @@
 //! The tables of a report: what it is about, how good it is, what it was made of, and the matrices.
 
 use super::markup::Markup;
-use super::{ReportData, ReportRecording, date};
-use crate::calibration::{Calibration, Learned, LinearMap};
+use super::{ReportData, ReportRecording, utc};
+use crate::calibration::{Calibration, LinearMap};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::features::{BLOCKS, Distance, Thresholds};
+use crate::export::facts::settings_of;
+use crate::features::Distance;
 use crate::recording::Role;
 use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note};
 
@@ -30,7 +31,7 @@ pub(super) fn head(report: &ReportData, page: &mut Markup) {
         "LoopScope {}, {}. The calibration was made by {} and {kind} {} recordings, {train} of them to train on and {test} to \
          test on. Their files stand at the end.",
         env!("CARGO_PKG_VERSION"),
-        date::utc(report.made),
+        utc(report.made),
         calibration.program,
         report.recordings.len(),
     ));
@@ -163,96 +164,32 @@ pub(super) fn settings(report: &ReportData, page: &mut Markup) {
 }
 
 fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
-    let features = &calibration.features;
     let quality = &calibration.quality;
-    let look_backs: Vec<String> = (features.look_backs.iter())
-        .map(|Thresholds { f_th, t_th_secs }| {
-            format!("{}, t_th {t_th_secs} s", features.distance.in_words(*f_th))
-        })
-        .collect();
-    let per_axis = |values: &[f64]| -> String {
-        let axes = calibration.axes.iter().zip(values);
-        let texts = axes.map(|(axis, value)| format!("{} {value}", axis.symbol()));
-        texts.collect::<Vec<_>>().join(", ")
-    };
     let ridge = match quality.ridge.iter().any(|strength| *strength > 0.0) {
-        true => per_axis(&quality.ridge),
+        true => {
+            let axes = calibration.axes.iter().zip(&quality.ridge);
+            let texts = axes.map(|(axis, value)| format!("{} {value}", axis.symbol()));
+            texts.collect::<Vec<_>>().join(", ")
+        }
         false => "none".to_owned(),
     };
-    let full_scale: Vec<String> = (calibration.axes.iter().zip(&calibration.full_scale))
-        .map(|(axis, full)| {
-            format!(
-                "{} {} {}",
-                axis.symbol(),
-                significant(*full, 5),
-                axis.unit()
-            )
-        })
-        .collect();
     let condition = quality.condition;
-    let mut rows = vec![
-        ("Regressor", regressor(calibration)),
-        (
-            "Look-back",
-            match look_backs.is_empty() {
-                true => "none".to_owned(),
-                false => look_backs.join("; "),
-            },
-        ),
-        (
-            "F_th is measured over",
-            match features.distance {
-                Distance::Force => "the force axes, in newtons",
-                Distance::FullScale => "all axes, each divided by its full scale",
-            }
-            .to_owned(),
-        ),
-    ];
-    rows.extend(BLOCKS.iter().copied().map(|block| {
-        let setting = block.setting();
-        (setting.label, setting.in_words(features.blocks.of(block)))
-    }));
+    let condition = condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4));
+    let n_features = calibration.columns().len();
+    let distance = match calibration.features.distance {
+        Distance::Force => "the force axes, in newtons",
+        Distance::FullScale => "all axes, each divided by its full scale",
+    };
+    let mut rows = settings_of(calibration);
     rows.extend([
-        ("Ridge", ridge),
+        ("F_th is measured over", distance.to_owned()),
+        ("ridge", ridge),
         (
-            "Offset",
-            match calibration.offset {
-                true => "in the model",
-                false => "none",
-            }
-            .to_owned(),
-        ),
-        (
-            "Samples",
-            format!(
-                "{} fitted (one of every {}), {} tested",
-                quality.n_train, calibration.decimation, quality.n_test
-            ),
-        ),
-        ("Full scale", full_scale.join(", ")),
-        ("Gauges", calibration.gauges.join(", ")),
-        (
-            "Rank and condition number",
-            format!(
-                "{} of {} features, {}",
-                quality.rank,
-                calibration.feature_names().len(),
-                condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4))
-            ),
+            "rank and condition number",
+            format!("{} of {n_features} features, {condition}", quality.rank),
         ),
     ]);
     rows
-}
-
-fn regressor(calibration: &Calibration) -> String {
-    let label = calibration.regressor.label();
-    match &calibration.learned {
-        None => label.to_owned(),
-        Some(Learned::Network(network)) => {
-            format!("{label}, {} weights", network.n_parameters())
-        }
-        Some(Learned::Kernel(kernel)) => format!("{label}, {} landmarks", kernel.landmarks.len()),
-    }
 }
 
 pub(super) fn matrices(report: &ReportData, page: &mut Markup) {

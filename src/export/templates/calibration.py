@@ -1,8 +1,8 @@
 # A calibration of a force/torque sensor: gauges in, load out, one sample at a time. Needs NumPy.
 #
-@for facts
-# @{fact}
-@end
+{% for fact in facts %}
+# {{ fact|comment }}
+{% endfor %}
 #
 # Use:
 #
@@ -17,55 +17,57 @@
 #     OK         the load is that of this sample.
 #     RESTARTED  so it is, but the history starts anew with it, as in a new state; the zero of `bias` is kept.
 #     REJECTED   there is no load but NaN, and nothing is remembered of the sample: a number in it is not finite, or
-#                its time is before the last or more than @{leap_secs} s after it. After @{strays} such times in a row
+#                its time is before the last or more than {{ leap_secs|number }} s after it. After {{ strays }} such times in a row
 #                the clock counts as set anew: the last of them restarts. The same time again is no time gone by.
 #
-# Cost of an update: @{products} multiplications@{search_cost}.
+# Cost of an update: {{ products }} multiplications{{ search_cost }}.
 
 import numpy as np
 
-GAUGES = @{n_gauges}
-AXES = @{n_axes}
+GAUGES = {{ n_gauges }}
+AXES = {{ n_axes }}
 OK, RESTARTED, REJECTED = range(3)
-LEAP_SECS = @{leap_secs}  # a time further after the last than this is off the clock ...
-STRAYS = @{strays}  # ... and so many such times in a row are a clock that was set anew
+LEAP_SECS = {{ leap_secs|number }}  # a time further after the last than this is off the clock ...
+STRAYS = {{ strays }}  # ... and so many such times in a row are a clock that was set anew
 
-CENTRE = np.array(@{centre})
-CONVENTIONAL = np.array(@{conventional})
-CONVENTIONAL_BASE = np.array(@{conventional_base})
-@if look_back
-MEASURED_AXIS = np.array(@{measured_axis})
-MEASURED_WEIGHT = np.array(@{measured_weight})
-F_TH_SQUARED = @{f_th_squared}
-T_TH_SECS = @{t_th_secs}
-@end
-@for constants
-@{declaration} = np.array(@{numbers})
-@end
-@if linear
-LINEAR = np.array(@{linear_matrix})
-LINEAR_BASE = np.array(@{linear_base})
-@end
-@if learned
-INPUT_FACTOR = np.array(@{input_factor})
-INPUT_CONSTANT = np.array(@{input_constant})
-@end
-@if network
+CENTRE = np.array({{ centre|numbers }})
+CONVENTIONAL = np.array({{ conventional.matrix|rows }})
+CONVENTIONAL_BASE = np.array({{ conventional.base|numbers }})
+{% if look_backs %}
+MEASURED_AXIS = np.array({{ measured|map(attribute=0)|indices }})
+MEASURED_WEIGHT = np.array({{ measured|map(attribute=1)|numbers }})
+F_TH_SQUARED = {{ look_backs|map(attribute=0)|numbers }}
+T_TH_SECS = {{ look_backs|map(attribute=1)|numbers }}
+{% endif %}
+{% for block in blocks %}
+{% for constant in block.source.constants %}
+{{ constant.name|upper }} = np.array({{ constant.numbers|rows if constant.numbers[0] is sequence else constant.numbers|numbers }})
+{% endfor %}
+{% endfor %}
+{% if linear %}
+LINEAR = np.array({{ linear.matrix|rows }})
+LINEAR_BASE = np.array({{ linear.base|numbers }})
+{% endif %}
+{% if learned %}
+INPUT_FACTOR = np.array({{ learned.inputs|map(attribute=0)|numbers }})
+INPUT_CONSTANT = np.array({{ learned.inputs|map(attribute=1)|numbers }})
+{% endif %}
+{% if network %}
 LAYERS = [  # weights (one row for each input), biases
-@for layers
-    (np.array(@{weights}).reshape(@{inputs}, @{outputs}),
-     np.array(@{biases})),
-@end
+{% for layer in layers %}
+    (np.array({{ layer.weights|weights }}).reshape({{ layer.inputs }}, {{ layer.biases|length }}),
+     np.array({{ layer.biases|weights }})),
+{% endfor %}
 ]
-TARGET_SCALE = np.array(@{target_scale})
-TARGET_SHIFT = np.array(@{target_shift})
-@end
-@if kernel
-LANDMARKS = np.array(@{landmarks})
-KERNEL_WEIGHTS = np.array(@{kernel_weights})
-KERNEL_OFFSET = np.array(@{kernel_offset})
-KERNEL_FACTOR = @{kernel_factor}
-@end
+TARGET_SCALE = np.array({{ network.target_scale|numbers }})
+TARGET_SHIFT = np.array({{ network.target_shift|numbers }})
+{% endif %}
+{% if kernel %}
+LANDMARKS = np.array({{ kernel.landmarks|rows }})
+KERNEL_WEIGHTS = np.array({{ kernel.weights|rows }})
+KERNEL_OFFSET = np.array({{ kernel.offset|numbers }})
+KERNEL_FACTOR = {{ kernel_factor|number }}
+{% endif %}
 
 
 class State:
@@ -80,15 +82,15 @@ class State:
         self.load_zero = np.zeros(AXES)
         self.conventional_zero = np.zeros(AXES)
         self.started = False
-@if ring
+{% if ring %}
         # The kept samples stand one after another; when the room is full, the old ones are dropped or the room is doubled.
         self.kept = 0
         self.times = np.empty(1024)
         self.gauges = np.empty((1024, GAUGES))
-@end
-@if look_back
+{% endif %}
+{% if look_backs %}
         self.points = np.empty((1024, len(MEASURED_AXIS)))
-@end
+{% endif %}
 
     def bias(self):
         """Tares: from now on the load of the last sample that was not rejected counts as zero. The past is kept."""
@@ -120,41 +122,41 @@ class State:
             return REJECTED
         self.strays = 0
         self.started = False
-@if ring
+{% if ring %}
         self.kept = 0
-@end
+{% endif %}
         return RESTARTED
 
     def _take(self, time, present):
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges less centre, then for each history gauges less the present ones, then monomials.
         row = [present]
-@if ring
+{% if ring %}
         self._keep(time, present)
-@end
-@if look_back
+{% endif %}
+{% if look_backs %}
         for f_th_squared, t_th_secs in zip(F_TH_SQUARED, T_TH_SECS):
             row.append(self.gauges[self._past(time, f_th_squared, t_th_secs)] - present)
-@end
-@for updates
-@{code}
-@end
+{% endif %}
+{% for block in blocks %}
+{{ block.source.python.update|filled(block.sets) }}
+{% endfor %}
         self.load = _answer(np.concatenate(row))
-@if ring
+{% if ring %}
 
     def _keep(self, time, present):
         if self.kept == len(self.times):
             self._make_room(time)
         self.times[self.kept] = time
         self.gauges[self.kept] = present
-@if look_back
+{% if look_backs %}
         self.points[self.kept] = self.conventional[MEASURED_AXIS] * MEASURED_WEIGHT
-@end
+{% endif %}
         self.kept += 1
 
     def _make_room(self, time):
         # One sample older than the window stays: a lag may still fall right after it.
-        old = max(np.searchsorted(self.times, time - @{window_secs}) - 2, 0)
+        old = max(np.searchsorted(self.times, time - {{ window_secs|number }}) - 2, 0)
         size = len(self.times) * (2 if old < self.kept // 2 else 1)
         self.kept -= old
 
@@ -165,11 +167,11 @@ class State:
 
         self.times = moved(self.times)
         self.gauges = moved(self.gauges)
-@if look_back
+{% if look_backs %}
         self.points = moved(self.points)
-@end
-@end
-@if look_back
+{% endif %}
+{% endif %}
+{% if look_backs %}
 
     def _past(self, time, f_th_squared, t_th_secs):
         """Going back, the first sample that differs by F_th and is no older than t_th; else the newest."""
@@ -184,34 +186,34 @@ class State:
                 return start + found[-1]
             end = start
         return self.kept - 1
-@end
-@for functions
+{% endif %}
+{% for block in blocks if block.source.python.functions %}
 
-@{code}
-@end
+{{ block.source.python.functions|filled(block.sets) }}
+{% endfor %}
 
 
 def _answer(row):
-@if linear
+{% if linear %}
     load = LINEAR_BASE + LINEAR @ row
-@end
-@if !linear
+{% endif %}
+{% if not linear %}
     load = np.zeros(AXES)
-@end
-@if learned
+{% endif %}
+{% if learned %}
     row = row * INPUT_FACTOR + INPUT_CONSTANT
-@end
-@if network
+{% endif %}
+{% if network %}
     for at, (weights, biases) in enumerate(LAYERS):
         row = row @ weights + biases
         if at + 1 < len(LAYERS):
             row = np.maximum(row, 0.0)
     load = load + TARGET_SHIFT + TARGET_SCALE * row
-@end
-@if kernel
+{% endif %}
+{% if kernel %}
     similarities = np.exp(KERNEL_FACTOR * np.square(LANDMARKS - row).sum(axis=1))
     load = load + KERNEL_OFFSET + KERNEL_WEIGHTS @ similarities
-@end
+{% endif %}
     return load
 
 

@@ -3,17 +3,14 @@
 //! Guarantees: rows are made as they are written, so the loads of one recording at a time are in memory; numbers are
 //! written so that reading them gives the same value.
 
-#[cfg(feature = "parquet")]
-mod parquet;
-
 use std::io;
 use std::ops::Range;
 use std::path::Path;
 
 use super::{WriteError, write_atomically};
 use crate::calibration::{AppliedLoads, Calibration};
+use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
-use crate::recording::write_csv::CsvWriter;
 use crate::recording::{Axis, Recording};
 
 /// How traces are written.
@@ -107,7 +104,7 @@ fn write_traces_parquet(
 ) -> io::Result<()> {
     let recordings = stretches.iter().map(|stretch| stretch.recording);
     let columns = Columns::of(calibration, recordings, &KINDS);
-    let mut table = parquet::ParquetTable::new(&columns.head(), out)?;
+    let mut table = crate::formats::parquet::ParquetTable::new(&columns.head(), out)?;
     let mut row = Vec::new();
     for_each(calibration, stretches, progress, |part| {
         columns.fill(part.recording, part.loads, part.sample, &mut row);

@@ -72,13 +72,13 @@ impl Block for Creep {
 
 const C: &str = "
         int at;
-        for (at = 0; at < @{sets}; at++) {
+        for (at = 0; at < {{ sets }}; at++) {
             double share = s->started ? -expm1((s->time - time) / c->tau_secs[at]) : 1.0;
-            for (g = 0; g < @{n_gauges}; g++) {
+            for (g = 0; g < {{ n_gauges }}; g++) {
                 double state = s->started ? s->creep[at][g] : (double)row[g];
                 state += share * ((double)row[g] - state);
                 s->creep[at][g] = state;
-                *next++ = (@{prefix}_real)(state - (double)row[g]);
+                *next++ = ({{ prefix }}_real)(state - (double)row[g]);
             }
         }
 ";

@@ -76,28 +76,28 @@ impl Block for FixedLag {
 
 const C_FUNCTIONS: &str = "
 /* Where the sample stands that came so many before the newest. */
-static inline long @{prefix}_slot(const @{prefix}_state *s, long back)
+static inline long {{ prefix }}_slot(const {{ prefix }}_state *s, long back)
 {
-    return s->newest >= back ? s->newest - back : s->newest - back + (long)@{PREFIX}_RING;
+    return s->newest >= back ? s->newest - back : s->newest - back + (long){{ PREFIX }}_RING;
 }
 
 /* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
-static inline void @{prefix}_lagged(@{prefix}_state *s, int lag, double wanted, @{prefix}_real *out)
+static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, double wanted, {{ prefix }}_real *out)
 {
     long behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
     int g;
-    while (behind > 0 && s->times[@{prefix}_slot(s, behind)] <= wanted)
+    while (behind > 0 && s->times[{{ prefix }}_slot(s, behind)] <= wanted)
         behind--;
     s->behind[lag] = behind;
     if (behind + 1 >= s->kept) {
-        for (g = 0; g < @{n_gauges}; g++)
+        for (g = 0; g < {{ n_gauges }}; g++)
             out[g] = 0;
     } else {
-        long older = @{prefix}_slot(s, behind + 1), younger = @{prefix}_slot(s, behind);
+        long older = {{ prefix }}_slot(s, behind + 1), younger = {{ prefix }}_slot(s, behind);
         double start = s->times[older], end = s->times[younger];
-        @{prefix}_real share = end > start ? (@{prefix}_real)((wanted - start) / (end - start)) : 0;
-        for (g = 0; g < @{n_gauges}; g++) {
-            @{prefix}_real before = s->gauges[older][g], after = s->gauges[younger][g];
+        {{ prefix }}_real share = end > start ? ({{ prefix }}_real)((wanted - start) / (end - start)) : 0;
+        for (g = 0; g < {{ n_gauges }}; g++) {
+            {{ prefix }}_real before = s->gauges[older][g], after = s->gauges[younger][g];
             out[g] = before + share * (after - before) - s->gauges[s->newest][g];
         }
     }
@@ -106,9 +106,9 @@ static inline void @{prefix}_lagged(@{prefix}_state *s, int lag, double wanted, 
 
 const C: &str = "
         int at;
-        for (at = 0; at < @{sets}; at++) {
-            @{prefix}_lagged(s, at, time - c->lag_secs[at], next);
-            next += @{n_gauges};
+        for (at = 0; at < {{ sets }}; at++) {
+            {{ prefix }}_lagged(s, at, time - c->lag_secs[at], next);
+            next += {{ n_gauges }};
         }
 ";
 

@@ -77,10 +77,10 @@ impl Block for Play {
 
 const C: &str = "
         int at;
-        for (at = 0; at < @{sets}; at++) {
-            for (g = 0; g < @{n_gauges}; g++) {
-                @{prefix}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
-                @{prefix}_real position = s->started ? s->play[at][g] : row[g];
+        for (at = 0; at < {{ sets }}; at++) {
+            for (g = 0; g < {{ n_gauges }}; g++) {
+                {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
+                {{ prefix }}_real position = s->started ? s->play[at][g] : row[g];
                 position = position > high ? high : position;
                 position = position < low ? low : position;
                 s->play[at][g] = position;

@@ -103,17 +103,17 @@ impl Block for Polynomial {
 }
 
 const C_SQUARES: &str = "
-        @{prefix}_real z[@{n_gauges}];
+        {{ prefix }}_real z[{{ n_gauges }}];
         int other;
-        for (g = 0; g < @{n_gauges}; g++)
+        for (g = 0; g < {{ n_gauges }}; g++)
             z[g] = row[g] * c->standard_factor[g] + c->standard_constant[g];
-        for (g = 0; g < @{n_gauges}; g++)
-            for (other = g; other < @{n_gauges}; other++)
+        for (g = 0; g < {{ n_gauges }}; g++)
+            for (other = g; other < {{ n_gauges }}; other++)
                 *next++ = z[g] * z[other];
 ";
 
 const C_CUBES: &str = "
-        for (g = 0; g < @{n_gauges}; g++)
+        for (g = 0; g < {{ n_gauges }}; g++)
             *next++ = z[g] * z[g] * z[g];
 ";
 

@@ -2,23 +2,20 @@
 
 use super::{LoopsPane, channel_name, channel_unit, for_print, rgb};
 use crate::analysis::loops::{Channel, CrossPicture};
-use crate::app::{AppState, Command};
+use crate::engine::Engine;
 use crate::report::figure::{Figure, Line, Scale};
+use crate::ui::command::Command;
 use crate::ui::palette::look_back;
 use crate::ui::plots::Zoom;
 
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    state: &AppState,
-    picture: Option<&CrossPicture>,
+    engine: &Engine,
+    picture: &CrossPicture,
     out: &mut Vec<Command>,
 ) {
-    let Some(picture) = picture else {
-        ui.weak("No cross-plot to draw yet.");
-        return;
-    };
-    let gauges = &state.recordings.layout().gauge_names;
+    let gauges = &engine.project().recordings.layout().gauge_names;
     let zoom = *pane.zoom();
     let drawing = drawing(picture, gauges, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, gauges, &for_print(), zoom);

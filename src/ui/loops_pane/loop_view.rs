@@ -1,16 +1,15 @@
 //! Loops of one axis, the width over the load, and the table of figures.
 
-use egui::RichText;
-
 use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPicture, Output, Up};
-use crate::app::{AppState, Command};
-use crate::evaluation::metrics::percent_change;
+use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
-use crate::ui::numbers::{percent, significant};
-use crate::ui::palette::{self, look_back};
-use crate::ui::plots;
+use crate::report::{LoopScale, Trace, loop_figures};
+use crate::ui::command::Command;
+use crate::ui::numbers::significant;
+use crate::ui::palette::look_back;
+use crate::ui::{plots, table};
 
 /// Height of the plot of widths.
 const WIDTHS_HEIGHT: f32 = 150.0;
@@ -18,15 +17,11 @@ const WIDTHS_HEIGHT: f32 = 150.0;
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    state: &AppState,
-    picture: Option<&LoopPicture>,
+    engine: &Engine,
+    picture: &LoopPicture,
     out: &mut Vec<Command>,
 ) {
-    let Some(picture) = picture else {
-        ui.weak("No loop to draw yet.");
-        return;
-    };
-    let gauges = &state.recordings.layout().gauge_names;
+    let gauges = &engine.project().recordings.layout().gauge_names;
     let view = View {
         picture,
         up: up_label(picture, gauges),
@@ -85,8 +80,10 @@ impl<'a> View<'a> {
     }
 
     fn across(&self) -> String {
-        let axis = self.picture.question.axis;
-        format!("{} Calc. [{}]", axis.symbol(), axis.unit())
+        self.picture
+            .question
+            .axis
+            .label_of(Trace::Calculated.label())
     }
 
     /// All branches thin, the loop that the figures are of above them.
@@ -197,105 +194,30 @@ impl<'a> View<'a> {
         if found.is_empty() {
             return;
         }
-        let (up, axis) = (self.unit(), self.picture.question.axis);
-        let scale = self.picture.output_scale;
-        let area_scale = scale * self.picture.full_scale;
-        let scale_name = match self.picture.question.up {
-            Up::Gauge(_) => "% of half its span",
-            Up::Load | Up::Error => "% FS",
+        let picture = self.picture;
+        let scale = LoopScale {
+            axis: picture.question.axis,
+            full_scale: picture.full_scale,
+            is_gauge: matches!(picture.question.up, Up::Gauge(_)),
+            output_scale: picture.output_scale,
         };
-        let area_unit = match self.picture.question.up {
-            Up::Gauge(_) => format!("raw·{}", axis.unit()),
-            Up::Load | Up::Error if axis.is_force() => "N²".to_owned(),
-            Up::Load | Up::Error => "N²·m²".to_owned(),
-        };
-        let mut lines = vec![titles(&found)];
-        egui::Grid::new("loop figures")
-            .striped(true)
-            .spacing([10.0, 3.0])
-            .show(ui, |ui| {
-                ui.label("");
-                for (output, _) in &found {
-                    let color = palette::rgb(color(*output, ui.visuals()));
-                    ui.label(RichText::new(name(*output)).color(color));
-                }
-                if found.len() == 2 {
-                    ui.label("change").on_hover_text("From Conv. to Comp.");
-                }
-                ui.end_row();
-                type Pick = fn(&LoopFigures) -> f64;
-                let rows: [(&str, &str, String, &str, f64, Pick); 3] = [
-                    (
-                        "Largest width",
-                        "Largest |falling − rising| at equal load",
-                        up.to_owned(),
-                        scale_name,
-                        scale,
-                        |one| one.largest_width,
-                    ),
-                    (
-                        "Mean width",
-                        "Mean |falling − rising| over the range of loads",
-                        up.to_owned(),
-                        scale_name,
-                        scale,
-                        |one| one.mean_width,
-                    ),
-                    (
-                        "Area",
-                        "What the loop encloses: positive where the output lags behind the load; in percent of full scale times full scale",
-                        area_unit,
-                        "% FS²",
-                        area_scale,
-                        |one| one.area,
-                    ),
-                ];
-                for (title, explanation, unit, percent_name, scale, pick) in rows {
-                    ui.label(format!("{title} [{unit}]")).on_hover_text(explanation);
-                    let values: Vec<f64> = found.iter().map(|(_, one)| pick(one)).collect();
-                    lines.push(line(&format!("{title} [{unit}]"), &values, 1.0));
-                    if scale > 0.0 {
-                        let name = format!("{title} [{percent_name}]");
-                        lines.push(line(&name, &values, 100.0 / scale));
-                    }
-                    for value in &values {
-                        ui.label(significant(*value, 4));
-                    }
-                    if let [before, after] = values[..] {
-                        ui.label(percent(percent_change(before.abs(), after.abs())));
-                    }
-                    ui.end_row();
-                    ui.weak(format!("  {percent_name}"));
-                    for value in &values {
-                        let share = (scale > 0.0).then(|| significant(100.0 * value / scale, 3));
-                        ui.weak(share.unwrap_or_else(|| "–".to_owned()));
-                    }
-                    ui.end_row();
-                }
-            });
+        let figures: Vec<_> = (found.iter())
+            .map(|(output, one)| {
+                let figures = [one.largest_width, one.mean_width, one.area];
+                (output.map(trace_of), figures)
+            })
+            .collect();
+        let figures = loop_figures(&figures, scale);
+        table::show(ui, &figures);
         if ui
             .button("Copy figures")
             .on_hover_text("As tab-separated text")
             .clicked()
         {
-            ui.copy_text(lines.join("\n"));
+            ui.copy_text(figures.tab_separated());
         }
         ui.add_space(4.0);
     }
-}
-
-/// The first line of the figures as text.
-fn titles(found: &[(Option<Output>, &LoopFigures)]) -> String {
-    let names = found.iter().map(|(output, _)| name(*output));
-    let cells: Vec<&str> = std::iter::once("").chain(names).collect();
-    cells.join("\t")
-}
-
-/// One line of the figures as text.
-fn line(title: &str, values: &[f64], factor: f64) -> String {
-    let values = values.iter().map(|value| significant(factor * value, 6));
-    let cells: Vec<String> = std::iter::once(title.to_owned()).chain(values).collect();
-    cells.join("\t")
 }
 
 /// The more lines lie over each other, the fainter each is, so that the thick ones stand out; one alone is seen all the same.
@@ -317,8 +239,8 @@ fn color(output: Option<Output>, visuals: &egui::Visuals) -> [u8; 3] {
 fn up_label(picture: &LoopPicture, gauges: &[String]) -> String {
     let axis = picture.question.axis;
     match picture.question.up {
-        Up::Load => format!("{} [{}]", axis.symbol(), axis.unit()),
-        Up::Error => format!("{} error [{}]", axis.symbol(), axis.unit()),
+        Up::Load => axis.label(),
+        Up::Error => axis.label_of("error"),
         Up::Gauge(gauge) => format!("{} [raw]", gauges.get(gauge).map_or("gauge", |name| name)),
     }
 }

@@ -1,14 +1,13 @@
 //! Where the load rests: the list, the chosen one's curve, its fitted exponential.
 
-use egui::RichText;
-
 use super::{LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{Output, RestCurve, RestPicture};
-use crate::app::Command;
-use crate::evaluation::holds::Drift;
 use crate::report::figure::{Figure, Line, Scale};
+use crate::report::{Cell, Column, Table, drifts};
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
+use crate::ui::table;
 
 /// Height of the list of rests.
 const LIST_HEIGHT: f32 = 170.0;
@@ -16,13 +15,13 @@ const LIST_HEIGHT: f32 = 170.0;
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    picture: Option<&RestPicture>,
+    picture: &RestPicture,
     out: &mut Vec<Command>,
 ) {
     // An answer to another time than the one that stands above is no answer to look at.
-    let Some(picture) = picture.filter(|own| own.question.hold_secs == pane.hold_secs) else {
+    if picture.question.hold_secs != pane.hold_secs {
         return;
-    };
+    }
     let curve = match &picture.curve {
         Ok(curve) => curve,
         Err(reason) => {
@@ -57,18 +56,21 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
         let copy = ui.small_button("Copy list");
         if copy.on_hover_text("As tab-separated text").clicked() {
             let rows = picture.rests.iter().enumerate().map(|(at, rest)| {
-                let place = &rest.place;
-                format!(
-                    "{}\t{}\t{}\t{}",
-                    place.name.replace(['\t', '\n'], " "),
-                    place.from_secs,
-                    place.to_secs,
-                    level(at)
-                )
+                let [from, to] = [rest.place.from_secs, rest.place.to_secs];
+                vec![
+                    Cell::words(&rest.place.name),
+                    Cell::digits(Some(from), 5),
+                    Cell::digits(Some(to), 5),
+                    Cell::words(level(at)),
+                ]
             });
-            let titles = "recording\tfrom [s]\tto [s]\tlevel".to_owned();
-            let lines: Vec<String> = std::iter::once(titles).chain(rows).collect();
-            ui.copy_text(lines.join("\n"));
+            let titles = ["recording", "from [s]", "to [s]", "level"];
+            let list = Table {
+                columns: titles.map(Column::words).to_vec(),
+                rows: rows.collect(),
+                ..Table::default()
+            };
+            ui.copy_text(list.tab_separated());
         }
     });
     egui::ScrollArea::vertical()
@@ -91,7 +93,6 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
 }
 
 fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
-    let unit = picture.question.axis.unit();
     let place = &picture.rests[picture.chosen].place;
     ui.strong(&place.name);
     ui.weak(format!(
@@ -99,50 +100,15 @@ fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
         significant(place.from_secs, 5),
         significant(place.to_secs, 5)
     ));
-    let heads = Output::ALL.map(|output| trace_of(output).label());
-    let mut lines = vec![format!("drift\t{}", heads.join("\t"))];
-    egui::Grid::new("drift").striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
-        ui.label("");
-        for output in Output::ALL {
-            let trace = trace_of(output);
-            ui.label(RichText::new(trace.label()).color(trace.color(ui.visuals())));
-        }
-        ui.end_row();
-        type Said = fn(&Drift) -> String;
-        let rows: [(&str, &str, Said); 3] = [
-            (
-                "Drift",
-                "Change of output − load from the beginning of the rest to its end, on the fitted exponential",
-                |drift| significant(drift.size, 3),
-            ),
-            ("τ [s]", "Time constant of a + b (1 − exp(−t / τ)); a dash where the data show none", |drift| {
-                drift.tau_secs().map_or_else(|_| "–".to_owned(), |tau| significant(tau, 3))
-            }),
-            ("Noise", "Root mean square of what the fit leaves over", |drift| {
-                significant(drift.noise, 3)
-            }),
-        ];
-        for (at, (title, explanation, pick)) in rows.into_iter().enumerate() {
-            let title = if at == 1 { title.to_owned() } else { format!("{title} [{unit}]") };
-            let mut line = title.clone();
-            ui.label(title).on_hover_text(explanation);
-            for output in &curve.outputs {
-                let said = output.drift.as_ref().map_or_else(|| "–".to_owned(), pick);
-                line = format!("{line}\t{said}");
-                ui.label(said);
-            }
-            lines.push(line);
-            ui.end_row();
-        }
-    });
+    let outputs = Output::ALL.into_iter().zip(&curve.outputs);
+    let outputs: Vec<_> = outputs
+        .map(|(output, own)| (trace_of(output), own.drift.as_ref()))
+        .collect();
+    let figures = drifts(picture.question.axis, &outputs);
+    table::show(ui, &figures);
     let copy = ui.button("Copy figures");
     if copy.on_hover_text("As tab-separated text").clicked() {
-        ui.copy_text(lines.join("\n"));
-    }
-    for (output, own) in Output::ALL.into_iter().zip(&curve.outputs) {
-        if let Some(Err(reason)) = own.drift.as_ref().map(Drift::tau_secs) {
-            ui.weak(format!("{} {reason}", trace_of(output).label()));
-        }
+        ui.copy_text(figures.tab_separated());
     }
 }
 
@@ -158,12 +124,9 @@ fn drawing<'a>(
     let lines = Output::ALL.into_iter().zip(&curve.outputs);
     let lines = lines.filter(|(output, _)| shown.contains(output));
     Figure {
-        title: format!("{} drift [{}]", axis.symbol(), axis.unit()),
+        title: axis.label_of("drift"),
         across: Scale::new("time at rest [s]", frame.loads),
-        up: Scale::new(
-            format!("{} error [{}]", axis.symbol(), axis.unit()),
-            frame.outputs,
-        ),
+        up: Scale::new(axis.label_of("error"), frame.outputs),
         lines: lines
             .flat_map(|(output, own)| {
                 let color = rgb(trace_of(output).color(visuals));

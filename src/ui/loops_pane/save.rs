@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use crate::app::{Command, Existing, Level, Notice, PictureTo, Wish};
+use crate::engine::{Action, Existing, Level};
 use crate::report::figure::Figure;
-use crate::ui::picture::{screen_part, svg};
+use crate::ui::command::{Command, PictureTo};
+use crate::ui::picture::svg;
 
 /// Draws the field for the path with its button; `picture` is where the plot stands on screen.
 pub(super) fn row(
@@ -28,14 +29,14 @@ pub(super) fn row(
             return;
         }
         match ending(Path::new(path)).as_deref() {
-            Some("svg") => out.push(Command::Save(svg(print), path.into(), Existing::Ask)),
+            Some("svg") => out.push(Action::Save(svg(print), path.into(), Existing::Ask).into()),
             Some("png") => {
                 let to = PictureTo::Path(path.into());
-                out.push(Command::Wish(Wish::Picture(screen_part(picture), to)));
+                out.push(Command::Picture(picture, to));
             }
             _ => {
                 let told = format!("{path}: the ending says no format; use .svg or .png");
-                out.push(Command::Tell(Notice::new(Level::Error, told)));
+                out.push(Command::tell(Level::Error, told));
             }
         }
     });

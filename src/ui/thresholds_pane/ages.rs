@@ -2,20 +2,21 @@
 
 use egui_plot::{Bar, BarChart, VLine};
 
-use crate::app::{AppState, Command};
+use crate::engine::Engine;
 use crate::evaluation::threshold_study::Touch;
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, picture, plots};
 
 /// Draws the bars.
 pub fn ages(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     touch: &Touch,
     size: [f32; 2],
     out: &mut Vec<Command>,
 ) {
-    let t_th_secs = state.thresholds().t_th_secs;
+    let t_th_secs = engine.project().thresholds().t_th_secs;
     let visuals = ui.visuals().clone();
     let share = |count: u64| 100.0 * count as f64 / touch.n_samples.max(1) as f64;
     let bars = touch.ages.iter().map(|bin| {

@@ -3,9 +3,10 @@
 use egui_plot::{Line, LineStyle, PlotPoints, VLine};
 
 use super::pressed;
-use crate::app::{AppState, Command, StudyCommand};
+use crate::engine::{Edit, Engine};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::features::{Distance, Thresholds};
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{picture, plots};
 
@@ -19,7 +20,7 @@ enum Along {
 /// Draws two curves for each unit.
 pub fn curves(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     map: &ThresholdMap,
     height: f32,
     out: &mut Vec<Command>,
@@ -45,7 +46,15 @@ pub fn curves(
     for group in groups {
         ui.horizontal(|ui| {
             for along in [Along::F, Along::T] {
-                curve(ui, state, map, group, along, [width, height.max(70.0)], out);
+                curve(
+                    ui,
+                    engine,
+                    map,
+                    group,
+                    along,
+                    [width, height.max(70.0)],
+                    out,
+                );
             }
         });
     }
@@ -61,14 +70,14 @@ fn look(set: ScoreSet, visuals: &egui::Visuals) -> (egui::Color32, LineStyle) {
 
 fn curve(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     map: &ThresholdMap,
     group: Measure,
     along: Along,
     size: [f32; 2],
     out: &mut Vec<Command>,
 ) {
-    let present = state.thresholds();
+    let present = engine.project().thresholds();
     let at = map.nearest(present);
     let shown_as = match (along, map.distance) {
         (Along::F, Distance::FullScale) => 100.0,
@@ -146,7 +155,7 @@ fn curve(
             },
         };
         if wanted != present {
-            out.push(Command::Study(StudyCommand::Set(wanted)));
+            out.push(Edit::Thresholds(wanted).into());
         }
     }
 }

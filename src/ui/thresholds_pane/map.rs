@@ -6,10 +6,11 @@ use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Vec2};
 use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
-use crate::app::{AppState, Command, StudyCommand};
+use crate::engine::{Edit, Engine};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::features::{Distance, Thresholds};
 use crate::report::figure::color::shade;
+use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::{picture, plots};
@@ -28,7 +29,7 @@ const SCALE_WIDTH: f32 = 14.0;
 /// Draws the map and its scale of colours.
 pub fn map(
     ui: &mut egui::Ui,
-    state: &AppState,
+    engine: &Engine,
     map: &Arc<ThresholdMap>,
     measure: Measure,
     set: ScoreSet,
@@ -47,7 +48,7 @@ pub fn map(
     let (low, high) = corners(map);
     let size = Vec2::new((high[0] - low[0]) as f32, (high[1] - low[1]) as f32);
     let center = PlotPoint::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]));
-    let present = state.thresholds();
+    let present = engine.project().thresholds();
     let minimum = map.minimum(set, measure);
     let shown_as = shown_as(map.distance);
     let width = ui.available_width() - SCALE_WIDTH - 70.0;
@@ -111,7 +112,7 @@ pub fn map(
                 pair_text(map.distance, thresholds)
             ));
             if pressed(&response.response) && thresholds != present {
-                out.push(Command::Study(StudyCommand::Set(thresholds)));
+                out.push(Edit::Thresholds(thresholds).into());
             }
         }
         scale_of_colors(ui, height, least, greatest, measure.unit(&map.scale));

@@ -8,13 +8,14 @@ use egui_plot::{
 };
 
 use crate::analysis::{AxisTraces, TraceSet};
-use crate::app::Command;
 use crate::evaluation::Series;
 use crate::recording::Axis;
 use crate::report::figure::{self, Figure, Scale};
+use crate::ui::command::Command;
 use crate::ui::palette::{self, Trace};
 use crate::ui::plots::{Asked, GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
-use crate::ui::trace_panes::{TracePanes, overlay};
+use crate::ui::time_view::{Kind, TimeView, all_of, within};
+use crate::ui::trace_panes::overlay;
 use crate::ui::{picture, plots};
 
 /// The share of a cell's height that the traces get; the errors get the rest.
@@ -37,13 +38,6 @@ pub const DASH_GAP: f32 = 4.0;
 /// Lower panes have no room for a unit beside "error".
 const LEAST_HEIGHT_FOR_UNIT: f32 = 62.0;
 
-/// Which of an axis' two panes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    Load,
-    Error,
-}
-
 /// How high a cell is, and whether the time axis stands under it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
@@ -63,7 +57,7 @@ pub fn cell(
     traces: &TraceSet,
     axis: &AxisTraces,
     place: Place,
-    panes: &mut TracePanes,
+    panes: &mut TimeView,
     out: &mut Vec<Command>,
 ) -> Option<usize> {
     if axis.calculated.is_none() {
@@ -87,7 +81,7 @@ fn pane(
     traces: &TraceSet,
     (axis, kind): (&AxisTraces, Kind),
     place: Place,
-    panes: &mut TracePanes,
+    panes: &mut TimeView,
     out: &mut Vec<Command>,
 ) -> Option<usize> {
     let time_axis = place.time_axis.is_some();
@@ -191,7 +185,7 @@ fn pane(
 
 fn title(axis: Axis, kind: Kind) -> String {
     match kind {
-        Kind::Load => format!("{} [{}]", axis.symbol(), axis.unit()),
+        Kind::Load => axis.label(),
         Kind::Error => format!("error [{}]", axis.unit()),
     }
 }
@@ -210,22 +204,10 @@ fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
     Some(Visible { time, samples })
 }
 
-/// From the first time to the last, with a margin.
-pub fn all_of(times: &[f64]) -> (f64, f64) {
-    let first = times.first().copied().unwrap_or(0.0);
-    let last = times.last().copied().unwrap_or(first);
-    let margin = if last > first {
-        0.01 * (last - first)
-    } else {
-        0.5
-    };
-    (first - margin, last + margin)
-}
-
 fn shown_series<'a>(
     axis: &'a AxisTraces,
     kind: Kind,
-    panes: &TracePanes,
+    panes: &TimeView,
 ) -> Vec<(Trace, &'a Series)> {
     let of = |trace: Trace| match (kind, trace) {
         (Kind::Load, Trace::Calculated) => axis.calculated.as_deref(),
@@ -411,7 +393,7 @@ fn follow_gestures(
     set: PlotBounds,
     key: (Axis, Kind),
     traces: &TraceSet,
-    panes: &mut TracePanes,
+    panes: &mut TimeView,
 ) {
     let asked = plots::keys(ui, &response.response, set, false);
     if response.response.double_clicked() || asked == Some(Asked::All) {
@@ -444,7 +426,7 @@ fn follow_gestures(
 }
 
 /// A click puts cursor A, with Shift cursor B.
-fn put_cursor(ui: &egui::Ui, response: &PlotResponse<()>, panes: &mut TracePanes) {
+fn put_cursor(ui: &egui::Ui, response: &PlotResponse<()>, panes: &mut TimeView) {
     if response.response.clicked()
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
@@ -453,16 +435,6 @@ fn put_cursor(ui: &egui::Ui, response: &PlotResponse<()>, panes: &mut TracePanes
             .cursors
             .put(which, response.transform.value_from_position(pointer).x);
     }
-}
-
-/// Keeps a stretch of time on the recordings and wide enough to be drawn.
-pub fn within(times: &[f64], (start, end): (f64, f64)) -> (f64, f64) {
-    let first = times.first().copied().unwrap_or(0.0);
-    let last = times.last().copied().unwrap_or(1.0);
-    let all = (last - first).max(1e-3);
-    let width = (end - start).clamp(1e-6 * all, 1.2 * all);
-    let middle = (0.5 * (start + end)).clamp(first, last);
-    (middle - 0.5 * width, middle + 0.5 * width)
 }
 
 fn sample_under_pointer(response: &PlotResponse<()>, traces: &TraceSet) -> Option<usize> {

@@ -6,8 +6,8 @@ use std::io::Write as _;
 
 use libfuzzer_sys::fuzz_target;
 use loopscope::progress::Progress;
-use loopscope::recording::ArraysError;
-use loopscope::recording::delimited::{ReadError, read};
+use loopscope::formats::FileError;
+use loopscope::import::{ReadError, read};
 
 const STARTS: [&[u8]; 5] = [
     b"\x93NUMPY\x01\x00",
@@ -45,11 +45,11 @@ fuzz_target!(|content: &[u8]| {
     let content = file(content);
     let mut file = tempfile::NamedTempFile::new().expect("a file can be made");
     file.write_all(&content).expect("the file can be written");
-    match read(file.path(), &Progress::default()) {
+    match read(file.path(), None, &[], &Progress::default()) {
         Ok(loaded) => assert!(!loaded.recordings.is_empty()),
         // The crate that reads Parquet panics on some damaged files, and that is an error; nothing else may.
-        Err(ReadError::Arrays {
-            source: ArraysError::ReaderFailed(panicked),
+        Err(ReadError::File {
+            source: FileError::ReaderFailed(panicked),
             ..
         }) if !content.starts_with(PARQUET) => panic!("{panicked}"),
         Err(_) => {}

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use loopscope::recording::columns::ColumnMap;
+use loopscope::import::map::ColumnMap;
 
 fuzz_target!(|text: &[u8]| {
     if let Ok(map) = ColumnMap::from_json(text) {

@@ -5,14 +5,14 @@ use std::io::Write as _;
 
 use libfuzzer_sys::fuzz_target;
 use loopscope::progress::Progress;
-use loopscope::recording::delimited::inspect::{Known, inspect};
-use loopscope::recording::delimited::read;
+use loopscope::import::inspect::{Known, inspect};
+use loopscope::import::read;
 
 fuzz_target!(|content: &[u8]| {
     let mut file = tempfile::NamedTempFile::new().expect("a file can be made");
     file.write_all(content).expect("the file can be written");
     let progress = Progress::default();
-    let loaded = read(file.path(), &progress);
+    let loaded = read(file.path(), None, &[], &progress);
     if let Ok(loaded) = &loaded {
         assert!(!loaded.recordings.is_empty());
     }

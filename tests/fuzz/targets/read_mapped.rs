@@ -5,8 +5,8 @@ use std::io::Write as _;
 
 use libfuzzer_sys::fuzz_target;
 use loopscope::progress::Progress;
-use loopscope::recording::columns::ColumnMap;
-use loopscope::recording::delimited::read_mapped;
+use loopscope::import::map::ColumnMap;
+use loopscope::import::read;
 
 fuzz_target!(|input: &[u8]| {
     let Some(end) = input.iter().position(|byte| *byte == 0) else {
@@ -18,5 +18,5 @@ fuzz_target!(|input: &[u8]| {
     };
     let mut file = tempfile::NamedTempFile::new().expect("a file can be made");
     file.write_all(&input[end + 1..]).expect("the file can be written");
-    let _ = read_mapped(file.path(), &map, &Progress::default());
+    let _ = read(file.path(), Some(&map), &[], &Progress::default());
 });

@@ -1,0 +1,348 @@
+//! What does not depend on the blocks, prepared once for a set of recordings: conventional loads, searches.
+//!
+//! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::analysis::{AnalysisError, Request};
+use crate::calibration::{
+    Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
+    loads_from_gauges, past_samples,
+};
+use crate::evaluation::metrics;
+use crate::features::LoadPath;
+use crate::progress::{Cancelled, Progress};
+use crate::recording::{Entry, Recording, RecordingSet, Role};
+
+/// RMSE per axis of one recording: conventional, compensated.
+pub(super) type Errors = (Vec<f64>, Vec<f64>);
+
+/// What a dataset is prepared for.
+#[derive(Clone, Debug)]
+pub(super) struct Key {
+    pub recordings: Arc<RecordingSet>,
+    pub offset: bool,
+    pub decimation: usize,
+    /// A calibration that is applied instead of fitted.
+    pub calibration: Option<Arc<Calibration>>,
+}
+
+impl Key {
+    /// What a request needs.
+    pub fn of(request: &Request) -> Self {
+        Self {
+            recordings: Arc::clone(&request.recordings),
+            offset: request.settings.offset,
+            decimation: request.settings.decimation,
+            calibration: request.calibration.clone(),
+        }
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && self.offset == other.offset
+            && self.decimation == other.decimation
+            && is_same(&self.calibration, &other.calibration)
+    }
+}
+
+/// The searches of all recordings, for one set of weights.
+pub(super) type Paths = Arc<Vec<LoadPath>>;
+
+/// Recordings as they are used, with their conventional loads.
+#[derive(Debug)]
+pub(super) struct Dataset {
+    key: Key,
+    /// The recordings as they are used.
+    pub entries: Vec<Entry>,
+    /// What the sums need; `None` where a calibration is applied.
+    pub conventional: Option<Conventional>,
+    pub map: LinearMap,
+    /// Conventional loads of each recording.
+    pub loads: Vec<Vec<f64>>,
+    /// Half the peak-to-peak reference over the training recordings.
+    half_ranges: Vec<f64>,
+    /// The newest searches, with the weights that they were prepared for.
+    paths: Mutex<Option<(Vec<f64>, Paths)>>,
+}
+
+/// The datasets that questions about the same recordings share.
+#[derive(Clone, Debug, Default)]
+pub struct Datasets(Arc<Mutex<Vec<Arc<Dataset>>>>);
+
+/// More than a fit's and an applied calibration's are not kept.
+const KEPT: usize = 2;
+
+impl Datasets {
+    /// The dataset of this key, prepared where it is not there. Whoever asks for the same meanwhile waits for it.
+    pub(super) fn get(
+        &self,
+        key: &Key,
+        progress: &Progress,
+    ) -> Result<Arc<Dataset>, AnalysisError> {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Taken away first: those of other recordings need not fit in memory at once.
+        kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
+        let found = kept.iter().position(|own| own.key.is_same(key));
+        let dataset = match found {
+            Some(at) => kept.remove(at),
+            None => {
+                kept.truncate(KEPT - 1);
+                Arc::new(Dataset::prepare(key, progress)?)
+            }
+        };
+        kept.insert(0, Arc::clone(&dataset));
+        Ok(dataset)
+    }
+}
+
+impl Dataset {
+    fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
+        let entries: Vec<Entry> = key
+            .recordings
+            .entries()
+            .iter()
+            .map(|entry| match key.decimation {
+                1 => entry.clone(),
+                step => Entry {
+                    recording: Arc::new(entry.recording.decimated(step)),
+                    role: entry.role,
+                },
+            })
+            .collect();
+        entries
+            .par_iter()
+            .try_for_each(|entry| check_size(&entry.recording))?;
+        let training = in_role(&entries, Role::Train);
+        let (conventional, map) = match &key.calibration {
+            Some(calibration) => {
+                for entry in &entries {
+                    calibration.check_gauges(&entry.recording)?;
+                }
+                (None, calibration.conventional.clone())
+            }
+            None if training.is_empty() => return Err(AnalysisError::NoTraining),
+            None => {
+                let conventional = Conventional::fit(&training, key.offset);
+                let map = conventional.map.clone();
+                (Some(conventional), map)
+            }
+        };
+        progress.check()?;
+        let loads = entries
+            .par_iter()
+            .map(|entry| {
+                progress.check()?;
+                let loads = loads_from_gauges(&map, &entry.recording);
+                progress.advance(1);
+                Ok(loads)
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        Ok(Self {
+            key: key.clone(),
+            half_ranges: half_ranges(&training),
+            entries,
+            conventional,
+            map,
+            loads,
+            paths: Mutex::default(),
+        })
+    }
+
+    /// The searches for these weights of the axes.
+    pub fn paths(&self, weights: &[f64]) -> Paths {
+        let mut newest = self.paths.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*newest {
+            Some((own, paths)) if own == weights => Arc::clone(paths),
+            _ => {
+                let paths = self.loads.par_iter();
+                let paths = paths.map(|loads| LoadPath::new(loads, weights));
+                let paths: Paths = Arc::new(paths.collect());
+                *newest = Some((weights.to_vec(), Arc::clone(&paths)));
+                paths
+            }
+        }
+    }
+
+    /// A calibration with everything but the compensated map and its quality.
+    pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
+        let layout = self.key.recordings.layout();
+        if settings.full_scale.len() > layout.axes.len() {
+            return Err(AnalysisError::FullScales {
+                given: settings.full_scale.len(),
+                axes: layout.axes.len(),
+            });
+        }
+        settings
+            .features
+            .check_columns(layout.gauge_names.len())
+            .map_err(crate::calibration::SettingsError::from)?;
+        let full_scale = self
+            .half_ranges
+            .iter()
+            .enumerate()
+            .map(|(axis, measured)| {
+                let entered = settings.full_scale.get(axis).copied().flatten();
+                entered.unwrap_or(*measured)
+            })
+            .collect();
+        let mut features = settings.features.clone();
+        features.distance = features.distance.effective(&layout.axes);
+        let conventional = self.conventional.as_ref().expect("fitting has prepared it");
+        Ok(Calibration {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
+            simulated: self.key.recordings.is_simulated(),
+            gauges: layout.gauge_names.clone(),
+            axes: layout.axes.clone(),
+            units: layout
+                .axes
+                .iter()
+                .map(|axis| axis.unit().to_owned())
+                .collect(),
+            full_scale,
+            offset: settings.offset,
+            decimation: settings.decimation,
+            features,
+            gauge_scale: conventional.scale.clone(),
+            regressor: crate::calibration::Regressor::Linear,
+            conventional: self.map.clone(),
+            compensated: None,
+            learned: None,
+            quality: Quality::default(),
+            trained_on: in_role(&self.entries, Role::Train)
+                .iter()
+                .map(|recording| recording.name().to_owned())
+                .collect(),
+            rate_hz: self.key.recordings.rate_hz(Role::Train),
+            sources: Vec::new(),
+            tare: self.key.recordings.tare(),
+        })
+    }
+
+    /// The past samples of every recording.
+    pub fn past(
+        &self,
+        calibration: &Calibration,
+        progress: &Progress,
+    ) -> Result<Vec<Past>, Cancelled> {
+        let paths = self.paths(&calibration.distance_weights());
+        (self.entries.par_iter().zip(&*paths))
+            .map(|(entry, path)| {
+                progress.check()?;
+                let past = past_samples(&calibration.features, path, &entry.recording);
+                progress.advance(1);
+                Ok(past)
+            })
+            .collect()
+    }
+
+    /// Scores a whole calibration on the recordings whose reference has its axes, sample by sample.
+    pub fn score_applied(
+        &self,
+        past: &[Past],
+        calibration: &mut Calibration,
+    ) -> Vec<Option<Errors>> {
+        let n_axes = calibration.axes.len();
+        let errors: Vec<_> = self
+            .entries
+            .par_iter()
+            .enumerate()
+            .map(|(at, entry)| {
+                let recording = &entry.recording;
+                if *recording.axes() != calibration.axes {
+                    return None;
+                }
+                let compensated = calibration.compensated_loads(recording, &past[at]);
+                let rmse = |loads: &[f64]| metrics::rmse_of_loads(loads, recording.loads(), n_axes);
+                Some((rmse(&self.loads[at])?, rmse(&compensated)?))
+            })
+            .collect();
+        let pooled = |role: Role, pick: fn(&Errors) -> &Vec<f64>| {
+            let mut squares = vec![0.0; n_axes];
+            let mut n = 0;
+            for (entry, errors) in self.entries.iter().zip(&errors) {
+                if let Some(errors) = errors
+                    && entry.role == role
+                {
+                    let samples = entry.recording.n_samples();
+                    for (square, rmse) in squares.iter_mut().zip(pick(errors)) {
+                        *square += rmse * rmse * samples as f64;
+                    }
+                    n += samples as u64;
+                }
+            }
+            (metrics::root_mean(&squares, n), n)
+        };
+        let scores = |pick: fn(&Errors) -> &Vec<f64>| Scores {
+            train_rmse: pooled(Role::Train, pick).0,
+            test_rmse: pooled(Role::Test, pick).0,
+            cv_rmse: None,
+        };
+        calibration.quality = Quality {
+            n_train: pooled(Role::Train, |errors| &errors.0).1,
+            n_test: pooled(Role::Test, |errors| &errors.0).1,
+            conventional: scores(|errors| &errors.0),
+            compensated: scores(|errors| &errors.1),
+            ..std::mem::take(&mut calibration.quality)
+        };
+        errors
+    }
+}
+
+/// Whether both are the same calibration, or none.
+pub(super) fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibration>>) -> bool {
+    match (own, asked) {
+        (None, None) => true,
+        (Some(own), Some(asked)) => Arc::ptr_eq(own, asked),
+        _ => false,
+    }
+}
+
+/// The largest number whose squares can be summed over any recording.
+const LARGEST: f64 = 1e140;
+
+fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
+    for (values, width) in [
+        (recording.gauges(), recording.n_gauges()),
+        (recording.loads(), recording.axes().len()),
+    ] {
+        if let Some(at) = values.iter().position(|value| value.abs() > LARGEST) {
+            return Err(AnalysisError::TooLarge {
+                recording: recording.name().to_owned(),
+                sample: at / width + 1,
+                value: values[at],
+            });
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
+    entries
+        .iter()
+        .filter(|entry| entry.role == role)
+        .map(|entry| &*entry.recording)
+        .collect()
+}
+
+/// Half the peak-to-peak reference load of each axis.
+fn half_ranges(recordings: &[&Recording]) -> Vec<f64> {
+    let n_axes = recordings
+        .first()
+        .map_or(0, |recording| recording.axes().len());
+    (0..n_axes)
+        .map(|axis| {
+            let (low, high) = recordings
+                .iter()
+                .flat_map(|recording| recording.loads().iter().skip(axis).step_by(n_axes))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                    (low.min(*value), high.max(*value))
+                });
+            0.5 * (high - low)
+        })
+        .collect()
+}

@@ -1,0 +1,1026 @@
+//! The program behind the window: the document with its undo, the questions about it, and what is done with files.
+//!
+//! Guarantees: only [`Engine::act`] changes the document, and each edit is one step of undo; what is shown follows the document
+//! by itself ([`Engine::follow`]); wrong files lose nothing that is loaded.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::analysis::loops::LookRequest;
+use crate::analysis::loops::Question;
+use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, View};
+use crate::calibration::{Calibration, FitSettings};
+use crate::engine::files::{Opened, OpenedFile};
+use crate::engine::importing::{self, Importing, Preview};
+use crate::engine::query::{Heard, Lane, Notify, Running};
+use crate::engine::questions::{
+    Analyse, ChooseBlock, Compare, LookAt, StudyThresholds, Train, Trained,
+};
+use crate::engine::recovery::{LeftSession, Recovery};
+use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
+use crate::engine::session::{OpenedSession, Roles, Session, role_in};
+use crate::engine::task::{Done, Task};
+use crate::engine::{
+    Comparison, Edit, FromFile, History, ImportCommand, Level, Notice, Preferences, Project,
+};
+use crate::evaluation::threshold_study::Measure;
+use crate::export::{target_endings, target_for};
+use crate::recording::Tare;
+
+/// More notices than this are forgotten, oldest first.
+pub(super) const MOST_NOTICES: usize = 200;
+
+/// Something to do.
+#[derive(Clone, Debug)]
+pub enum Action {
+    /// Change the document.
+    Edit(Edit),
+    /// Take the last edit back.
+    Undo,
+    /// Make it again.
+    Redo,
+    /// Put these recordings on screen.
+    Show(View),
+    /// Open recordings, calibrations, a session, or folders of them.
+    Open(Vec<PathBuf>),
+    /// Open the built-in simulated sensor instead of what is loaded.
+    OpenBuiltIn,
+    /// Tare these recordings.
+    Tare(Vec<usize>, Tare),
+    /// Write a file.
+    Save(FileContent, PathBuf, Existing),
+    /// Write the calibration.
+    Export(PathBuf, Existing),
+    /// The answer to [`Engine::replacing`]: write it, or leave it.
+    Replace(bool),
+    /// Train what the settings ask for.
+    Train,
+    /// Stop training; a network keeps the best it had.
+    StopTraining,
+    /// Choose a block's numbers by cross-validation; whose errors count, if that was chosen.
+    ChooseBlock(HistoryBlock, Option<Measure>),
+    /// Tick a row of the comparison or take the tick away.
+    Tick(usize, bool),
+    /// Tick all rows of the comparison or none.
+    TickAll(bool),
+    /// Fit the ticked rows that have no result that holds.
+    Compare,
+    /// Fit all that the paper compares.
+    ComparePaper,
+    /// Stop the comparison; rows that have ended keep their results.
+    StopComparing,
+    /// What concerns files whose columns have to be said.
+    Import(ImportCommand),
+    /// Restore this autosaved session of a window that did not close as it should.
+    Restore(PathBuf),
+    /// Forget it.
+    DropLeft(PathBuf),
+    /// What other windows left is not to be asked about now; it stays where it is.
+    KeepLeft,
+    /// A file of the session that is not where it was is here.
+    Found(usize, PathBuf),
+    /// Go on without it.
+    Forget(usize),
+    /// Close the window.
+    Close,
+    /// What is not saved is to stay on screen.
+    Stay,
+    /// Do what waits for an answer, whatever is not saved.
+    Discard,
+    /// Stop background work.
+    Cancel,
+    /// Something to tell.
+    Tell(Notice),
+    /// Take notice `n` away.
+    Dismiss(usize),
+    /// Take all notices away.
+    DismissAll,
+    /// What is remembered of a person has changed.
+    Prefer(Preferences),
+}
+
+/// What takes everything away that is loaded, so that somebody is asked first whether to save it.
+#[derive(Clone, Debug)]
+pub enum Leaving {
+    /// Closing the window.
+    Close,
+    /// Opening files, a session among them.
+    Open(Vec<OpenedFile>),
+    /// Restoring the session that was left at this path.
+    Restore(PathBuf, Box<OpenedSession>),
+}
+
+/// Everything behind the window.
+pub struct Engine {
+    project: Project,
+    history: History,
+    /// The document that was saved or opened last.
+    saved: Option<Project>,
+    /// What edits are made with, while a hand goes on.
+    pub gesture: Option<u64>,
+    /// The session's file, if it has one.
+    pub session: Option<PathBuf>,
+    /// Where the panes stood in a session that was just opened.
+    pub layout: Option<serde_json::Value>,
+    /// What there is to say.
+    pub notices: Vec<Notice>,
+    /// A file that somebody is asked about before it is written.
+    pub replacing: Option<(FileContent, PathBuf, Doubt)>,
+    /// The file whose columns are being said.
+    pub importing: Option<Importing>,
+    /// Autosaved sessions of windows that did not end as they should.
+    pub recoverable: Vec<LeftSession>,
+    recovery: Recovery,
+    /// What is to be done, once somebody has said what becomes of what is not saved.
+    pub leaving: Option<Leaving>,
+    /// Whether the window is to close now.
+    pub closes: bool,
+    /// What is remembered between runs.
+    pub preferences: Preferences,
+    /// Regressors side by side.
+    pub comparison: Comparison,
+    /// The settings that the comparison's rows follow.
+    compared: Option<FitSettings>,
+    /// What the loop pane shows.
+    pub loops: Lane<LookAt>,
+    /// What the metrology pane shows.
+    pub figures: Lane<LookAt>,
+    /// What the thresholds pane shows.
+    pub study: Lane<StudyThresholds>,
+    /// The choice of a block's numbers.
+    pub choice: Lane<ChooseBlock>,
+    analysis: Lane<Analyse>,
+    training: Lane<Train>,
+    comparing: Lane<Compare>,
+    preview: Lane<Preview>,
+    tasks: Vec<(bool, Lane<Task>)>,
+    /// What recordings of files that are being read are for.
+    awaited_roles: Roles,
+    /// What questions about the same recordings share.
+    datasets: Datasets,
+    notify: Notify,
+}
+
+/// What is asked of every lane that answers questions about the document.
+macro_rules! each_lane {
+    ($engine:expr, $lane:ident => $what:expr) => {{
+        let Engine {
+            loops,
+            figures,
+            study,
+            choice,
+            analysis,
+            training,
+            comparing,
+            ..
+        } = $engine;
+        {
+            let $lane = loops;
+            $what
+        }
+        {
+            let $lane = figures;
+            $what
+        }
+        {
+            let $lane = study;
+            $what
+        }
+        {
+            let $lane = choice;
+            $what
+        }
+        {
+            let $lane = analysis;
+            $what
+        }
+        {
+            let $lane = training;
+            $what
+        }
+        {
+            let $lane = comparing;
+            $what
+        }
+    }};
+}
+
+impl Engine {
+    /// An empty document; `notify` is called from other threads when there is something to take.
+    #[must_use]
+    pub fn new(notify: Notify) -> Self {
+        Self {
+            project: Project::default(),
+            history: History::default(),
+            saved: None,
+            gesture: None,
+            session: None,
+            layout: None,
+            notices: Vec::new(),
+            replacing: None,
+            importing: None,
+            recoverable: Vec::new(),
+            recovery: Recovery::default(),
+            leaving: None,
+            closes: false,
+            preferences: Preferences::default(),
+            comparison: Comparison::default(),
+            compared: None,
+            loops: Lane::new(&notify),
+            figures: Lane::new(&notify),
+            study: Lane::new(&notify),
+            choice: Lane::new(&notify),
+            analysis: Lane::new(&notify),
+            training: Lane::new(&notify),
+            comparing: Lane::new(&notify),
+            preview: Lane::new(&notify),
+            tasks: Vec::new(),
+            awaited_roles: Roles::new(),
+            datasets: Datasets::default(),
+            notify,
+        }
+    }
+
+    /// The document.
+    #[must_use]
+    pub fn project(&self) -> &Project {
+        &self.project
+    }
+
+    /// What can be gone back and forward over.
+    #[must_use]
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// The newest analysis of recordings like those that are loaded; it stays while the next one runs.
+    #[must_use]
+    pub fn analysis(&self) -> Option<&Arc<Analysis>> {
+        let (own, of) = (&self.project.recordings, self.analysis.answered()?);
+        let of = &of.0.recordings;
+        let fits = own.layout() == of.layout()
+            && own.is_simulated() == of.is_simulated()
+            && !own.entries().is_empty();
+        self.analysis.answer().filter(|_| fits)
+    }
+
+    /// How a recording of the document came out, in the newest analysis that has it.
+    #[must_use]
+    pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
+        let own = &self.project.recordings.entries().get(at)?.recording;
+        let of = self.analysis.answered()?.0.recordings.entries();
+        let is_own = |at: &usize| Arc::ptr_eq(&of[*at].recording, own);
+        let same_place = Some(at).filter(|at| *at < of.len() && is_own(at));
+        let place = same_place.or_else(|| (0..of.len()).find(is_own))?;
+        self.analysis()?.recordings.get(place)
+    }
+
+    /// Whether the analysis is that of the document as it is now.
+    #[must_use]
+    pub fn is_current(&self) -> bool {
+        self.analysis.is_current()
+    }
+
+    /// Why the newest analysis failed.
+    #[must_use]
+    pub fn problem(&self) -> Option<&str> {
+        self.analysis.problem()
+    }
+
+    /// How far the last training is, or what came of it.
+    #[must_use]
+    pub fn trained(&self) -> Option<&Trained> {
+        self.training.answer()
+    }
+
+    /// What was trained for just these recordings and settings.
+    #[must_use]
+    pub fn fitting(&self) -> Option<&Arc<Calibration>> {
+        let (Train(of), trained) = self.training.whole()?;
+        let holds = Arc::ptr_eq(&of.recordings, &self.project.recordings)
+            && of.settings == self.project.settings;
+        trained.calibration.as_ref().filter(|_| holds)
+    }
+
+    /// The training that runs.
+    #[must_use]
+    pub fn training(&self) -> Option<Running> {
+        self.training.running()
+    }
+
+    /// Whether a comparison runs.
+    #[must_use]
+    pub fn is_comparing(&self) -> bool {
+        !self.comparing.is_idle()
+    }
+
+    /// The refit that runs.
+    #[must_use]
+    pub fn refit(&self) -> Option<Running> {
+        self.analysis.running()
+    }
+
+    /// What else runs and is worth a word.
+    #[must_use]
+    pub fn running(&self) -> Vec<Running> {
+        let seen = self.tasks.iter().filter(|(is_seen, _)| *is_seen);
+        let tasks = seen.filter_map(|(_, task)| task.running());
+        let others = [
+            self.training.running(),
+            self.comparing.running(),
+            self.choice.running(),
+        ];
+        tasks.chain(others.into_iter().flatten()).collect()
+    }
+
+    /// Whether anything runs or waits to run.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        let mut is_busy = !self.tasks.is_empty() || !self.preview.is_idle();
+        each_lane!(self, lane => is_busy |= !lane.is_idle());
+        is_busy
+    }
+
+    /// Whether something would be lost with the window.
+    #[must_use]
+    pub fn is_unsaved(&self) -> bool {
+        let recordings = &self.project.recordings;
+        match &self.saved {
+            Some(saved) => !saved.is_same(&self.project),
+            None => !recordings.entries().is_empty() && !recordings.is_simulated(),
+        }
+    }
+
+    /// The window's title: the session's name, and a star while it is not saved.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let name = self.session.as_ref().and_then(|path| path.file_stem());
+        let star = if self.is_unsaved() { " *" } else { "" };
+        match name {
+            Some(name) => format!("{}{star} – LoopScope", name.to_string_lossy()),
+            None => format!("LoopScope{star}"),
+        }
+    }
+
+    /// The session as a file's content; `layout` says where the panes stand.
+    #[must_use]
+    pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
+        let session = Session::of(&self.project, layout);
+        FileContent::Session(Box::new(session), Box::new(self.project.clone()))
+    }
+
+    /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
+    #[must_use]
+    pub fn calibration_content(&self) -> Option<FileContent> {
+        let analysis = self.analysis()?;
+        let applied = self.project.applied.as_ref();
+        let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
+        let fitted_to = applied
+            .is_none()
+            .then(|| Arc::clone(&self.project.recordings));
+        Some(FileContent::Calibration(Arc::clone(calibration), fitted_to))
+    }
+
+    /// A report as a file's content.
+    #[must_use]
+    pub fn report_content(&self) -> FileContent {
+        FileContent::Report(Box::new(self.request()), self.project.notes.clone())
+    }
+
+    /// The traces of this interval of their time as a file's content.
+    #[must_use]
+    pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
+        let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
+        Some(FileContent::Traces(Box::new(TracesToWrite {
+            calibration: Arc::clone(&analysis.calibration),
+            recordings: Arc::clone(&of.0.recordings),
+            decimation: of.0.settings.decimation,
+            traces: Arc::clone(&analysis.traces),
+            visible,
+        })))
+    }
+
+    /// What is to be analysed.
+    fn request(&self) -> Request {
+        Request {
+            datasets: self.datasets.clone(),
+            ..self.project.request(self.fitting())
+        }
+    }
+
+    /// Asks for what follows from the document.
+    fn follow(&mut self) {
+        if self.compared.as_ref() != Some(&self.project.settings) {
+            self.comparison.follow(&self.project.settings);
+            self.compared = Some(self.project.settings.clone());
+        }
+        // Before anything was opened there is nothing to ask, and nothing to complain about.
+        let is_empty = self.project.recordings.entries().is_empty();
+        if !is_empty || self.analysis.asked().is_some() {
+            if is_empty && self.analysis.answer().is_some() {
+                self.analysis.forget();
+            }
+            let request = self.request();
+            self.analysis.ask(Analyse(request));
+        }
+        if self.analysis().is_none() {
+            self.loops.forget();
+            self.figures.forget();
+        }
+    }
+
+    /// Asks what a pane shows of the loops, by the newest analysis.
+    pub fn ask_loops(&mut self, visible: Option<(f64, f64)>, question: Question) {
+        if let Some(look) = self.look(visible, question) {
+            ask_look(&mut self.loops, look);
+        }
+    }
+
+    /// Asks for the metrology figures, by the newest analysis.
+    pub fn ask_figures(&mut self, question: Question) {
+        if let Some(look) = self.look(None, question) {
+            ask_look(&mut self.figures, look);
+        }
+    }
+
+    fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookAt> {
+        let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
+        Some(LookAt(LookRequest {
+            calibration: Arc::clone(&analysis.calibration),
+            recordings: Arc::clone(&of.0.recordings),
+            decimation: of.0.settings.decimation,
+            traces: Arc::clone(&analysis.traces),
+            visible: visible.filter(|_| question.follows_screen()),
+            question,
+        }))
+    }
+
+    /// Asks for the threshold study of the document; a study of others goes.
+    pub fn ask_study(&mut self) {
+        let project = &self.project;
+        if project.recordings.entries().is_empty() {
+            self.study.forget();
+            return;
+        }
+        let recordings = Arc::clone(&project.recordings);
+        let asked = StudyThresholds::new(
+            recordings,
+            &project.settings,
+            project.thresholds(),
+            &self.datasets,
+        );
+        let is_other = |of: &StudyThresholds| !of.has_same_map(&asked);
+        if self.study.asked().is_some_and(is_other) {
+            self.study.forget();
+        }
+        self.study.ask(asked);
+    }
+
+    /// Changes the document, as one step of undo.
+    fn change<T>(&mut self, change: impl FnOnce(&mut Project) -> T) -> T {
+        let before = self.project.clone();
+        let changed = change(&mut self.project);
+        self.history.step(before, &self.project, self.gesture);
+        changed
+    }
+
+    fn edit(&mut self, edit: Edit) {
+        if let Err(error) = self.change(|project| project.edit(edit)) {
+            self.tell(Level::Error, error.to_string());
+        }
+    }
+
+    /// Says something.
+    pub fn tell(&mut self, level: Level, text: impl Into<String>) {
+        self.say(Notice::new(level, text));
+    }
+
+    fn say(&mut self, notice: Notice) {
+        let level = match notice.level {
+            Level::Info => log::Level::Info,
+            Level::Warning => log::Level::Warn,
+            Level::Error => log::Level::Error,
+        };
+        log::log!(level, "{}", notice.text);
+        self.notices.push(notice);
+        let surplus = self.notices.len().saturating_sub(MOST_NOTICES);
+        self.notices.drain(..surplus);
+    }
+
+    fn start(&mut self, task: Task) {
+        let mut lane = Lane::new(&self.notify);
+        let is_seen = task.is_seen();
+        lane.ask_again(task);
+        self.tasks.push((is_seen, lane));
+    }
+
+    /// Does something; what takes its time goes on beside.
+    pub fn act(&mut self, action: Action) {
+        match action {
+            Action::Edit(edit) => self.edit(edit),
+            Action::Undo => self.history.undo(&mut self.project),
+            Action::Redo => self.history.redo(&mut self.project),
+            Action::Show(view) => self.project.view = view,
+            Action::Open(paths) => self.open(paths),
+            Action::OpenBuiltIn => {
+                let replaced = Arc::clone(&self.project.recordings);
+                self.start(Task::Simulate(replaced));
+            }
+            Action::Tare(which, tare) => {
+                let recordings = Arc::clone(&self.project.recordings);
+                self.start(Task::Tare(recordings, which, tare));
+            }
+            Action::Save(content, path, existing) => self.save(content, path, existing),
+            Action::Export(path, existing) => self.export(path, existing),
+            Action::Replace(yes) => {
+                let replacing = self.replacing.take().filter(|_| yes);
+                if let Some((content, path, doubt)) = replacing {
+                    let existing = match doubt {
+                        Doubt::IsThere => Existing::Replace,
+                        Doubt::Undetermined(_, existing) => existing,
+                    };
+                    self.save(content, path, existing);
+                }
+            }
+            Action::Train => {
+                if self.training.is_idle() && self.project.settings.regressor.learner().is_some() {
+                    let recordings = Arc::clone(&self.project.recordings);
+                    let settings = self.project.settings.clone();
+                    let request = Request {
+                        datasets: self.datasets.clone(),
+                        ..Request::fit(recordings, settings)
+                    };
+                    self.training.ask_again(Train(request));
+                }
+            }
+            Action::StopTraining => self.training.cancel(),
+            Action::ChooseBlock(block, measure) => {
+                if self.choice.is_idle() {
+                    self.choice.ask_again(ChooseBlock {
+                        block,
+                        measure,
+                        recordings: Arc::clone(&self.project.recordings),
+                        settings: self.project.settings.clone(),
+                        datasets: self.datasets.clone(),
+                    });
+                }
+            }
+            Action::Tick(at, ticked) => {
+                if let Some(row) = self.comparison.rows.get_mut(at) {
+                    row.ticked = ticked;
+                }
+            }
+            Action::TickAll(ticked) => {
+                let rows = self.comparison.rows.iter_mut();
+                rows.for_each(|row| row.ticked = ticked);
+            }
+            Action::Compare => self.compare(),
+            Action::ComparePaper => {
+                self.comparison.tick_paper();
+                self.compare();
+            }
+            Action::StopComparing => self.comparing.cancel(),
+            Action::Import(command) => self.import(command),
+            Action::Restore(path) => self.start(Task::Restore(path)),
+            Action::DropLeft(path) => self.drop_left(&path),
+            Action::KeepLeft => self.recoverable.clear(),
+            Action::Found(at, path) if at < self.project.lost.len() => {
+                let lost = self.project.lost.remove(at);
+                let map = lost.columns.map(|map| (path.clone(), map));
+                self.project.maps.extend(map);
+                self.awaited_roles.insert(path.clone(), lost.roles);
+                self.open(vec![path]);
+            }
+            Action::Forget(at) if at < self.project.lost.len() => {
+                self.project.lost.remove(at);
+            }
+            Action::Found(..) | Action::Forget(_) => {}
+            Action::Close => self.leave_for(Leaving::Close),
+            Action::Stay => self.leaving = None,
+            Action::Discard => self.leave(),
+            Action::Cancel => {
+                each_lane!(&*self, lane => lane.cancel());
+                // Nobody waits for what cannot be stopped.
+                let seen = self.tasks.iter().filter(|(is_seen, _)| *is_seen);
+                seen.for_each(|(_, task)| task.cancel());
+            }
+            Action::Tell(notice) => self.say(notice),
+            Action::Dismiss(at) => {
+                if at < self.notices.len() {
+                    self.notices.remove(at);
+                }
+            }
+            Action::DismissAll => self.notices.clear(),
+            Action::Prefer(preferences) => self.preferences = preferences,
+        }
+        self.follow();
+    }
+
+    /// Takes what has been answered and done.
+    pub fn take(&mut self) {
+        self.analysis.take();
+        self.loops.take();
+        self.figures.take();
+        self.study.take();
+        for heard in self.training.take() {
+            if heard == Heard::Problem {
+                let problem = self.training.problem().unwrap_or_default();
+                self.tell(Level::Error, format!("Training: {problem}"));
+            }
+        }
+        if let Some(heard) = self.comparing.take().last()
+            && let Some(asked) = self.comparing.answered()
+            && let Some(states) = self.comparing.answer()
+        {
+            self.comparison.take(asked, states, *heard == Heard::Part);
+        }
+        for heard in self.choice.take() {
+            match heard {
+                Heard::Answer => {
+                    let chosen = self.choice.answer().cloned();
+                    chosen
+                        .into_iter()
+                        .for_each(|chosen| self.edit(Edit::Block(chosen)));
+                }
+                Heard::Problem => {
+                    let problem = self.choice.problem().unwrap_or_default().to_owned();
+                    self.tell(Level::Error, problem);
+                }
+                Heard::Part | Heard::Cancelled => {}
+            }
+        }
+        if !self.preview.take().is_empty()
+            && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
+        {
+            // What was found before the newest change of the map would take it back.
+            let found = self.preview.answer().filter(|_| self.preview.is_current());
+            let answer = found.ok_or(self.preview.problem());
+            match answer {
+                Ok(found) => importing.take_answer(&asked.path, Ok(found)),
+                Err(Some(problem)) => importing.take_answer(&asked.path, Err(problem)),
+                Err(None) => {}
+            }
+        }
+        self.take_tasks();
+        self.follow();
+    }
+
+    fn take_tasks(&mut self) {
+        let mut ended = Vec::new();
+        self.tasks.retain_mut(|(_, task)| {
+            let is_idle = task.is_idle();
+            task.take();
+            if is_idle {
+                ended.push((task.take_whole(), task.problem().map(str::to_owned)));
+            }
+            !is_idle
+        });
+        for (done, problem) in ended {
+            problem
+                .into_iter()
+                .for_each(|problem| self.tell(Level::Error, problem));
+            done.into_iter().for_each(|done| self.finish(done));
+        }
+    }
+
+    pub(super) fn finish(&mut self, done: Done) {
+        match done {
+            Done::Opened(files) => {
+                let has_session = files
+                    .iter()
+                    .any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
+                match has_session {
+                    true => self.leave_for(Leaving::Open(files)),
+                    false => self.take_files(files),
+                }
+            }
+            // Others have been opened meanwhile.
+            Done::Tared(before, _) | Done::Simulated(before, _)
+                if !Arc::ptr_eq(&before, &self.project.recordings) => {}
+            Done::Tared(_, Ok(tared)) => self.edit(Edit::Replace(Arc::new(tared))),
+            Done::Tared(_, Err(error)) => self.tell(Level::Error, error),
+            Done::Simulated(_, set) => {
+                // A session that was just opened and asked for it is still the same.
+                let is_saved = self.project.recordings.entries().is_empty()
+                    && self.saved.is_some()
+                    && !self.is_unsaved();
+                let refused = self.change(|project| {
+                    let refused = project.take_set(set).err();
+                    // A calibration that was opened meanwhile is there to be applied to it.
+                    let applied = project.applied.take();
+                    let fits = project.edit(Edit::Apply(applied)).err();
+                    project.show_first_test();
+                    refused.into_iter().chain(fits)
+                });
+                refused.for_each(|error| self.tell(Level::Error, error.to_string()));
+                if is_saved {
+                    self.saved = Some(self.project.clone());
+                }
+            }
+            Done::Written(FileContent::Session(_, project), path, Ok(())) => {
+                self.preferences.remember(&path);
+                self.tell(Level::Info, format!("Saved the session {}", path.display()));
+                self.session = Some(path);
+                self.saved = Some(*project);
+                if !self.is_unsaved() {
+                    self.leave();
+                }
+            }
+            Done::Written(_, path, Ok(())) => {
+                self.tell(Level::Info, format!("Wrote {}", path.display()));
+            }
+            Done::Written(_, _, Err(error)) => self.tell(Level::Error, error),
+            Done::IsThere(content, path) => {
+                self.replacing = Some((content, path, Doubt::IsThere));
+            }
+            Done::Map(Ok(map)) => {
+                let preview = self.importing.as_mut().map(|own| own.take_map(*map));
+                preview
+                    .into_iter()
+                    .for_each(|preview| self.preview.ask_again(preview));
+            }
+            Done::Weight(path, found) => {
+                let importing = self.importing.as_mut().filter(|own| own.path == path);
+                let Some(importing) = importing else { return };
+                match found {
+                    Ok(estimate) => {
+                        let preview = importing.take_weight(&estimate);
+                        self.preview.ask_again(preview);
+                        self.tell(Level::Info, importing::in_words(&estimate));
+                    }
+                    Err(error) => self.tell(Level::Error, error),
+                }
+            }
+            Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
+            Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
+        }
+    }
+
+    fn open(&mut self, paths: Vec<PathBuf>) {
+        if paths.is_empty() {
+            return;
+        }
+        let files = paths.into_iter().map(|path| {
+            let map = self.project.maps.get(&path).cloned();
+            (path, map)
+        });
+        let task = Task::Open(files.collect(), self.preferences.maps.clone());
+        self.start(task);
+    }
+
+    fn take_files(&mut self, files: Vec<OpenedFile>) {
+        let mut recordings = Vec::new();
+        let mut calibrations = Vec::new();
+        let mut session = None;
+        let mut to_import = Vec::new();
+        let mut by_remembered = Vec::new();
+        let mut roles = Roles::new();
+        for (path, opened) in files {
+            roles.extend(self.awaited_roles.remove_entry(&path));
+            if opened.is_ok() {
+                self.preferences.remember(&path);
+            }
+            match opened {
+                Ok(Opened::Recordings(loaded, map)) => {
+                    for warning in &loaded.warnings {
+                        self.tell(Level::Warning, warning.to_string());
+                    }
+                    recordings.push(loaded.recordings);
+                    if let Some(map) = map {
+                        if self.project.maps.get(&path) != Some(&*map) {
+                            by_remembered.push((path.clone(), (*map).clone()));
+                        }
+                        self.project.maps.insert(path, *map);
+                    }
+                }
+                Ok(Opened::Calibration(calibration)) => {
+                    calibrations.push(Edit::Apply(Some(FromFile { path, calibration })));
+                }
+                Ok(Opened::Factory(calibration)) => {
+                    calibrations.push(Edit::Compare(Some(FromFile { path, calibration })));
+                }
+                Ok(Opened::Session(opened)) => session = Some((path, *opened)),
+                Ok(Opened::WantsMap(reason)) => {
+                    log::info!("{reason}");
+                    to_import.push(path);
+                }
+                Err(error) => self.tell(Level::Error, error),
+            }
+        }
+        for said in importing::by_remembered(by_remembered) {
+            self.tell(Level::Info, said);
+        }
+        self.begin_import(to_import);
+        if let Some((path, opened)) = session {
+            self.take_session(Some(path), opened);
+        }
+        if !recordings.is_empty() {
+            let refused = self
+                .change(|project| project.add(recordings, |recording| role_in(&roles, recording)));
+            refused
+                .into_iter()
+                .for_each(|refused| self.tell(Level::Error, refused));
+        }
+        calibrations.into_iter().for_each(|edit| self.edit(edit));
+    }
+
+    /// Puts a session in place of everything that is loaded; one without a path was recovered.
+    fn take_session(&mut self, path: Option<PathBuf>, opened: OpenedSession) {
+        self.layout.clone_from(&opened.session.layout);
+        let is_built_in = opened.session.built_in;
+        let (project, notices) = opened.into_project();
+        notices.into_iter().for_each(|notice| self.say(notice));
+        let maps = std::mem::take(&mut self.project.maps);
+        self.project = project;
+        for (path, map) in maps {
+            self.project.maps.entry(path).or_insert(map);
+        }
+        if is_built_in {
+            let replaced = Arc::clone(&self.project.recordings);
+            self.start(Task::Simulate(replaced));
+        }
+        // What was recovered is not saved anywhere.
+        self.saved = path.is_some().then(|| self.project.clone());
+        self.session = path;
+        // Its file must not be saved over with what was loaded before.
+        self.history = History::default();
+        self.analysis.forget();
+    }
+
+    /// Does what takes everything away that is loaded, or asks first where something is not saved.
+    fn leave_for(&mut self, leaving: Leaving) {
+        self.leaving = Some(leaving);
+        if !self.is_unsaved() {
+            self.leave();
+        }
+    }
+
+    /// Does what waited for an answer.
+    fn leave(&mut self) {
+        match self.leaving.take() {
+            None => {}
+            Some(Leaving::Close) => self.closes = true,
+            Some(Leaving::Open(files)) => self.take_files(files),
+            Some(Leaving::Restore(path, opened)) => {
+                self.take_session(None, *opened);
+                self.drop_left(&path);
+            }
+        }
+    }
+
+    fn drop_left(&mut self, path: &Path) {
+        self.recoverable.retain(|left| left.path != path);
+        self.recovery.drop_left(path);
+    }
+
+    /// Where to write down what is not saved, so that it survives a crash; offers what others left there.
+    pub fn recover_in(&mut self, folder: &Path) {
+        (self.recovery, self.recoverable) = Recovery::begin(folder);
+    }
+
+    /// Writes down what is not saved, if it is time on the window's clock; `layout` says where the panes stand. Tells in how
+    /// many seconds to look again.
+    pub fn write_down(
+        &mut self,
+        now_secs: f64,
+        layout: &dyn Fn() -> serde_json::Value,
+    ) -> Option<f64> {
+        let session = || Session::of(&self.project, Some(layout()));
+        let unsaved: Option<&dyn Fn() -> Session> = match self.is_unsaved() {
+            true => Some(&session),
+            false => None,
+        };
+        self.recovery.follow(now_secs, unsaved)
+    }
+
+    /// The window closes as it should: nothing needs to be recovered.
+    pub fn end(&mut self) {
+        self.recovery.end();
+    }
+
+    fn save(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
+        // The notice about it must say where a relative path led.
+        let path = std::path::absolute(&path).unwrap_or(path);
+        let inputs = self.project.files().map(Path::to_owned).collect();
+        self.start(Task::Write {
+            content,
+            path,
+            existing,
+            inputs,
+        });
+    }
+
+    fn export(&mut self, path: PathBuf, existing: Existing) {
+        let Some(content) = self.calibration_content() else {
+            self.tell(Level::Error, "There is no calibration to export yet");
+            return;
+        };
+        if target_for(&path).is_none() {
+            let text = format!(
+                "{}: the ending says no format; use one of {}",
+                path.display(),
+                target_endings()
+            );
+            self.tell(Level::Error, text);
+            return;
+        }
+        let fitted = self.project.applied.is_none();
+        match &content {
+            FileContent::Calibration(calibration, _) if fitted => {
+                if let Some(undetermined) = calibration.undetermined() {
+                    let doubt = Doubt::Undetermined(undetermined, existing);
+                    self.replacing = Some((content, path, doubt));
+                    return;
+                }
+            }
+            _ => {}
+        }
+        self.save(content, path, existing);
+    }
+
+    fn compare(&mut self) {
+        if self.is_comparing() {
+            return;
+        }
+        match self.comparison.to_run(&self.project) {
+            Some(compare) => self.comparing.ask_again(compare),
+            None => self.tell(
+                Level::Info,
+                "Every ticked row already has a result that holds",
+            ),
+        }
+    }
+
+    /// Begins to import files, one after another.
+    fn begin_import(&mut self, mut paths: Vec<PathBuf>) {
+        if paths.is_empty() {
+            return;
+        }
+        match &mut self.importing {
+            Some(importing) => importing.waiting.extend(paths),
+            None => {
+                let path = paths.remove(0);
+                let mut importing = Importing::of(path, paths);
+                let preview = importing.look(importing::KnownOf::Nothing);
+                self.preview.ask_again(preview);
+                self.importing = Some(importing);
+            }
+        }
+    }
+
+    fn import(&mut self, command: ImportCommand) {
+        match command {
+            ImportCommand::Open(path) => return self.begin_import(vec![path]),
+            ImportCommand::CancelAll => self.importing = None,
+            ImportCommand::Cancel => {
+                let waiting = self.importing.take().map(|importing| importing.waiting);
+                return self.begin_import(waiting.unwrap_or_default());
+            }
+            ImportCommand::Load => {
+                let Some(importing) = self.importing.take() else {
+                    return;
+                };
+                let Importing {
+                    path, map, waiting, ..
+                } = importing;
+                importing::remember(&map, &mut self.preferences);
+                self.project.maps.insert(path.clone(), map);
+                return self.open([vec![path], waiting].concat());
+            }
+            ImportCommand::ReadMap(path) => return self.start(Task::ReadMap(path)),
+            _ => {}
+        }
+        let Some(importing) = &mut self.importing else {
+            return;
+        };
+        match command {
+            ImportCommand::FindWeight => {
+                let task =
+                    Task::FindWeight(importing.path.clone(), Box::new(importing.map.clone()));
+                self.start(task);
+            }
+            ImportCommand::WriteMap(path) => {
+                let mut text = Vec::new();
+                match importing.map.write_json(&mut text) {
+                    Ok(()) => self.save(FileContent::Bytes(text.into()), path, Existing::Ask),
+                    Err(error) => self.tell(Level::Error, error.to_string()),
+                }
+            }
+            command => {
+                let preview = importing.apply(command, &self.preferences);
+                preview
+                    .into_iter()
+                    .for_each(|preview| self.preview.ask_again(preview));
+            }
+        }
+    }
+}
+
+/// Asks; answers about other recordings go, those that are still to come as well.
+fn ask_look(lane: &mut Lane<LookAt>, look: LookAt) {
+    let is_other = |of: &LookAt| !Arc::ptr_eq(&of.0.recordings, &look.0.recordings);
+    if lane.asked().is_some_and(is_other) {
+        lane.forget();
+    }
+    lane.ask(look);
+}

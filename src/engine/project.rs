@@ -1,0 +1,674 @@
+//! The document: everything that a session saves, and every change of it.
+//!
+//! Guarantees: no results, no window in it; a change that is refused changes nothing; what does not fit other recordings (an
+//! applied calibration, a cut, entered full scales) goes with the old ones.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::{BlockSuggestion, Datasets, Request, View};
+use crate::calibration::{Calibration, FitSettings};
+use crate::export::{name_gauges, names_gauges};
+use crate::features::{Distance, Thresholds};
+use crate::import::map::ColumnMap;
+use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
+
+/// A calibration with the file that it came from.
+#[derive(Clone, Debug)]
+pub struct FromFile {
+    /// The file.
+    pub path: PathBuf,
+    /// The calibration.
+    pub calibration: Arc<Calibration>,
+}
+
+impl PartialEq for FromFile {
+    /// Equal ones that were opened twice count as two.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.calibration, &other.calibration)
+    }
+}
+
+/// Recordings that are split in time into training and test.
+#[derive(Clone, Debug)]
+pub struct Split {
+    /// The recordings before.
+    pub whole: Arc<RecordingSet>,
+    /// The first share of each that trains.
+    pub fraction: f64,
+}
+
+impl PartialEq for Split {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.whole, &other.whole) && self.fraction == other.fraction
+    }
+}
+
+/// One file of a session.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SessionFile {
+    /// Where it is: seen from the session's folder where that is possible.
+    pub path: PathBuf,
+    /// Where it was, from the root.
+    pub absolute: PathBuf,
+    /// How long it was.
+    pub bytes: Option<u64>,
+    /// What it held (SHA-256, hexadecimal).
+    pub sha256: Option<String>,
+    /// The map that it was read by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<ColumnMap>,
+    /// How its recordings were tared after reading, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub tares: BTreeMap<String, Tare>,
+    /// What its recordings are for, by name; those that are not named take the role that their name asks for.
+    pub roles: BTreeMap<String, Role>,
+}
+
+/// Everything that a session saves. Recordings are shared, so a copy costs little.
+#[derive(Clone, Debug, Default)]
+pub struct Project {
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// How they were split in time, while they are.
+    pub split: Option<Split>,
+    /// The choices of the fit.
+    pub settings: FitSettings,
+    /// Axes that are not shown.
+    pub hidden_axes: Vec<Axis>,
+    /// A calibration that is applied instead of fitted.
+    pub applied: Option<FromFile>,
+    /// The matrix that the sensor came with, beside the one that is fitted.
+    pub factory: Option<FromFile>,
+    /// Free text.
+    pub notes: String,
+    /// Which recordings are on screen.
+    pub view: View,
+    /// The maps that files were read by.
+    pub maps: BTreeMap<PathBuf, ColumnMap>,
+    /// Files of the session that are not where they were.
+    pub lost: Vec<SessionFile>,
+}
+
+/// One change of the document: one step of undo.
+#[derive(Clone, Debug)]
+pub enum Edit {
+    /// The choices of the fit.
+    Settings(FitSettings),
+    /// The thresholds of the first look-back; the others keep their F_th.
+    Thresholds(Thresholds),
+    /// The numbers of a block.
+    Block(BlockSuggestion),
+    /// What one recording is for.
+    Role(usize, Role),
+    /// What every recording with a reference is for.
+    AllRoles(Role),
+    /// Close one recording.
+    Remove(usize),
+    /// Close all recordings.
+    CloseAll,
+    /// Others in the place of these recordings, such as tared ones.
+    Replace(Arc<RecordingSet>),
+    /// Split each recording in time: this first share trains, the rest tests.
+    Split(f64),
+    /// Take the split back.
+    Unsplit,
+    /// Show or hide an axis.
+    ShowAxis(Axis, bool),
+    /// Free text.
+    Notes(String),
+    /// Apply this calibration, or fit again.
+    Apply(Option<FromFile>),
+    /// Compare with this matrix that the sensor came with, or with none.
+    Compare(Option<FromFile>),
+}
+
+/// Why a change cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum EditError {
+    #[error(
+        "There is nothing to split: the recordings are off, have no reference, or are too short"
+    )]
+    NothingToSplit,
+    #[error(
+        "{}: made for the gauges {}, while the loaded recordings have {}; open recordings of that sensor first",
+        .path.display(), .own.join(" "), .loaded.join(" ")
+    )]
+    OtherGauges {
+        path: PathBuf,
+        own: Vec<String>,
+        loaded: Vec<String>,
+    },
+    #[error("{}: made for {own} gauges, while the loaded recordings have {}", .path.display(), .loaded.join(" "))]
+    OtherFactoryGauges {
+        path: PathBuf,
+        own: usize,
+        loaded: Vec<String>,
+    },
+}
+
+impl Project {
+    /// Makes one change.
+    ///
+    /// # Errors
+    /// [`EditError`] if it cannot be made; nothing is changed then.
+    pub fn edit(&mut self, edit: Edit) -> Result<(), EditError> {
+        match edit {
+            Edit::Settings(settings) => self.settings = settings,
+            Edit::Thresholds(thresholds) => self.set_thresholds(thresholds),
+            Edit::Block(chosen) => {
+                let blocks = &mut self.settings.features.blocks;
+                blocks.set(chosen.block, chosen.values);
+            }
+            Edit::Role(at, role) => Arc::make_mut(&mut self.recordings).set_role(at, role),
+            Edit::AllRoles(role) => {
+                let set = Arc::make_mut(&mut self.recordings);
+                for at in 0..set.entries().len() {
+                    set.set_role(at, role);
+                }
+            }
+            Edit::Remove(at) => self.remove(at),
+            Edit::CloseAll => {
+                self.applied = None;
+                self.view = View::One(0);
+                self.take_set(RecordingSet::default())?;
+            }
+            Edit::Replace(recordings) => {
+                self.recordings = recordings;
+                self.split = None;
+            }
+            Edit::Split(fraction) => self.split_at(fraction)?,
+            Edit::Unsplit => {
+                if let Some(split) = self.split.take() {
+                    self.recordings = split.whole;
+                    self.show_first_test();
+                }
+            }
+            Edit::ShowAxis(axis, shown) => {
+                self.hidden_axes.retain(|hidden| *hidden != axis);
+                if !shown {
+                    self.hidden_axes.push(axis);
+                }
+            }
+            Edit::Notes(notes) => self.notes = notes,
+            Edit::Apply(Some(applied)) => {
+                let loaded = &self.recordings.layout().gauge_names;
+                let own = &applied.calibration.gauges;
+                if !loaded.is_empty() && loaded != own {
+                    return Err(EditError::OtherGauges {
+                        path: applied.path,
+                        own: own.clone(),
+                        loaded: loaded.clone(),
+                    });
+                }
+                self.applied = Some(applied);
+            }
+            Edit::Apply(None) => self.applied = None,
+            Edit::Compare(factory) => {
+                let before = std::mem::replace(&mut self.factory, factory);
+                if let Err(error) = self.name_factory_gauges() {
+                    self.factory = before;
+                    return Err(error);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether nothing was edited in between; recordings are not compared number by number.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && self.split == other.split
+            && self.settings == other.settings
+            && self.hidden_axes == other.hidden_axes
+            && self.applied == other.applied
+            && self.factory == other.factory
+            && self.notes == other.notes
+    }
+
+    /// This document with the edits of another moment; what is no edit stays.
+    #[must_use]
+    pub fn with_edits_of(&self, other: Self) -> Self {
+        Self {
+            view: self.view.within(other.recordings.entries().len()),
+            maps: self.maps.clone(),
+            lost: self.lost.clone(),
+            ..other
+        }
+    }
+
+    /// The axes of the recordings or of the applied calibration.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        match &self.applied {
+            Some(applied) => &applied.calibration.axes,
+            None => &self.recordings.layout().axes,
+        }
+    }
+
+    /// Whether an axis is shown.
+    #[must_use]
+    pub fn is_shown(&self, axis: Axis) -> bool {
+        !self.hidden_axes.contains(&axis)
+    }
+
+    /// The thresholds of the first look-back, or what they would begin with.
+    #[must_use]
+    pub fn thresholds(&self) -> Thresholds {
+        let features = &self.settings.features;
+        let distance = features.distance.effective(self.axes());
+        let first = features.look_backs.first().copied();
+        first.unwrap_or_else(|| Thresholds::default_for(distance))
+    }
+
+    /// The files that the recordings came from.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let entries = self.recordings.entries().iter();
+        entries.filter_map(|entry| match entry.recording.source() {
+            Source::File(path) => Some(path.as_path()),
+            Source::Simulated => None,
+        })
+    }
+
+    /// What is to be analysed; `trained` is a calibration that was trained on these very recordings.
+    #[must_use]
+    pub fn request(&self, trained: Option<&Arc<Calibration>>) -> Request {
+        let trained = trained.filter(|_| self.applied.is_none()).cloned();
+        let applied = self.applied.as_ref().map(|own| &own.calibration);
+        let factory = self.factory.as_ref().map(|own| &own.calibration);
+        Request {
+            recordings: Arc::clone(&self.recordings),
+            settings: self.settings.clone(),
+            view: self.view,
+            trained: trained.is_some(),
+            calibration: applied.cloned().or(trained),
+            factory: factory.cloned(),
+            datasets: Datasets::default(),
+        }
+    }
+
+    /// Adds recordings that were read, in the roles that `role_of` or their names give them; tells of each that does not fit.
+    pub fn add(
+        &mut self,
+        files: Vec<Vec<Recording>>,
+        role_of: impl Fn(&Recording) -> Option<Role>,
+    ) -> Vec<String> {
+        let mut refused = Vec::new();
+        // The built-in sensor was there so that there was something to see; real recordings take its place.
+        let mut set = match self.recordings.is_simulated() {
+            true => RecordingSet::default(),
+            false => RecordingSet::clone(&self.recordings),
+        };
+        let before = set.entries().len();
+        for recordings in files {
+            for recording in recordings {
+                let entry = match role_of(&recording) {
+                    Some(role) => Entry::new(recording, role),
+                    None => Entry::with_default_role(recording),
+                };
+                if let Err(error) = set.push(entry) {
+                    refused.push(error.to_string());
+                    break; // the other runs of this file have the same columns
+                }
+            }
+        }
+        if set.entries().len() == before {
+            return refused;
+        }
+        // An applied calibration stays: opening recordings to apply it to is what it is for.
+        refused.extend(self.take_set(set).err().map(|error| error.to_string()));
+        self.view = View::One(before);
+        self.choose_distance();
+        refused
+    }
+
+    /// Takes other recordings; what was chosen for the old ones' axes or made of them does not fit.
+    ///
+    /// # Errors
+    /// [`EditError`] if the factory's matrix does not fit, which goes.
+    pub fn take_set(&mut self, set: RecordingSet) -> Result<(), EditError> {
+        if set.layout().axes != self.recordings.layout().axes {
+            self.settings.full_scale.clear();
+        }
+        self.recordings = Arc::new(set);
+        self.split = None;
+        self.name_factory_gauges()
+    }
+
+    /// Puts a test recording on screen: the first in which every axis moves, else the first, else any.
+    pub fn show_first_test(&mut self) {
+        let entries = self.recordings.entries();
+        let first = |wanted: &dyn Fn(&Entry) -> bool| entries.iter().position(wanted);
+        let is_test = |entry: &Entry| entry.role == Role::Test;
+        let shown = first(&|entry| is_test(entry) && every_axis_moves(entry)).or(first(&is_test));
+        self.view = View::One(shown.unwrap_or(0));
+    }
+
+    /// Without a force axis F_th is measured over all axes.
+    fn choose_distance(&mut self) {
+        let axes = &self.recordings.layout().axes;
+        let features = &mut self.settings.features;
+        if !axes.is_empty() && features.distance.effective(axes) != features.distance {
+            features.distance = Distance::FullScale;
+            for thresholds in &mut features.look_backs {
+                *thresholds = Thresholds::default_for(Distance::FullScale);
+            }
+        }
+    }
+
+    fn set_thresholds(&mut self, thresholds: Thresholds) {
+        match self.settings.features.look_backs.split_first_mut() {
+            Some((first, others)) => {
+                *first = thresholds;
+                for other in others {
+                    other.t_th_secs = thresholds.t_th_secs;
+                }
+            }
+            None => self.settings.features.look_backs.push(thresholds),
+        }
+    }
+
+    fn remove(&mut self, at: usize) {
+        let n_left = self.recordings.entries().len().saturating_sub(1);
+        self.view = match self.view {
+            View::One(shown) if shown > at => View::One(shown - 1),
+            view => view.within(n_left),
+        };
+        // What the cut was made of no longer fits together.
+        self.split = None;
+        Arc::make_mut(&mut self.recordings).remove(at);
+    }
+
+    fn split_at(&mut self, fraction: f64) -> Result<(), EditError> {
+        let whole = self.split.as_ref().map(|split| &split.whole);
+        let whole = Arc::clone(whole.unwrap_or(&self.recordings));
+        let cut = whole.split(fraction);
+        if !cut.entries().iter().any(|entry| entry.role == Role::Test) {
+            return Err(EditError::NothingToSplit);
+        }
+        self.split = Some(Split { whole, fraction });
+        self.recordings = Arc::new(cut);
+        self.show_first_test();
+        Ok(())
+    }
+
+    /// Gives the factory's matrix the loaded gauges' names where it knows them by their order only; one for other gauges goes.
+    fn name_factory_gauges(&mut self) -> Result<(), EditError> {
+        let names = &self.recordings.layout().gauge_names;
+        let Some(factory) = self.factory.as_mut().filter(|_| !names.is_empty()) else {
+            return Ok(());
+        };
+        if !names_gauges(&factory.path) && factory.calibration.gauges != *names {
+            name_gauges(Arc::make_mut(&mut factory.calibration), names);
+        }
+        if factory.calibration.gauges == *names {
+            return Ok(());
+        }
+        let error = EditError::OtherFactoryGauges {
+            path: factory.path.clone(),
+            own: factory.calibration.gauges.len(),
+            loaded: names.clone(),
+        };
+        self.factory = None;
+        Err(error)
+    }
+}
+
+fn every_axis_moves(entry: &Entry) -> bool {
+    let n_axes = entry.recording.axes().len();
+    let mut samples = entry.recording.loads().chunks_exact(n_axes.max(1));
+    let Some(first) = samples.next() else {
+        return false;
+    };
+    let mut moves = vec![false; n_axes];
+    for sample in samples {
+        for axis in 0..n_axes {
+            moves[axis] |= sample[axis] != first[axis];
+        }
+    }
+    moves.into_iter().all(|moves| moves)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::{
+        FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
+    };
+
+    fn applied(calibration: Calibration) -> FromFile {
+        FromFile {
+            path: "c.json".into(),
+            calibration: Arc::new(calibration),
+        }
+    }
+
+    #[test]
+    fn roles_change_one_by_one_and_all_at_once() {
+        let mut project = with_files();
+        assert_eq!(roles(&project), [Role::Train, Role::Train, Role::Test]);
+        let before = Arc::clone(&project.recordings);
+        project.edit(Edit::Role(1, Role::Off)).unwrap();
+        let request = project.request(None);
+        assert_eq!(request.recordings.entries()[1].role, Role::Off);
+        assert_eq!(
+            before.entries()[1].role,
+            Role::Train,
+            "work goes on with what it was given"
+        );
+        project.edit(Edit::AllRoles(Role::Test)).unwrap();
+        assert_eq!(roles(&project), [Role::Test; 3]);
+    }
+
+    #[test]
+    fn a_recording_without_a_reference_is_off_whatever_was_said() {
+        let mut project = Project::default();
+        let files = vec![vec![of_file("a", &GAUGES, &[]), of_file("b", &GAUGES, &[])]];
+        let refused = project.add(files, |own| (own.name() == "a").then_some(Role::Train));
+        assert!(refused.is_empty());
+        assert_eq!(roles(&project), [Role::Off; 2]);
+    }
+
+    #[test]
+    fn removing_keeps_the_same_recording_on_screen_or_the_last_one() {
+        let mut project = with_files();
+        project.view = View::One(2);
+        project.edit(Edit::Remove(0)).unwrap();
+        assert_eq!(
+            (project.view, names(&project)),
+            (View::One(1), vec!["b", "test"])
+        );
+        project.edit(Edit::Remove(1)).unwrap();
+        let request = project.request(None);
+        assert_eq!((project.view, request.view), (View::One(0), View::One(0)));
+        project.edit(Edit::Remove(0)).unwrap();
+        assert_eq!((project.view, names(&project).len()), (View::One(0), 0));
+    }
+
+    #[test]
+    fn a_cut_can_be_changed_and_taken_back() {
+        let mut project = with_files();
+        let whole = Arc::clone(&project.recordings);
+        let samples = |project: &Project| -> Vec<usize> {
+            let entries = project.recordings.entries().iter();
+            entries.map(|entry| entry.recording.n_samples()).collect()
+        };
+        project.edit(Edit::Split(0.5)).unwrap();
+        assert_eq!(project.request(None).recordings.entries().len(), 6);
+        assert_eq!(project.view, View::One(1), "the first rest tests");
+        project.edit(Edit::Split(0.25)).unwrap();
+        assert_eq!(
+            samples(&project),
+            [10, 30, 10, 30, 10, 30],
+            "of the whole, not of the halves"
+        );
+        project.edit(Edit::Unsplit).unwrap();
+        assert!(Arc::ptr_eq(&project.recordings, &whole));
+        assert!(project.split.is_none());
+        let before = project.clone();
+        project.edit(Edit::Unsplit).unwrap();
+        assert!(project.is_same(&before));
+    }
+
+    #[test]
+    fn a_cut_that_leaves_nothing_to_test_changes_nothing() {
+        let mut project = with_files();
+        project.edit(Edit::Role(2, Role::Off)).unwrap();
+        project.edit(Edit::Split(0.5)).unwrap();
+        let before = project.clone();
+        let error = project.edit(Edit::Split(0.001)).unwrap_err();
+        assert!(error.to_string().contains("nothing to cut"), "{error}");
+        assert!(project.is_same(&before) && project.view == before.view);
+        assert_eq!(
+            project.split, before.split,
+            "the cut can still be taken back"
+        );
+    }
+
+    #[test]
+    fn other_gauges_are_refused_and_nothing_is_lost() {
+        let mut project = with_files();
+        let before = project.clone();
+        let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
+        assert!(
+            refused[0].contains("other: its gauges are G1"),
+            "{refused:?}"
+        );
+        assert_eq!(refused.len(), 1);
+        assert!(project.is_same(&before));
+    }
+
+    #[test]
+    fn a_calibration_of_other_gauges_is_refused() {
+        let mut project = with_files();
+        let mut calibration = Calibration::clone(&fitted(&project));
+        calibration.gauges[0] = "G1".to_owned();
+        let before = project.clone();
+        let error = project.edit(Edit::Apply(Some(applied(calibration))));
+        assert!(error.unwrap_err().to_string().contains("G1"));
+        assert!(project.applied.is_none() && project.is_same(&before));
+    }
+
+    #[test]
+    fn a_matrix_of_other_gauges_is_refused_and_the_one_before_stays() {
+        let mut project = with_files();
+        let own = applied(Calibration::clone(&fitted(&project)));
+        project.edit(Edit::Compare(Some(own.clone()))).unwrap();
+        let mut other = Calibration::clone(&own.calibration);
+        other.gauges.pop();
+        let error = project.edit(Edit::Compare(Some(applied(other))));
+        assert!(error.unwrap_err().to_string().contains("made for 2 gauges"));
+        assert_eq!(project.factory, Some(own));
+        project.edit(Edit::CloseAll).unwrap();
+        assert!(project.factory.is_some(), "until others are opened");
+        let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]], |_| None);
+        assert!(refused[0].contains("made for 3 gauges"), "{refused:?}");
+        assert!(project.factory.is_none());
+        assert_eq!(names(&project), ["a"]);
+    }
+
+    #[test]
+    fn a_matrix_that_knows_gauges_by_their_order_takes_the_names_of_the_loaded_ones() {
+        let mut project = with_files();
+        let mut calibration = Calibration::clone(&fitted(&project));
+        calibration.gauges = ["SG0", "SG1", "SG2"].map(str::to_owned).to_vec();
+        let factory = FromFile {
+            path: "sensor.cal".into(),
+            calibration: Arc::new(calibration),
+        };
+        project.edit(Edit::Compare(Some(factory))).unwrap();
+        assert_eq!(project.factory.unwrap().calibration.gauges, GAUGES);
+    }
+
+    #[test]
+    fn real_recordings_take_the_place_of_simulated_ones() {
+        let mut project = Project::default();
+        project.take_set(built_in()).unwrap();
+        add(&mut project, "a", &["G1", "G2"], &[Axis::Fz]);
+        let request = project.request(None);
+        assert_eq!((names(&project), request.view), (vec!["a"], View::One(0)));
+        add(&mut project, "test", &["G1", "G2"], &[Axis::Fz]);
+        assert_eq!(
+            (names(&project), project.view),
+            (vec!["a", "test"], View::One(1))
+        );
+    }
+
+    #[test]
+    fn moments_alone_are_measured_over_full_scale() {
+        let mut project = Project::default();
+        add(&mut project, "a", &["S1", "S2"], &[Axis::Mx, Axis::My]);
+        let request = project.request(None);
+        assert_eq!(request.settings.features.distance, Distance::FullScale);
+        let default = Thresholds::default_for(Distance::FullScale);
+        assert_eq!(request.settings.features.look_backs, [default]);
+    }
+
+    #[test]
+    fn full_scales_are_forgotten_with_the_axes_they_were_entered_for() {
+        let mut project = Project::default();
+        project.take_set(built_in()).unwrap();
+        project.settings.full_scale = vec![None, Some(12.0), None];
+        add(&mut project, "a", &GAUGES, &FORCES);
+        assert_eq!(project.settings.full_scale.len(), 3, "the same axes");
+        project.edit(Edit::CloseAll).unwrap();
+        add(&mut project, "b", &["S1"], &[Axis::Fz]);
+        fitted(&project);
+        assert!(project.settings.full_scale.is_empty());
+    }
+
+    #[test]
+    fn closing_leaves_nothing_of_the_recordings() {
+        let mut project = with_files();
+        let calibration = Calibration::clone(&fitted(&project));
+        project
+            .edit(Edit::Apply(Some(applied(calibration))))
+            .unwrap();
+        project.edit(Edit::CloseAll).unwrap();
+        assert!(project.recordings.entries().is_empty());
+        assert!(project.applied.is_none() && project.split.is_none());
+        assert_eq!(project.files().count(), 0);
+    }
+
+    #[test]
+    fn axes_are_hidden_and_shown_again() {
+        let mut project = with_files();
+        for _ in 0..2 {
+            project.edit(Edit::ShowAxis(Axis::Fy, false)).unwrap();
+            let shown: Vec<bool> = project
+                .axes()
+                .iter()
+                .map(|axis| project.is_shown(*axis))
+                .collect();
+            assert_eq!(shown, [true, false, true]);
+        }
+        project.edit(Edit::ShowAxis(Axis::Fy, true)).unwrap();
+        assert!(project.is_shown(Axis::Fy));
+    }
+
+    #[test]
+    fn thresholds_are_those_of_the_first_look_back_and_t_th_is_shared() {
+        let mut project = with_files();
+        let thresholds = |f_th, t_th_secs| Thresholds { f_th, t_th_secs };
+        let features = &mut project.settings.features;
+        features.look_backs = vec![thresholds(1.0, 5.0), thresholds(2.0, 5.0)];
+        project
+            .edit(Edit::Thresholds(thresholds(3.0, 7.0)))
+            .unwrap();
+        let own = &project.settings.features.look_backs;
+        assert_eq!(own[..], [thresholds(3.0, 7.0), thresholds(2.0, 7.0)]);
+        project.settings.features.look_backs.clear();
+        let default = Thresholds::default_for(Distance::default());
+        assert_eq!(project.thresholds(), default);
+        project
+            .edit(Edit::Thresholds(thresholds(3.0, 7.0)))
+            .unwrap();
+        assert_eq!(project.thresholds(), thresholds(3.0, 7.0));
+    }
+}

@@ -1,0 +1,571 @@
+//! Questions, and the one way in which they are answered off the window's thread.
+//!
+//! Guarantees: a result depends on its question alone (what a [`Lane`] remembers between questions only saves time); the newest
+//! question wins; the previous answer stays until there is a newer one; a panic is an error of that question, and the next one
+//! is answered again.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
+
+use crate::panicked::caught;
+use crate::progress::{Cancelled, Progress};
+
+/// A run this young is allowed to finish when a newer question arrives, so that a slider on the move shows something.
+pub const PATIENCE: Duration = Duration::from_millis(150);
+
+/// Of 0 to 99; an idle processor works as fast as ever, a busy one draws the window first (niceness 10 on Linux).
+const BACKGROUND_PRIORITY: u8 = 25;
+
+/// Gives the shared pool of threads the priority of background work. Only before its first use, and best before anything else.
+pub fn let_window_go_first() {
+    let pool = rayon::ThreadPoolBuilder::new().start_handler(|_| stand_back());
+    if let Err(error) = pool.build_global() {
+        log::debug!("the pool of threads was there already: {error}");
+    }
+}
+
+/// Lowers the priority of this thread; where the system refuses, everything works as before.
+fn stand_back() {
+    let lower = ThreadPriorityValue::try_from(BACKGROUND_PRIORITY)
+        .map(ThreadPriority::Crossplatform)
+        .map(set_current_thread_priority);
+    if !matches!(lower, Ok(Ok(()))) {
+        log::debug!("background work keeps the window's priority: {lower:?}");
+    }
+}
+
+/// Called from another thread when there is something to take.
+pub type Notify = Arc<dyn Fn() + Send + Sync>;
+
+/// Why a question has no answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unanswered {
+    /// Somebody asked to stop.
+    Cancelled,
+    /// In a sentence.
+    Because(String),
+}
+
+impl From<Cancelled> for Unanswered {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// Something that takes its time to find out or to do.
+pub trait Query: Clone + Send + Sync + 'static {
+    /// What comes of it.
+    type Answer: Send + 'static;
+    /// What the next question may find ready.
+    type Cache: Default;
+
+    /// What people see while it runs.
+    fn title(&self) -> String;
+
+    /// Whether the other question has the same answer.
+    fn is_same(&self, other: &Self) -> bool;
+
+    /// Finds the answer; `show` is told of what can be shown before.
+    ///
+    /// # Errors
+    /// [`Unanswered`] if there is none.
+    fn compute(
+        &self,
+        cache: &mut Self::Cache,
+        progress: &Progress,
+        show: &(dyn Fn(Self::Answer) + Sync),
+    ) -> Result<Self::Answer, Unanswered>;
+}
+
+/// How far something is.
+#[derive(Clone, Debug)]
+pub struct Running {
+    /// What it is.
+    pub title: String,
+    /// How far it is; cancel here.
+    pub progress: Progress,
+    /// When it began.
+    pub since: Instant,
+}
+
+impl Running {
+    /// How long the rest takes if it goes on as before; `None` while that cannot be told.
+    #[must_use]
+    pub fn time_left(&self) -> Option<Duration> {
+        let fraction = f64::from(self.progress.fraction()?);
+        let elapsed = self.since.elapsed();
+        let tells = fraction > 0.01 && elapsed > Duration::from_secs(2);
+        tells.then(|| elapsed.mul_f64((1.0 - fraction) / fraction))
+    }
+}
+
+/// What a lane has heard of a question since it was looked at last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// A part of an answer.
+    Part,
+    /// An answer.
+    Answer,
+    /// The newest question has none, for the reason that [`Lane::problem`] tells.
+    Problem,
+    /// The newest question was cancelled.
+    Cancelled,
+}
+
+/// Answers one question after another, the newest first, on a thread that begins with the first.
+pub struct Lane<Q: Query> {
+    notify: Notify,
+    shared: Arc<Shared<Q>>,
+    inbox: Option<Receiver<Reply<Q>>>,
+    asked: Option<Q>,
+    newest: u64,
+    /// Answers to questions up to this one are not wanted any more.
+    forgotten: u64,
+    shown: Option<Shown<Q>>,
+    /// The whole answer before, while only a part is shown.
+    before: Option<Shown<Q>>,
+    problem: Option<String>,
+}
+
+/// An answer with its question.
+struct Shown<Q: Query> {
+    question: Q,
+    answer: Q::Answer,
+    is_whole: bool,
+}
+
+struct Reply<Q: Query> {
+    number: u64,
+    question: Q,
+    news: News<Q::Answer>,
+}
+
+enum News<A> {
+    Part(A),
+    End(Result<A, Unanswered>),
+}
+
+struct Shared<Q> {
+    slot: Mutex<Slot<Q>>,
+    wake: Condvar,
+}
+
+struct Slot<Q> {
+    waiting: Option<(u64, Q, Running)>,
+    running: Option<Running>,
+    closed: bool,
+}
+
+impl<Q> Shared<Q> {
+    /// The slot; a panic elsewhere cannot leave it half-changed, so poison means nothing here.
+    fn lock(&self) -> MutexGuard<'_, Slot<Q>> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<Q: Query> Lane<Q> {
+    /// A lane on which nothing has been asked.
+    #[must_use]
+    pub fn new(notify: &Notify) -> Self {
+        Self {
+            notify: Arc::clone(notify),
+            shared: Arc::new(Shared {
+                slot: Mutex::new(Slot {
+                    waiting: None,
+                    running: None,
+                    closed: false,
+                }),
+                wake: Condvar::new(),
+            }),
+            inbox: None,
+            asked: None,
+            newest: 0,
+            forgotten: 0,
+            shown: None,
+            before: None,
+            problem: None,
+        }
+    }
+
+    /// Asks, unless this is what was asked last.
+    pub fn ask(&mut self, question: Q) {
+        let is_same = |asked: &Q| asked.is_same(&question);
+        if !self.asked.as_ref().is_some_and(is_same) {
+            self.ask_again(question);
+        }
+    }
+
+    /// Asks, whatever was asked before; what waits goes.
+    ///
+    /// # Panics
+    /// If the system gives no thread.
+    pub fn ask_again(&mut self, question: Q) {
+        log::debug!("asked: {}", question.title());
+        self.problem = None;
+        self.newest += 1;
+        self.asked = Some(question.clone());
+        let begins = Running {
+            title: question.title(),
+            progress: Progress::default(),
+            since: Instant::now(),
+        };
+        let mut slot = self.shared.lock();
+        slot.waiting = Some((self.newest, question, begins));
+        if let Some(running) = &slot.running
+            && running.since.elapsed() > PATIENCE
+        {
+            running.progress.cancel();
+        }
+        self.shared.wake.notify_one();
+        drop(slot);
+        if self.inbox.is_none() {
+            let (replies, inbox) = channel();
+            self.inbox = Some(inbox);
+            let (shared, notify) = (Arc::clone(&self.shared), Arc::clone(&self.notify));
+            thread::Builder::new()
+                .spawn(move || answer_questions(&shared, &replies, &notify))
+                .expect("the system gives a thread");
+        }
+    }
+
+    /// Takes what has been answered; what was heard, in order.
+    pub fn take(&mut self) -> Vec<Heard> {
+        let replies = self.inbox.iter().flat_map(Receiver::try_iter);
+        let replies: VecDeque<Reply<Q>> = replies.collect();
+        replies
+            .into_iter()
+            .filter_map(|reply| self.hear(reply))
+            .collect()
+    }
+
+    fn hear(&mut self, reply: Reply<Q>) -> Option<Heard> {
+        if reply.number <= self.forgotten {
+            return None;
+        }
+        let is_newest = reply.number == self.newest;
+        let (answer, is_whole) = match reply.news {
+            News::Part(answer) if is_newest => (answer, false),
+            News::End(Ok(answer)) => (answer, true),
+            News::End(Err(Unanswered::Because(reason))) if is_newest => {
+                self.problem = Some(reason);
+                return Some(Heard::Problem);
+            }
+            News::End(Err(Unanswered::Cancelled)) if is_newest => return Some(Heard::Cancelled),
+            _ => return None,
+        };
+        let last = self.shown.replace(Shown {
+            question: reply.question,
+            answer,
+            is_whole,
+        });
+        let last = last.filter(|last| last.is_whole).or(self.before.take());
+        self.before = last.filter(|_| !is_whole);
+        Some(match is_whole {
+            true => Heard::Answer,
+            false => Heard::Part,
+        })
+    }
+
+    /// What was asked last.
+    #[must_use]
+    pub fn asked(&self) -> Option<&Q> {
+        self.asked.as_ref()
+    }
+
+    /// The newest answer that there is, whole or in part.
+    #[must_use]
+    pub fn answer(&self) -> Option<&Q::Answer> {
+        self.shown.as_ref().map(|shown| &shown.answer)
+    }
+
+    /// The question that [`Self::answer`] is of.
+    #[must_use]
+    pub fn answered(&self) -> Option<&Q> {
+        self.shown.as_ref().map(|shown| &shown.question)
+    }
+
+    /// The newest whole answer with its question.
+    #[must_use]
+    pub fn whole(&self) -> Option<(&Q, &Q::Answer)> {
+        let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
+        let whole = shown.or(self.before.as_ref())?;
+        Some((&whole.question, &whole.answer))
+    }
+
+    /// The answer, if it is whole; it is nowhere else then.
+    pub fn take_whole(&mut self) -> Option<Q::Answer> {
+        let shown = self.shown.take_if(|shown| shown.is_whole)?;
+        Some(shown.answer)
+    }
+
+    /// Whether the answer that is shown is whole, and of the newest question.
+    #[must_use]
+    pub fn is_current(&self) -> bool {
+        let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
+        let both = shown.zip(self.asked.as_ref());
+        both.is_some_and(|(shown, asked)| shown.question.is_same(asked))
+    }
+
+    /// Why the newest question has no answer.
+    #[must_use]
+    pub fn problem(&self) -> Option<&str> {
+        self.problem.as_deref()
+    }
+
+    /// What runs, or waits to.
+    #[must_use]
+    pub fn running(&self) -> Option<Running> {
+        let slot = self.shared.lock();
+        let waiting = slot.waiting.as_ref().map(|(_, _, waiting)| waiting);
+        slot.running.as_ref().or(waiting).cloned()
+    }
+
+    /// Whether nothing runs or waits; all answers that will come can then be taken.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        let slot = self.shared.lock();
+        slot.waiting.is_none() && slot.running.is_none()
+    }
+
+    /// Drops what waits and asks what runs to stop; the same question again is not asked then.
+    pub fn cancel(&self) {
+        let mut slot = self.shared.lock();
+        slot.waiting = None;
+        if let Some(running) = &slot.running {
+            running.progress.cancel();
+        }
+    }
+
+    /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
+    pub fn forget(&mut self) {
+        self.cancel();
+        self.forgotten = self.newest;
+        (self.asked, self.shown, self.before, self.problem) = (None, None, None, None);
+    }
+}
+
+impl<Q: Query> Drop for Lane<Q> {
+    fn drop(&mut self) {
+        let mut slot = self.shared.lock();
+        slot.closed = true;
+        if let Some(running) = &slot.running {
+            running.progress.cancel();
+        }
+        self.shared.wake.notify_one();
+    }
+}
+
+fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, notify: &Notify) {
+    stand_back();
+    let mut cache = Q::Cache::default();
+    loop {
+        let (number, question, progress) = {
+            let mut slot = shared.lock();
+            loop {
+                if slot.closed {
+                    return;
+                }
+                if let Some((number, question, begins)) = slot.waiting.take() {
+                    let progress = begins.progress.clone();
+                    let since = Instant::now();
+                    slot.running = Some(Running { since, ..begins });
+                    break (number, question, progress);
+                }
+                slot = (shared.wake.wait(slot)).unwrap_or_else(PoisonError::into_inner);
+            }
+        };
+        let reply = |news| {
+            let question = question.clone();
+            // Nobody listens any more when the window has closed.
+            let _ = replies.send(Reply {
+                number,
+                question,
+                news,
+            });
+        };
+        let show = |answer| {
+            reply(News::Part(answer));
+            notify();
+        };
+        let found = caught(|| question.compute(&mut cache, &progress, &show));
+        let found = found.unwrap_or_else(|panicked| {
+            cache = Q::Cache::default();
+            Err(Unanswered::Because(panicked.to_string()))
+        });
+        // In this order, so that whoever finds the lane idle also finds the answer.
+        reply(News::End(found));
+        let ended = shared.lock().running.take();
+        if let Some(Running { title, since, .. }) = ended {
+            log::info!("{title}: {:.3} s", since.elapsed().as_secs_f64());
+        }
+        notify();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Answers with its number when its gate opens.
+    #[derive(Clone)]
+    struct Gated {
+        number: u32,
+        started: Sender<u32>,
+        gate: Arc<Mutex<Receiver<()>>>,
+    }
+
+    impl Query for Gated {
+        type Answer = u32;
+        type Cache = u32;
+
+        fn title(&self) -> String {
+            "a test".to_owned()
+        }
+
+        fn is_same(&self, other: &Self) -> bool {
+            self.number == other.number
+        }
+
+        fn compute(
+            &self,
+            cache: &mut u32,
+            progress: &Progress,
+            show: &(dyn Fn(u32) + Sync),
+        ) -> Result<u32, Unanswered> {
+            assert_ne!(self.number, 13, "thirteen is one too many");
+            show(self.number + 100);
+            self.started.send(self.number).unwrap();
+            self.gate.lock().unwrap().recv().unwrap();
+            progress.check()?;
+            *cache += 1;
+            Ok(self.number + 1000 * *cache)
+        }
+    }
+
+    /// A lane, what makes questions for it, what has started, and what opens the gate.
+    fn lane() -> (
+        Lane<Gated>,
+        impl Fn(u32) -> Gated,
+        Receiver<u32>,
+        Sender<()>,
+    ) {
+        let (start, started) = channel();
+        let (open, gate) = channel();
+        let gate = Arc::new(Mutex::new(gate));
+        let question = move |number| Gated {
+            number,
+            started: start.clone(),
+            gate: Arc::clone(&gate),
+        };
+        let silent: Notify = Arc::new(|| {});
+        (Lane::new(&silent), question, started, open)
+    }
+
+    fn settle(lane: &Lane<Gated>) {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !lane.is_idle() {
+            assert!(Instant::now() < deadline, "an answer");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn wait(lane: &mut Lane<Gated>) -> Vec<Heard> {
+        settle(lane);
+        lane.take()
+    }
+
+    #[test]
+    fn the_newest_question_is_answered_last_and_waiting_ones_are_dropped() {
+        let (mut lane, question, started, open) = lane();
+        lane.ask(question(1));
+        assert_eq!(started.recv().unwrap(), 1);
+        (2..=30).for_each(|number| lane.ask(question(number)));
+        open.send(()).unwrap();
+        assert_eq!(started.recv().unwrap(), 30);
+        lane.take();
+        assert_eq!(lane.answer(), Some(&130), "a part of the newest answer");
+        assert!(!lane.is_current());
+        open.send(()).unwrap();
+        wait(&mut lane);
+        assert_eq!(lane.answer(), Some(&2030), "what was ready was used");
+        assert!(lane.is_current());
+        lane.ask(question(30));
+        assert!(lane.is_idle(), "it is answered already");
+    }
+
+    #[test]
+    fn cancel_reaches_what_runs_and_the_last_answer_stays() {
+        let (mut lane, question, started, open) = lane();
+        open.send(()).unwrap();
+        lane.ask(question(1));
+        wait(&mut lane);
+        lane.ask(question(2));
+        started.iter().find(|number| *number == 2).unwrap();
+        lane.cancel();
+        open.send(()).unwrap();
+        assert_eq!(wait(&mut lane), [Heard::Part, Heard::Cancelled]);
+        assert_eq!(lane.problem(), None);
+        lane.ask(question(2));
+        assert!(lane.is_idle(), "nobody wants it any more");
+    }
+
+    #[test]
+    fn the_last_whole_answer_stays_while_parts_of_the_next_are_shown() {
+        let (mut lane, question, started, open) = lane();
+        let whole = |lane: &Lane<Gated>| lane.whole().map(|(of, answer)| (of.number, *answer));
+        open.send(()).unwrap();
+        lane.ask(question(1));
+        wait(&mut lane);
+        lane.ask(question(2));
+        assert_eq!((lane.answer(), lane.is_current()), (Some(&1001), false));
+        started.iter().find(|number| *number == 2).unwrap();
+        lane.take();
+        assert_eq!(lane.answer(), Some(&102));
+        assert_eq!(whole(&lane), Some((1, 1001)));
+        lane.cancel();
+        open.send(()).unwrap();
+        wait(&mut lane);
+        assert_eq!(whole(&lane), Some((1, 1001)), "the other one never came");
+        open.send(()).unwrap();
+        lane.ask(question(3));
+        wait(&mut lane);
+        assert_eq!(whole(&lane), Some((3, 2003)));
+        assert_eq!(lane.take_whole(), Some(2003));
+        assert_eq!(whole(&lane), None);
+    }
+
+    #[test]
+    fn what_was_forgotten_is_not_answered_any_more() {
+        let (mut lane, question, _started, open) = lane();
+        open.send(()).unwrap();
+        lane.ask(question(1));
+        settle(&lane);
+        lane.forget();
+        assert_eq!(lane.take(), [], "it had ended, but nobody had looked");
+        assert_eq!(lane.answer(), None);
+        open.send(()).unwrap();
+        lane.ask(question(2));
+        assert_eq!(wait(&mut lane), [Heard::Part, Heard::Answer]);
+        assert_eq!(lane.answered().unwrap().number, 2);
+    }
+
+    #[test]
+    fn a_panic_is_a_problem_of_its_question_and_the_next_is_answered() {
+        let (mut lane, question, _started, open) = lane();
+        lane.ask(question(13));
+        assert_eq!(wait(&mut lane), [Heard::Problem]);
+        assert!(lane.problem().unwrap().contains("thirteen is one too many"));
+        open.send(()).unwrap();
+        lane.ask(question(2));
+        assert_eq!(lane.problem(), None, "another question");
+        wait(&mut lane);
+        assert_eq!(lane.answer(), Some(&1002));
+        lane.forget();
+        assert_eq!(lane.answer(), None);
+    }
+}

@@ -1,0 +1,438 @@
+//! The questions that the window asks: each is a pure function of what it carries, made known to the lanes.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
+use crate::analysis::{
+    Analysis, AnalysisError, Analyst, BlockSuggestion, Candidate, ComparedRow, Datasets,
+    HistoryBlock, Request, RowEvent, Study, StudyEvent, compare, train,
+};
+use crate::calibration::{Calibration, EpochReport, FitSettings};
+use crate::engine::query::{Query, Unanswered};
+use crate::evaluation::mean_hysteresis::MeanHysteresis;
+use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap, Touch};
+use crate::features::Thresholds;
+use crate::progress::Progress;
+use crate::recording::RecordingSet;
+
+/// The map has so many F_th, and so many t_th.
+const MAP_SIDE: usize = 40;
+
+impl From<AnalysisError> for Unanswered {
+    fn from(error: AnalysisError) -> Self {
+        match error {
+            AnalysisError::Cancelled(_) => Self::Cancelled,
+            error => Self::Because(error.to_string()),
+        }
+    }
+}
+
+impl From<LookError> for Unanswered {
+    fn from(error: LookError) -> Self {
+        match error {
+            LookError::Cancelled(_) => Self::Cancelled,
+            error => Self::Because(error.to_string()),
+        }
+    }
+}
+
+/// Whether both are there and the same one, or neither.
+fn is_same_one<T>(one: Option<&Arc<T>>, other: Option<&Arc<T>>) -> bool {
+    one.map(Arc::as_ptr) == other.map(Arc::as_ptr)
+}
+
+fn is_same_request(one: &Request, other: &Request) -> bool {
+    Arc::ptr_eq(&one.recordings, &other.recordings)
+        && one.settings == other.settings
+        && one.view == other.view
+        && one.trained == other.trained
+        && is_same_one(one.calibration.as_ref(), other.calibration.as_ref())
+        && is_same_one(one.factory.as_ref(), other.factory.as_ref())
+}
+
+/// Fit and score, and make the traces.
+#[derive(Clone, Debug)]
+pub struct Analyse(pub Request);
+
+impl Query for Analyse {
+    type Answer = Arc<Analysis>;
+    type Cache = Analyst;
+
+    fn title(&self) -> String {
+        "Updating".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        is_same_request(&self.0, &other.0)
+    }
+
+    fn compute(
+        &self,
+        analyst: &mut Analyst,
+        progress: &Progress,
+        _: &(dyn Fn(Self::Answer) + Sync),
+    ) -> Result<Self::Answer, Unanswered> {
+        Ok(Arc::new(analyst.analyse(&self.0, progress)?))
+    }
+}
+
+/// Train a network or a kernel, which takes longer than a slider may wait. When it is stopped, a network keeps the best it had.
+#[derive(Clone, Debug)]
+pub struct Train(pub Request);
+
+/// How far a training is.
+#[derive(Clone, Debug, Default)]
+pub struct Trained {
+    /// The network's reports, epoch by epoch.
+    pub epochs: Vec<EpochReport>,
+    /// What came of it.
+    pub calibration: Option<Arc<Calibration>>,
+}
+
+impl Query for Train {
+    type Answer = Trained;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Training".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        is_same_request(&self.0, &other.0)
+    }
+
+    fn compute(
+        &self,
+        (): &mut (),
+        progress: &Progress,
+        show: &(dyn Fn(Trained) + Sync),
+    ) -> Result<Trained, Unanswered> {
+        let mut trained = Trained::default();
+        show(trained.clone());
+        let calibration = train(&self.0, progress, &mut |report| {
+            trained.epochs.push(report);
+            show(trained.clone());
+        })?;
+        trained.calibration = Some(Arc::new(calibration));
+        Ok(trained)
+    }
+}
+
+/// Fit regressors and features side by side.
+#[derive(Clone, Debug)]
+pub struct Compare {
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// What the candidates do not say.
+    pub settings: FitSettings,
+    /// What is fitted.
+    pub candidates: Vec<Candidate>,
+}
+
+/// How far a row of a comparison is.
+#[derive(Clone, Debug, Default)]
+pub enum RowState {
+    /// It has not begun.
+    #[default]
+    Waits,
+    /// It is fitted; a network has passed over its samples so often.
+    Runs(Option<EpochReport>),
+    /// It has ended.
+    Ended(Result<ComparedRow, String>),
+}
+
+impl Query for Compare {
+    type Answer = Vec<RowState>;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Comparing regressors".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && self.settings == other.settings
+            && self.candidates == other.candidates
+    }
+
+    fn compute(
+        &self,
+        (): &mut (),
+        progress: &Progress,
+        show: &(dyn Fn(Self::Answer) + Sync),
+    ) -> Result<Self::Answer, Unanswered> {
+        let rows = Mutex::new(vec![RowState::Waits; self.candidates.len()]);
+        let Self {
+            recordings,
+            settings,
+            candidates,
+        } = self;
+        compare(recordings, settings, candidates, progress, &|at, event| {
+            let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
+            rows[at] = match event {
+                RowEvent::Started => RowState::Runs(None),
+                RowEvent::Epoch(report) => RowState::Runs(Some(report)),
+                RowEvent::Ended(row) => RowState::Ended(row.map_err(|error| error.to_string())),
+            };
+            show(rows.clone());
+        });
+        Ok(rows.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// What look-backs of all thresholds would give, and which past samples the present one finds.
+#[derive(Clone, Debug)]
+pub struct StudyThresholds {
+    recordings: Arc<RecordingSet>,
+    /// The choices of the fit, the first look-back's thresholds set to a fixed pair.
+    settings: FitSettings,
+    /// The present thresholds.
+    thresholds: Thresholds,
+    datasets: Datasets,
+}
+
+/// A threshold study as far as it is.
+#[derive(Clone, Debug)]
+pub struct ThresholdStudy {
+    /// The map; rows that have not come yet are missing. Not there before it is begun.
+    pub map: Option<Arc<ThresholdMap>>,
+    /// Which past samples the present thresholds find.
+    pub touch: Touch,
+    /// The mean hysteresis of the training recordings.
+    pub hysteresis: MeanHysteresis,
+}
+
+/// A study with what it was prepared for, and its map as far as it has come.
+struct Prepared {
+    recordings: Arc<RecordingSet>,
+    settings: FitSettings,
+    study: Study,
+    map: Option<Arc<ThresholdMap>>,
+}
+
+/// What a study finds ready.
+#[derive(Default)]
+pub struct StudyCache(Option<Prepared>);
+
+impl StudyThresholds {
+    /// The study of these recordings around these settings.
+    #[must_use]
+    pub fn new(
+        recordings: Arc<RecordingSet>,
+        settings: &FitSettings,
+        thresholds: Thresholds,
+        datasets: &Datasets,
+    ) -> Self {
+        let mut settings = settings.clone();
+        let default = Thresholds::default_for(settings.features.distance);
+        match settings.features.look_backs.first_mut() {
+            Some(first) => *first = default,
+            None => settings.features.look_backs.push(default),
+        }
+        Self {
+            recordings,
+            settings,
+            thresholds,
+            datasets: datasets.clone(),
+        }
+    }
+
+    /// Whether the other study has the same map.
+    #[must_use]
+    pub fn has_same_map(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings) && self.settings == other.settings
+    }
+}
+
+impl Query for StudyThresholds {
+    type Answer = ThresholdStudy;
+    type Cache = StudyCache;
+
+    fn title(&self) -> String {
+        "Studying thresholds".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        self.has_same_map(other) && self.thresholds == other.thresholds
+    }
+
+    fn compute(
+        &self,
+        cache: &mut StudyCache,
+        progress: &Progress,
+        show: &(dyn Fn(ThresholdStudy) + Sync),
+    ) -> Result<ThresholdStudy, Unanswered> {
+        let Self {
+            recordings,
+            settings,
+            thresholds,
+            datasets,
+        } = self;
+        let holds =
+            |own: &Prepared| Arc::ptr_eq(&own.recordings, recordings) && own.settings == *settings;
+        if !cache.0.as_ref().is_some_and(holds) {
+            // Taken away first: two of them need not fit in memory at once.
+            cache.0 = None;
+            let study =
+                Study::prepare(datasets, Arc::clone(recordings), settings.clone(), progress)?;
+            cache.0 = Some(Prepared {
+                recordings: Arc::clone(recordings),
+                settings: settings.clone(),
+                study,
+                map: None,
+            });
+        }
+        let prepared = cache.0.as_mut().expect("was just prepared");
+        let study = &prepared.study;
+        let mut found = ThresholdStudy {
+            map: prepared.map.clone(),
+            touch: study.touch(*thresholds),
+            hysteresis: study.mean_hysteresis(),
+        };
+        if found.map.as_ref().is_some_and(|map| map.is_complete()) {
+            return Ok(found);
+        }
+        show(found.clone());
+        let grid = ThresholdGrid::covering(study.largest_distance(), MAP_SIDE, MAP_SIDE)
+            .expect("the grid of the window is neither empty nor too large");
+        let so_far = Mutex::new(None::<ThresholdMap>);
+        let map = study.threshold_map(&grid, progress, &|event| {
+            let mut so_far = so_far.lock().unwrap_or_else(PoisonError::into_inner);
+            match event {
+                StudyEvent::Laid(map) => *so_far = Some(map.clone()),
+                StudyEvent::Row { f_at, points } => {
+                    if let Some(map) = &mut *so_far {
+                        map.set_row(f_at, points.to_vec());
+                    }
+                }
+            }
+            show(ThresholdStudy {
+                map: so_far.clone().map(Arc::new),
+                ..found.clone()
+            });
+        });
+        let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // Other thresholds begin the map again; until they have one, this one stays.
+        found.map = so_far.map(Arc::new).or(found.map);
+        prepared.map.clone_from(&found.map);
+        map?;
+        Ok(found)
+    }
+}
+
+/// Choose the numbers of a block by cross-validation.
+#[derive(Clone, Debug)]
+pub struct ChooseBlock {
+    /// Which.
+    pub block: HistoryBlock,
+    /// Whose errors count; `None`: what is looked at first.
+    pub measure: Option<Measure>,
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// Everything else.
+    pub settings: FitSettings,
+    /// What is shared with other questions.
+    pub datasets: Datasets,
+}
+
+impl Query for ChooseBlock {
+    type Answer = BlockSuggestion;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        format!("Choosing {}", self.block.setting().label.to_lowercase())
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        self.block == other.block
+            && self.measure == other.measure
+            && Arc::ptr_eq(&self.recordings, &other.recordings)
+            && self.settings == other.settings
+    }
+
+    fn compute(
+        &self,
+        (): &mut (),
+        progress: &Progress,
+        _: &(dyn Fn(BlockSuggestion) + Sync),
+    ) -> Result<BlockSuggestion, Unanswered> {
+        let recordings = Arc::clone(&self.recordings);
+        let study = Study::prepare(&self.datasets, recordings, self.settings.clone(), progress)?;
+        let measure = self.measure;
+        let measure = measure.unwrap_or_else(|| study.scale().default_measure());
+        Ok(study.suggest_block(self.block, measure, progress)?)
+    }
+}
+
+/// Loops, cross-plots, dwells, the table of figures.
+#[derive(Clone, Debug)]
+pub struct LookAt(pub LookRequest);
+
+impl Query for LookAt {
+    type Answer = Look;
+    type Cache = Viewer;
+
+    fn title(&self) -> String {
+        "Drawing loops".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        let (one, other) = (&self.0, &other.0);
+        Arc::ptr_eq(&one.calibration, &other.calibration)
+            && Arc::ptr_eq(&one.recordings, &other.recordings)
+            && Arc::ptr_eq(&one.traces, &other.traces)
+            && one.decimation == other.decimation
+            && one.visible == other.visible
+            && one.question == other.question
+    }
+
+    fn compute(
+        &self,
+        viewer: &mut Viewer,
+        progress: &Progress,
+        _: &(dyn Fn(Look) + Sync),
+    ) -> Result<Look, Unanswered> {
+        Ok(viewer.look(&self.0, progress)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::with_files;
+
+    #[test]
+    fn the_map_stays_while_other_thresholds_begin_it_again() {
+        let project = with_files();
+        let study = |thresholds| {
+            let recordings = Arc::clone(&project.recordings);
+            let datasets = Datasets::default();
+            StudyThresholds::new(recordings, &project.settings, thresholds, &datasets)
+        };
+        let thresholds = project.thresholds();
+        let mut cache = StudyCache::default();
+        let progress = Progress::default();
+        let stopped = study(thresholds).compute(&mut cache, &progress, &|found| {
+            if found.map.is_some_and(|map| map.n_rows_done() > 0) {
+                progress.cancel();
+            }
+        });
+        assert_eq!(stopped.unwrap_err(), Unanswered::Cancelled);
+        let shown = Mutex::new(Vec::new());
+        let moved = study(Thresholds {
+            f_th: 2.0 * thresholds.f_th,
+            ..thresholds
+        });
+        let found = moved.compute(&mut cache, &Progress::default(), &|found| {
+            let n_rows = found.map.map(|map| map.n_rows_done());
+            shown.lock().unwrap().push(n_rows);
+        });
+        assert!(found.unwrap().map.unwrap().is_complete());
+        let shown = shown.into_inner().unwrap();
+        assert!(shown[0].is_some_and(|n_rows| n_rows > 0), "{shown:?}");
+        let again = study(thresholds).compute(&mut cache, &Progress::default(), &|_| {
+            panic!("the map is there, and what the thresholds touch takes no time")
+        });
+        assert!(again.unwrap().map.unwrap().is_complete());
+    }
+}

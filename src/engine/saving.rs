@@ -1,0 +1,143 @@
+//! What can be written into a file, and writing it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::analysis::{
+    ComparedRow, Request, TraceSet, comparison_table, report, stretches_on_screen,
+};
+use crate::calibration::{Calibration, Undetermined};
+use crate::engine::{Project, Session};
+use crate::evaluation::metrology::Metrology;
+use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
+use crate::export::{
+    ReportData, WriteError, threshold_map_files, with_sources, write_atomically, write_calibration,
+    write_report, write_threshold_map, write_traces,
+};
+use crate::progress::Progress;
+use crate::recording::RecordingSet;
+use crate::report::figure_records;
+
+/// What is to be written into a file; where there is a choice, the ending of its name says how.
+#[derive(Clone, Debug)]
+pub enum FileContent {
+    /// A calibration, with what it was fitted to.
+    Calibration(Arc<Calibration>, Option<Arc<RecordingSet>>),
+    /// A report on what is asked for, with the notes.
+    Report(Box<Request>, String),
+    /// Loads and errors over time.
+    Traces(Box<TracesToWrite>),
+    /// The comparison of regressors as CSV.
+    Comparison(Vec<ComparedRow>),
+    /// The metrology table as CSV.
+    Metrology(Arc<Metrology>),
+    /// The map of thresholds with its curves.
+    Thresholds(Arc<ThresholdMap>, Measure),
+    /// A session, with the document that it holds.
+    Session(Box<Session>, Box<Project>),
+    /// A finished file, such as a figure.
+    Bytes(Arc<[u8]>),
+}
+
+/// The traces on screen, and what they are made of.
+#[derive(Clone, Debug)]
+pub struct TracesToWrite {
+    /// What makes loads of the gauges.
+    pub calibration: Arc<Calibration>,
+    /// The recordings.
+    pub recordings: Arc<RecordingSet>,
+    /// Every so many-th sample is used.
+    pub decimation: usize,
+    /// The traces.
+    pub traces: Arc<TraceSet>,
+    /// The interval of their time that is written; `None`: all.
+    pub visible: Option<(f64, f64)>,
+}
+
+/// What to do with a file that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Ask before it is replaced.
+    Ask,
+    /// Replace it: somebody was asked.
+    Replace,
+}
+
+/// Why somebody is asked before a file is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
+    /// It is there already.
+    IsThere,
+    /// The fit that it would hold says nothing; what to do afterwards with a file that is there.
+    Undetermined(Undetermined, Existing),
+}
+
+impl FileContent {
+    /// The name that is suggested for its file.
+    #[must_use]
+    pub fn usual_name(&self) -> &'static str {
+        match self {
+            Self::Calibration(..) => "calibration.json",
+            Self::Report(..) => "report.html",
+            Self::Traces(_) => "traces.csv",
+            Self::Comparison(_) => "comparison.csv",
+            Self::Metrology(_) => "metrology.csv",
+            Self::Thresholds(..) => "thresholds.csv",
+            Self::Session(..) => "session.json",
+            Self::Bytes(bytes) if bytes.starts_with(b"\x89PNG") => "picture.png",
+            Self::Bytes(_) => "plot.svg",
+        }
+    }
+
+    /// Whether writing takes so long that it is shown, and can be stopped.
+    #[must_use]
+    pub fn takes_long(&self) -> bool {
+        matches!(self, Self::Report(..) | Self::Traces(_))
+    }
+
+    /// The files that are written with one of this name.
+    #[must_use]
+    pub fn files(&self, path: &Path) -> Vec<PathBuf> {
+        match self {
+            Self::Thresholds(..) => threshold_map_files(path),
+            _ => vec![path.to_owned()],
+        }
+    }
+
+    /// Writes it, whole or not at all.
+    ///
+    /// # Errors
+    /// A sentence if it cannot be written.
+    pub fn write(&self, path: &Path, progress: &Progress) -> Result<(), String> {
+        let written: Result<(), WriteError> = match self {
+            Self::Calibration(calibration, Some(recordings)) => {
+                write_calibration(&with_sources(calibration, recordings), path)
+            }
+            Self::Calibration(calibration, None) => write_calibration(calibration, path),
+            Self::Report(request, notes) => {
+                let report = report(request, progress).map_err(|error| error.to_string())?;
+                let notes = notes.clone();
+                write_report(path, &ReportData { notes, ..report })
+            }
+            Self::Traces(what) => {
+                let (recordings, decimation) = (&what.recordings, what.decimation);
+                let shown = stretches_on_screen(recordings, decimation, &what.traces, what.visible);
+                write_traces(path, &what.calibration, &shown, progress)
+            }
+            Self::Thresholds(map, measure) => write_threshold_map(map, *measure, path),
+            Self::Comparison(rows) => write_atomically(path, |out| {
+                comparison_table(rows, &ScoreSet::ALL).write_csv(out)
+            }),
+            Self::Metrology(table) => {
+                write_atomically(path, |out| figure_records(table).write_csv(out))
+            }
+            Self::Session(session, _) => {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                let text = session.with_hashes().to_json(folder);
+                write_atomically(path, |out| out.write_all(&text))
+            }
+            Self::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),
+        };
+        written.map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,478 @@
+//! A session: which files were open, what they are for, and how everything was set; recordings and results stay where they are.
+//!
+//! Guarantees: what is written reads back the same; parts that a file does not name are as in a new window, so that
+//! older sessions keep loading.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::View;
+use crate::calibration::{Calibration, FitSettings};
+use crate::engine::project::{Edit, FromFile, Project, SessionFile};
+use crate::engine::{Level, Notice};
+use crate::export::{read_calibration, sha256};
+use crate::import::{self, Loaded};
+use crate::progress::Progress;
+use crate::recording::{Axis, Recording, Role, Source};
+use crate::small_file::read_small;
+
+const FORMAT: &str = "loopscope session";
+const VERSION: u32 = 1;
+/// A session is short; whatever is longer is something else.
+const BYTES_LIMIT: u64 = 16 << 20;
+
+/// What a session's file holds.
+///
+/// | part | meaning |
+/// |---|---|
+/// | `notes` | free text |
+/// | `built_in` | whether the built-in sensor was open; then there are no files |
+/// | `files` | the recordings' files, in the order of opening |
+/// | `cut` | recordings are cut in time: this first share trains |
+/// | `calibration` | the file of a calibration that is applied instead of fitted |
+/// | `settings` | the choices of the fit |
+/// | `on_screen` | the name of the recording on screen; absent: all of them |
+/// | `hidden_axes` | axes that are not shown |
+/// | `layout` | where the panes stand |
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[expect(missing_docs, reason = "the table above says what the fields are")]
+pub struct Session {
+    pub format: String,
+    pub version: u32,
+    /// The program that wrote it.
+    pub program: String,
+    pub notes: String,
+    pub built_in: bool,
+    pub files: Vec<SessionFile>,
+    pub cut: Option<f64>,
+    pub calibration: Option<PathBuf>,
+    pub settings: FitSettings,
+    pub on_screen: Option<String>,
+    pub hidden_axes: Vec<Axis>,
+    pub layout: Option<serde_json::Value>,
+}
+
+/// Why a file is no session.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum SessionError {
+    #[error("not a session: {0}")]
+    Json(#[from] serde_json::Error),
+    #[error(
+        "a session of version {found}, where this program knows up to {VERSION}; open it with a newer one"
+    )]
+    Version { found: u32 },
+}
+
+impl Session {
+    /// Whether a file's text is that of a session, as far as its start tells.
+    #[must_use]
+    pub fn is_one(text: &[u8]) -> bool {
+        #[derive(Deserialize)]
+        struct Start {
+            #[serde(default)]
+            format: serde_json::Value,
+        }
+        serde_json::from_slice::<Start>(text).is_ok_and(|start| start.format == FORMAT)
+    }
+
+    /// Understands a session's text.
+    ///
+    /// # Errors
+    /// [`SessionError`] if it is no session, or of a version that is not known yet.
+    pub fn from_json(text: &[u8]) -> Result<Self, SessionError> {
+        let session: Self = serde_json::from_slice(text)?;
+        if session.version > VERSION {
+            return Err(SessionError::Version {
+                found: session.version,
+            });
+        }
+        Ok(session)
+    }
+
+    /// The session as JSON for a file in `folder`: paths below it are written as seen from there.
+    #[must_use]
+    pub fn to_json(&self, folder: &Path) -> Vec<u8> {
+        let mut session = self.clone();
+        for file in &mut session.files {
+            file.path = match file.absolute.strip_prefix(folder) {
+                Ok(inside) => inside.to_owned(),
+                Err(_) => file.absolute.clone(),
+            };
+        }
+        let mut text = serde_json::to_vec_pretty(&session).unwrap_or_default();
+        text.push(b'\n');
+        text
+    }
+}
+
+/// A file of a session with what became of it.
+#[derive(Clone, Debug)]
+pub struct SessionPart {
+    /// As the session has it; [`SessionFile::absolute`] is where it was found.
+    pub file: SessionFile,
+    /// What it held; `None` where it is not there.
+    pub loaded: Option<Result<Loaded, String>>,
+    /// Whether it is another file than it was.
+    pub changed: bool,
+}
+
+/// A session that was read, with its files.
+#[derive(Clone, Debug)]
+pub struct OpenedSession {
+    /// The session.
+    pub session: Session,
+    /// Its files.
+    pub parts: Vec<SessionPart>,
+    /// The calibration that it applies.
+    pub calibration: Option<Result<Arc<Calibration>, String>>,
+}
+
+impl Session {
+    /// What there is to save; `layout` says where the panes stand.
+    #[must_use]
+    pub fn of(project: &Project, layout: Option<serde_json::Value>) -> Self {
+        let whole = project.split.as_ref().map(|split| &split.whole);
+        let whole = whole.unwrap_or(&project.recordings);
+        let mut files: Vec<SessionFile> = Vec::new();
+        for entry in whole.entries() {
+            let Source::File(path) = entry.recording.source() else {
+                continue;
+            };
+            let absolute = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            let at = files.iter().position(|file| file.absolute == absolute);
+            let at = at.unwrap_or_else(|| {
+                files.push(SessionFile {
+                    path: absolute.clone(),
+                    columns: project.maps.get(path).cloned(),
+                    absolute,
+                    ..SessionFile::default()
+                });
+                files.len() - 1
+            });
+            let name = entry.recording.name().to_owned();
+            let by_map = files[at].columns.as_ref().and_then(|map| map.tare);
+            if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
+                files[at].tares.insert(name.clone(), tare);
+            }
+            files[at].roles.insert(name, entry.role);
+        }
+        let on_screen = match project.view {
+            View::One(at) => project.recordings.entries().get(at),
+            View::All => None,
+        };
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            notes: project.notes.clone(),
+            built_in: project.recordings.is_simulated(),
+            files,
+            cut: project.split.as_ref().map(|split| split.fraction),
+            calibration: project.applied.as_ref().map(|own| own.path.clone()),
+            settings: project.settings.clone(),
+            on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
+            hidden_axes: project.hidden_axes.clone(),
+            layout,
+        }
+    }
+
+    /// The session with what its files hold now; a file that cannot be read goes without.
+    #[must_use]
+    pub fn with_hashes(&self) -> Self {
+        let mut session = self.clone();
+        for file in &mut session.files {
+            let path: &PathBuf = &file.absolute;
+            file.bytes = fs::metadata(path).ok().map(|metadata| metadata.len());
+            file.sha256 = sha256(path).ok();
+        }
+        session
+    }
+
+    /// Whether a file is a session.
+    #[must_use]
+    pub fn is_at(path: &Path) -> bool {
+        text_of(path).is_ok_and(|text| Self::is_one(&text))
+    }
+}
+
+fn text_of(path: &Path) -> io::Result<Vec<u8>> {
+    read_small(path, "a session", BYTES_LIMIT)
+}
+
+impl OpenedSession {
+    /// Reads a session, and the files that it names where they are still to be found.
+    ///
+    /// # Errors
+    /// A sentence if there is no session; a file of it that cannot be read is a part without recordings.
+    pub fn read(path: &Path, progress: &Progress) -> Result<Self, String> {
+        let with_path = |error: String| format!("{}: {error}", path.display());
+        let text = text_of(path).map_err(|error| with_path(error.to_string()))?;
+        let session = Session::from_json(&text).map_err(|error| with_path(error.to_string()))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for file in &session.files {
+            progress.add_total(file.bytes.unwrap_or(0));
+        }
+        let parts = session.files.iter();
+        let parts = parts.map(|file| SessionPart::read(file, folder, progress));
+        let calibration = session.calibration.as_ref().map(|path| {
+            let read = read_calibration(&folder.join(path));
+            read.map(Arc::new).map_err(|error| error.to_string())
+        });
+        Ok(Self {
+            parts: parts.collect(),
+            calibration,
+            session,
+        })
+    }
+
+    /// The document that it holds, and what there is to say of its files.
+    #[must_use]
+    pub fn into_project(self) -> (Project, Vec<Notice>) {
+        let session = self.session;
+        let mut notices = Vec::new();
+        let mut say = |level, text: String| notices.push(Notice::new(level, text));
+        let mut project = Project {
+            settings: session.settings.clone(),
+            hidden_axes: session.hidden_axes,
+            notes: session.notes,
+            ..Project::default()
+        };
+        let (mut read, mut roles) = (Vec::new(), BTreeMap::new());
+        for SessionPart {
+            file,
+            loaded,
+            changed,
+        } in self.parts
+        {
+            let found = file.absolute.clone();
+            if changed {
+                let text = "not the file that the session was saved with";
+                say(Level::Warning, format!("{}: {text}", found.display()));
+            }
+            match loaded {
+                Some(Ok(loaded)) => {
+                    for warning in loaded.warnings {
+                        say(Level::Warning, warning.to_string());
+                    }
+                    read.push(loaded.recordings);
+                    roles.insert(found.clone(), file.roles);
+                    project.maps.extend(file.columns.map(|map| (found, map)));
+                }
+                Some(Err(error)) => say(Level::Error, error),
+                None => project.lost.push(file),
+            }
+        }
+        for refused in project.add(read, |recording| role_in(&roles, recording)) {
+            say(Level::Error, refused);
+        }
+        // What is loaded does not choose the settings anew.
+        project.settings = session.settings;
+        if let Some(fraction) = session.cut {
+            let cut = project.edit(Edit::Split(fraction));
+            cut.unwrap_or_else(|error| say(Level::Error, error.to_string()));
+        }
+        let mut entries = project.recordings.entries().iter();
+        project.view = session.on_screen.map_or(View::All, |name| {
+            let shown = entries.position(|entry| entry.recording.name() == name);
+            View::One(shown.unwrap_or(0))
+        });
+        match (session.calibration, self.calibration) {
+            (Some(path), Some(Ok(calibration))) => {
+                project.applied = Some(FromFile { path, calibration });
+            }
+            (_, Some(Err(error))) => say(Level::Error, error),
+            _ => {}
+        }
+        (project, notices)
+    }
+}
+
+/// What recordings of files are for, by their names.
+pub type Roles = BTreeMap<PathBuf, BTreeMap<String, Role>>;
+
+/// The role that a recording is to have, if one was said.
+#[must_use]
+pub fn role_in(roles: &Roles, recording: &Recording) -> Option<Role> {
+    let Source::File(path) = recording.source() else {
+        return None;
+    };
+    roles.get(path)?.get(recording.name()).copied()
+}
+
+impl SessionPart {
+    /// One file: beside the session if it is there, else where it was.
+    fn read(file: &SessionFile, folder: &Path, progress: &Progress) -> Self {
+        let candidates = [folder.join(&file.path), file.absolute.clone()];
+        let Some(found) = candidates.into_iter().find(|path| path.is_file()) else {
+            return Self {
+                file: file.clone(),
+                loaded: None,
+                changed: false,
+            };
+        };
+        let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
+        let loaded = loaded.map_err(|error| error.to_string());
+        Self {
+            changed: is_another(file, &found),
+            file: SessionFile {
+                absolute: found,
+                ..file.clone()
+            },
+            loaded: Some(loaded.and_then(|loaded| tared(loaded, file))),
+        }
+    }
+}
+
+/// The recordings tared as they were when the session was saved.
+fn tared(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
+    for recording in &mut loaded.recordings {
+        if let Some(tare) = file.tares.get(recording.name()) {
+            let tared = recording.clone().tared(*tare);
+            (*recording, _) = tared.map_err(|error| error.to_string())?;
+        }
+    }
+    Ok(loaded)
+}
+
+/// Whether the file holds something else than when the session was saved.
+fn is_another(file: &SessionFile, found: &Path) -> bool {
+    let bytes = fs::metadata(found).ok().map(|metadata| metadata.len());
+    let other_length = file.bytes.is_some() && bytes.is_some() && file.bytes != bytes;
+    let other_content = || {
+        let hash = file.sha256.as_ref().zip(sha256(found).ok());
+        hash.is_some_and(|(then, now)| *then != now)
+    };
+    other_length || other_content()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::tests::{add, of_file};
+
+    fn recordings(path: &str, names: &[&str]) -> Vec<Recording> {
+        let named = |name: &&str| {
+            let own = of_file(path, &["S1"], &[Axis::Fz]);
+            let (gauges, axes) = (own.gauge_names().to_vec(), own.axes().to_vec());
+            let source = own.source().clone();
+            let (times, values, loads) = (own.times(), own.gauges(), own.loads());
+            let (times, values, loads) = (times.to_vec(), values.to_vec(), loads.to_vec());
+            Recording::new(*name, source, times, gauges, values, axes, loads).unwrap()
+        };
+        names.iter().map(named).collect()
+    }
+
+    /// The document as it comes back from a session's text, every recording found, without a word.
+    fn reopened(text: &[u8]) -> Project {
+        let session = Session::from_json(text).unwrap();
+        let parts = session.files.iter().map(|file| {
+            let names: Vec<&str> = file.roles.keys().map(String::as_str).collect();
+            let loaded = Loaded {
+                recordings: recordings(file.absolute.to_str().unwrap(), &names),
+                warnings: Vec::new(),
+                map: None,
+            };
+            SessionPart {
+                loaded: Some(Ok(loaded)),
+                file: file.clone(),
+                changed: false,
+            }
+        });
+        let opened = OpenedSession {
+            parts: parts.collect(),
+            calibration: None,
+            session,
+        };
+        let (project, notices) = opened.into_project();
+        assert!(notices.is_empty(), "{notices:?}");
+        project
+    }
+
+    #[test]
+    fn roles_settings_cut_view_and_notes_come_back() {
+        let mut project = Project::default();
+        for (path, names) in [
+            ("/data/a.csv", &["a.1", "a.2"][..]),
+            ("/data/b.csv", &["b"]),
+        ] {
+            let refused = project.add(vec![recordings(path, names)], |_| None);
+            assert!(refused.is_empty());
+        }
+        let mut settings = project.settings.clone();
+        settings.features.look_backs[0].f_th = 0.125;
+        settings.full_scale = vec![Some(7.0)];
+        for edit in [
+            Edit::Role(1, Role::Off),
+            Edit::Settings(settings),
+            Edit::Split(0.25),
+            Edit::Notes("oiled".to_owned()),
+        ] {
+            project.edit(edit).unwrap();
+        }
+        project.view = View::One(3);
+        let text = Session::of(&project, None).to_json(Path::new("/data"));
+        assert!(String::from_utf8_lossy(&text).contains(r#""path": "a.csv""#));
+        let back = reopened(&text);
+        assert_eq!(Session::of(&back, None), Session::of(&project, None));
+        assert_eq!(back.recordings, project.recordings);
+        assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
+    }
+
+    #[test]
+    fn a_part_that_is_gone_or_cannot_be_read_is_told_and_the_rest_comes_back() {
+        let mut project = Project::default();
+        for path in ["/data/a.csv", "/data/b.csv", "/data/c.csv"] {
+            add(&mut project, path, &["S1"], &[Axis::Fz]);
+        }
+        let session = Session::of(&project, None);
+        let found = [
+            None,
+            Some(Err("/data/b.csv: torn".to_owned())),
+            Some(Ok(Loaded {
+                recordings: recordings("/data/c.csv", &["/data/c.csv"]),
+                warnings: Vec::new(),
+                map: None,
+            })),
+        ];
+        let parts = session
+            .files
+            .iter()
+            .zip(found)
+            .map(|(file, loaded)| SessionPart {
+                file: file.clone(),
+                loaded,
+                changed: false,
+            });
+        let opened = OpenedSession {
+            parts: parts.collect(),
+            calibration: None,
+            session: session.clone(),
+        };
+        let (back, notices) = opened.into_project();
+        assert_eq!(back.lost, session.files[..1]);
+        let torn = Notice::new(Level::Error, "/data/b.csv: torn");
+        assert_eq!(notices, [torn]);
+        assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);
+    }
+
+    #[test]
+    fn older_sessions_load_and_newer_ones_say_so() {
+        let old = br#"{"format": "loopscope session", "version": 1, "files": [{"path": "a.csv"}]}"#;
+        assert!(Session::is_one(old));
+        let session = Session::from_json(old).unwrap();
+        assert_eq!(session.settings, FitSettings::default());
+        assert_eq!(session.files[0].path, Path::new("a.csv"));
+        let newer = br#"{"format": "loopscope session", "version": 2}"#;
+        let error = Session::from_json(newer).unwrap_err();
+        assert!(error.to_string().contains("version 2"), "{error}");
+        assert!(Session::from_json(b"[1").is_err());
+        assert!(!Session::is_one(br#"{"format": "loopscope calibration"}"#));
+    }
+}

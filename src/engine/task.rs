@@ -1,0 +1,166 @@
+//! What is done once beside the window: reading and writing files, and what changes recordings.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::engine::files::{OpenedFile, open_all};
+use crate::engine::query::{Query, Unanswered};
+use crate::engine::saving::{Existing, FileContent};
+use crate::engine::session::OpenedSession;
+use crate::export::{TargetError, check_targets};
+use crate::import;
+use crate::import::map::ColumnMap;
+use crate::import::pose::WeightEstimate;
+use crate::progress::Progress;
+use crate::recording::{Recording, RecordingSet, Tare, simulated};
+
+/// Something to do.
+#[derive(Clone, Debug)]
+pub enum Task {
+    /// Read these files, each by its map if it has one, or else by a remembered map of files like it.
+    Open(Vec<(PathBuf, Option<ColumnMap>)>, Vec<ColumnMap>),
+    /// Tare some of these recordings.
+    Tare(Arc<RecordingSet>, Vec<usize>, Tare),
+    /// Make the built-in recordings, to stand in the place of these.
+    Simulate(Arc<RecordingSet>),
+    /// Write a file; the inputs must not be written over.
+    Write {
+        /// What.
+        content: FileContent,
+        /// Where.
+        path: PathBuf,
+        /// What to do where it is there already.
+        existing: Existing,
+        /// Files that must stay as they are.
+        inputs: Vec<PathBuf>,
+    },
+    /// Read a column map.
+    ReadMap(PathBuf),
+    /// Find the weight in a file by this map.
+    FindWeight(PathBuf, Box<ColumnMap>),
+    /// Read this autosaved session.
+    Restore(PathBuf),
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub enum Done {
+    /// The files that were read.
+    Opened(Vec<OpenedFile>),
+    /// The recordings of before, and those of now.
+    Tared(Arc<RecordingSet>, Result<RecordingSet, String>),
+    /// The recordings that they were to replace, and the built-in ones.
+    Simulated(Arc<RecordingSet>, RecordingSet),
+    /// The file was written, or could not be.
+    Written(FileContent, PathBuf, Result<(), String>),
+    /// The file is there already, and nobody was asked.
+    IsThere(FileContent, PathBuf),
+    /// The map was read.
+    Map(Result<Box<ColumnMap>, String>),
+    /// The weight was found in this file.
+    Weight(PathBuf, Result<Box<WeightEstimate>, String>),
+    /// The session was read.
+    Restored(PathBuf, Result<Box<OpenedSession>, String>),
+}
+
+impl Task {
+    /// Whether it can be seen, and stopped. A file that is written ends by itself, so that none is left half written.
+    #[must_use]
+    pub fn is_seen(&self) -> bool {
+        match self {
+            Self::Write { content, .. } => content.takes_long(),
+            _ => true,
+        }
+    }
+}
+
+impl Query for Task {
+    type Answer = Done;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        match self {
+            Self::Open(files, _) => match &files[..] {
+                [(one, _)] => format!("Reading {}", file_name(one)),
+                many => format!("Reading {} files", many.len()),
+            },
+            Self::Tare(..) => "Taring".to_owned(),
+            Self::Simulate(_) => "Simulating the built-in sensor".to_owned(),
+            Self::Write { path, .. } => format!("Writing {}", file_name(path)),
+            Self::ReadMap(_) => "Reading a column map".to_owned(),
+            Self::FindWeight(..) => "Finding the weight".to_owned(),
+            Self::Restore(_) => "Restoring".to_owned(),
+        }
+    }
+
+    fn is_same(&self, _: &Self) -> bool {
+        false
+    }
+
+    fn compute(
+        &self,
+        (): &mut (),
+        progress: &Progress,
+        _: &(dyn Fn(Done) + Sync),
+    ) -> Result<Done, Unanswered> {
+        Ok(match self {
+            Self::Open(files, remembered) => Done::Opened(open_all(files, remembered, progress)),
+            Self::Tare(recordings, which, tare) => {
+                Done::Tared(Arc::clone(recordings), tared(recordings, which, *tare))
+            }
+            Self::Simulate(replaced) => {
+                let made = simulated::recordings(simulated::DEFAULT_SEED);
+                progress.check()?;
+                Done::Simulated(Arc::clone(replaced), made)
+            }
+            Self::Write {
+                content,
+                path,
+                existing,
+                inputs,
+            } => {
+                let outputs = content.files(path);
+                let (content, path) = (content.clone(), path.clone());
+                match check_targets(inputs, &outputs, *existing == Existing::Replace) {
+                    Err(TargetError::Exists { .. }) => Done::IsThere(content, path),
+                    Err(error) => Done::Written(content, path, Err(error.to_string())),
+                    Ok(()) => {
+                        let written = content.write(&path, progress);
+                        Done::Written(content, path, written)
+                    }
+                }
+            }
+            Self::ReadMap(path) => {
+                let read = ColumnMap::read(path).map(Box::new);
+                Done::Map(read.map_err(|error| error.to_string()))
+            }
+            Self::FindWeight(path, map) => {
+                let found = import::estimate_weight(path, map, progress).map(Box::new);
+                Done::Weight(path.clone(), found.map_err(|error| error.to_string()))
+            }
+            Self::Restore(path) => {
+                let opened = OpenedSession::read(path, progress).map(Box::new);
+                progress.check()?;
+                Done::Restored(path.clone(), opened)
+            }
+        })
+    }
+}
+
+/// The recordings, some of them tared; all or none.
+fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<RecordingSet, String> {
+    let mut set = recordings.clone();
+    for at in which {
+        let Some(entry) = recordings.entries().get(*at) else {
+            continue;
+        };
+        let tared = Recording::clone(&entry.recording).tared(tare);
+        set.replace(*at, tared.map_err(|error| error.to_string())?.0);
+    }
+    Ok(set)
+}
+
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}

@@ -1,0 +1,1310 @@
+//! The whole engine without a window, and the recordings that the room's tests share.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use crate::analysis::loops::{Question, TableOf, TableQuestion};
+use crate::analysis::{Analysis, Candidate, View, analyse};
+use crate::calibration::{Calibration, FitSettings, Regressor};
+use crate::engine::engine::MOST_NOTICES;
+use crate::engine::session::OpenedSession;
+use crate::engine::task::Done;
+use crate::engine::{
+    Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
+    Notice, Opened, OpenedFile, Project, Session, SessionFile, SessionPart, StudyThresholds,
+};
+use crate::evaluation::metrology::MetrologySettings;
+use crate::export::{read_calibration, with_sources};
+use crate::features::{Creep, Play, Polynomial, Thresholds};
+use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
+use crate::import::{Finding, LoadWarning, Loaded};
+use crate::progress::Progress;
+use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
+
+pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
+pub(super) const GAUGES: [&str; 3] = ["S1", "S2", "S3"];
+
+/// A recording whose gauges are a mixture of its loads, none of which stands still.
+pub(super) fn recording(name: &str, source: Source, gauges: &[&str], axes: &[Axis]) -> Recording {
+    recording_of(40, name, source, gauges, axes)
+}
+
+fn recording_of(n: usize, name: &str, source: Source, gauges: &[&str], axes: &[Axis]) -> Recording {
+    let load = |k: usize, axis: usize| (0.4 * k as f64 * (axis + 1) as f64).sin() * 5.0;
+    let gauge = |k: usize, gauge: usize| {
+        let mixed = (0..3).map(|axis| load(k, axis) / (1 + gauge + axis) as f64);
+        mixed.sum::<f64>() + 0.01 * (k * k % 7) as f64
+    };
+    let table = |width: usize, value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        (0..n * width)
+            .map(|at| value(at / width, at % width))
+            .collect()
+    };
+    Recording::new(
+        name,
+        source,
+        (0..n).map(|k| k as f64 / 20.0).collect(),
+        gauges.iter().map(|&gauge| gauge.to_owned()).collect(),
+        table(gauges.len(), &gauge),
+        axes.to_vec(),
+        table(axes.len(), &load),
+    )
+    .unwrap()
+}
+
+pub(super) fn of_file(name: &str, gauges: &[&str], axes: &[Axis]) -> Recording {
+    recording(name, Source::File(name.into()), gauges, axes)
+}
+
+/// Opens one recording of this name from a file.
+#[track_caller]
+pub(super) fn add(project: &mut Project, name: &str, gauges: &[&str], axes: &[Axis]) {
+    let refused = project.add(vec![vec![of_file(name, gauges, axes)]], |_| None);
+    assert!(refused.is_empty(), "{refused:?}");
+}
+
+/// Training recordings `a` and `b` and the test recording `test`, all from files.
+pub(super) fn with_files() -> Project {
+    let mut project = Project::default();
+    for name in ["a", "b", "test"] {
+        add(&mut project, name, &GAUGES, &FORCES);
+    }
+    project
+}
+
+pub(super) fn built_in() -> RecordingSet {
+    let mut set = RecordingSet::default();
+    for name in ["train", "test"] {
+        let recording = recording(name, Source::Simulated, &GAUGES, &FORCES);
+        set.push(Entry::with_default_role(recording)).unwrap();
+    }
+    set
+}
+
+pub(super) fn names(project: &Project) -> Vec<&str> {
+    let entries = project.recordings.entries().iter();
+    entries.map(|entry| entry.recording.name()).collect()
+}
+
+pub(super) fn roles(project: &Project) -> Vec<Role> {
+    let entries = project.recordings.entries().iter();
+    entries.map(|entry| entry.role).collect()
+}
+
+/// What is fitted to these recordings.
+pub(super) fn fitted(project: &Project) -> Arc<Calibration> {
+    let analysis = analyse(&project.request(None), &Progress::default());
+    analysis.unwrap().calibration
+}
+
+fn engine() -> Engine {
+    Engine::new(Arc::new(|| {}))
+}
+
+/// Takes answers until there are no more to come.
+#[track_caller]
+fn settle(engine: &mut Engine) {
+    settle_until(engine, "an end", |_| false);
+}
+
+/// As [`settle`], but only until this is so.
+#[track_caller]
+fn settle_until(engine: &mut Engine, what: &str, is_so: impl Fn(&Engine) -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    loop {
+        engine.take();
+        if is_so(engine) {
+            return;
+        }
+        if !engine.is_busy() {
+            // What ended after it was taken, and what that asked for.
+            engine.take();
+            if !engine.is_busy() {
+                return;
+            }
+        }
+        assert!(Instant::now() < deadline, "{what}");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn edit(engine: &mut Engine, edit: Edit) {
+    engine.act(Action::Edit(edit));
+}
+
+/// What came of a task, as if it had just ended.
+fn finish(engine: &mut Engine, done: Done) {
+    engine.finish(done);
+    engine.take();
+}
+
+fn read(recording: Recording) -> OpenedFile {
+    let Source::File(path) = recording.source().clone() else {
+        panic!("not of a file");
+    };
+    let loaded = Loaded {
+        recordings: vec![recording],
+        warnings: Vec::new(),
+        map: None,
+    };
+    (path, Ok(Opened::Recordings(loaded, None)))
+}
+
+fn open(engine: &mut Engine, names: &[&str]) {
+    let files = names
+        .iter()
+        .map(|name| read(of_file(name, &GAUGES, &FORCES)));
+    finish(engine, Done::Opened(files.collect()));
+}
+
+fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
+    let calibration = Opened::Calibration(Arc::clone(calibration));
+    finish(
+        engine,
+        Done::Opened(vec![("c.json".into(), Ok(calibration))]),
+    );
+}
+
+/// Training recordings `a` and `b` and the test recording `test`, not analysed yet.
+fn engine_with_files() -> Engine {
+    let mut engine = engine();
+    open(&mut engine, &["a", "b", "test"]);
+    engine
+}
+
+fn simulated(engine: &mut Engine, replaced: &Arc<RecordingSet>) {
+    finish(engine, Done::Simulated(Arc::clone(replaced), built_in()));
+}
+
+fn engine_with_built_in() -> Engine {
+    let mut engine = engine();
+    let nothing = Arc::clone(&engine.project().recordings);
+    simulated(&mut engine, &nothing);
+    engine
+}
+
+/// The analysis of the document as it is.
+#[track_caller]
+fn analysed(engine: &mut Engine) -> Arc<Analysis> {
+    settle(engine);
+    assert!(engine.is_current());
+    Arc::clone(engine.analysis().expect("an analysis"))
+}
+
+#[track_caller]
+fn last_notice(engine: &Engine, level: Level, part: &str) {
+    let notice = engine.notices.last().expect("a notice");
+    assert_eq!(notice.level, level);
+    assert!(notice.text.contains(part), "{}", notice.text);
+}
+
+fn n_notices(engine: &Engine, level: Level) -> usize {
+    let notices = engine.notices.iter();
+    notices.filter(|notice| notice.level == level).count()
+}
+
+fn with_f_th(engine: &Engine, f_th: f64) -> Edit {
+    let mut settings = engine.project().settings.clone();
+    settings.features.look_backs[0].f_th = f_th;
+    Edit::Settings(settings)
+}
+
+fn f_th(engine: &Engine) -> f64 {
+    engine.project().settings.features.look_backs[0].f_th
+}
+
+/// A file with a recording of this name in `folder`; without `header`, its columns have no names.
+fn write_recording(folder: &Path, name: &str, header: bool) -> PathBuf {
+    let recording = of_file(name, &GAUGES, &FORCES);
+    let mut text = String::new();
+    if header {
+        text.push_str("t [s],S1,S2,S3,Fx [N],Fy [N],Fz [N]\n");
+    }
+    let gauges = recording.gauges().chunks_exact(GAUGES.len());
+    let loads = recording.loads().chunks_exact(FORCES.len());
+    for ((time, gauges), loads) in recording.times().iter().zip(gauges).zip(loads) {
+        write!(text, "{time}").unwrap();
+        for value in gauges.iter().chain(loads) {
+            write!(text, ",{value}").unwrap();
+        }
+        text.push('\n');
+    }
+    let path = folder.join(format!("{name}.csv"));
+    fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn other_settings_ask_for_one_analysis_and_the_same_for_none() {
+    let mut engine = engine_with_files();
+    let first = analysed(&mut engine);
+    let settings = engine.project().settings.clone();
+    edit(&mut engine, Edit::Settings(settings));
+    assert!(engine.is_current() && !engine.is_busy());
+    assert!(!engine.history().can_undo());
+    let other = with_f_th(&engine, 1.5);
+    edit(&mut engine, other);
+    assert!(!engine.is_current());
+    let second = analysed(&mut engine);
+    assert!(!Arc::ptr_eq(&first, &second));
+    assert_eq!(second.calibration.features.look_backs[0].f_th, 1.5);
+    assert_eq!(f_th(&engine), 1.5);
+    engine.take();
+    assert!(!engine.is_busy(), "it is answered");
+}
+
+#[test]
+fn the_analysis_of_before_stays_while_the_next_runs() {
+    let mut engine = engine_with_files();
+    let first = analysed(&mut engine);
+    for asked in [with_f_th(&engine, 1.5), Edit::Role(1, Role::Test)] {
+        edit(&mut engine, asked);
+        assert!(Arc::ptr_eq(engine.analysis().unwrap(), &first));
+        assert!(!engine.is_current());
+    }
+    analysed(&mut engine);
+}
+
+#[test]
+fn results_move_up_with_their_recordings_when_one_is_removed() {
+    let mut engine = engine_with_files();
+    let all = analysed(&mut engine).recordings.clone();
+    edit(&mut engine, Edit::Remove(0));
+    let results = |engine: &Engine| -> Vec<_> {
+        (0..3)
+            .map_while(|at| engine.result_of(at).cloned())
+            .collect()
+    };
+    assert_eq!(results(&engine), all[1..]);
+    edit(&mut engine, Edit::Remove(0));
+    edit(&mut engine, Edit::Remove(0));
+    assert!(engine.analysis().is_none());
+    settle(&mut engine);
+    assert!(engine.analysis().is_none());
+}
+
+#[test]
+fn results_of_the_whole_are_not_those_of_its_parts() {
+    let mut engine = engine_with_files();
+    let whole = analysed(&mut engine).recordings.clone();
+    edit(&mut engine, Edit::Split(0.5));
+    assert_eq!(engine.project().recordings.entries().len(), 6);
+    assert_eq!(engine.project().view, View::One(1), "the first rest tests");
+    assert!((0..6).all(|at| engine.result_of(at).is_none()));
+    assert_eq!(analysed(&mut engine).recordings.len(), 6);
+    edit(&mut engine, Edit::Unsplit);
+    assert!(engine.result_of(0).is_none());
+    assert_eq!(analysed(&mut engine).recordings, whole);
+    edit(&mut engine, Edit::Unsplit);
+    assert!(engine.is_current(), "nothing is cut");
+}
+
+#[test]
+fn real_recordings_take_the_place_of_simulated_ones() {
+    let mut engine = engine_with_built_in();
+    analysed(&mut engine);
+    let a = of_file("a", &["G1", "G2"], &[Axis::Fz]);
+    finish(&mut engine, Done::Opened(vec![read(a)]));
+    assert_eq!(names(engine.project()), ["a"]);
+    assert_eq!(engine.project().view, View::One(0));
+    assert!(
+        engine.analysis().is_none(),
+        "what was fitted to the simulated ones is gone"
+    );
+    let test = of_file("test", &["G1", "G2"], &[Axis::Fz]);
+    finish(&mut engine, Done::Opened(vec![read(test)]));
+    assert_eq!(names(engine.project()), ["a", "test"]);
+    assert_eq!(engine.project().view, View::One(1));
+}
+
+#[test]
+fn the_built_in_sensor_replaces_what_is_loaded_but_not_what_was_opened_while_it_was_made() {
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    let replaced = Arc::clone(&engine.project().recordings);
+    simulated(&mut engine, &replaced);
+    assert!(engine.project().recordings.is_simulated());
+    assert_eq!(engine.project().view, View::One(1), "its test recording");
+    assert!(engine.analysis().is_none());
+    analysed(&mut engine);
+
+    let replaced = Arc::clone(&engine.project().recordings);
+    let a = of_file("a", &["S1"], &[Axis::Fz]);
+    finish(&mut engine, Done::Opened(vec![read(a)]));
+    simulated(&mut engine, &replaced);
+    assert_eq!(names(engine.project()), ["a"]);
+}
+
+#[test]
+fn a_calibration_opened_before_the_built_in_sensor_is_ready_is_applied_to_it() {
+    let calibration = fitted(engine_with_built_in().project());
+    let mut engine = engine();
+    let replaced = Arc::clone(&engine.project().recordings);
+    open_calibration(&mut engine, &calibration);
+    simulated(&mut engine, &replaced);
+    let request = engine.project().request(None);
+    assert_eq!(request.calibration, Some(calibration));
+    assert!(!analysed(&mut engine).fitted);
+    assert!(engine.notices.is_empty());
+}
+
+#[test]
+fn the_built_in_sensor_is_made_when_it_is_asked_for() {
+    let mut engine = engine();
+    engine.act(Action::OpenBuiltIn);
+    assert!(engine.is_busy());
+    settle_until(&mut engine, "the built-in sensor", |engine| {
+        engine.project().recordings.is_simulated()
+    });
+    assert!(engine.project().recordings.is_simulated());
+    assert!(!engine.is_unsaved(), "it can be made again");
+}
+
+#[test]
+fn other_gauges_are_refused_and_nothing_is_lost() {
+    let mut engine = engine_with_files();
+    let analysis = analysed(&mut engine);
+    let before = Arc::clone(&engine.project().recordings);
+    let other = of_file("other", &["G1"], &FORCES);
+    finish(&mut engine, Done::Opened(vec![read(other)]));
+    last_notice(&engine, Level::Error, "other: its gauges are G1");
+    assert!(Arc::ptr_eq(&engine.project().recordings, &before));
+    assert!(Arc::ptr_eq(engine.analysis().unwrap(), &analysis));
+    assert!(engine.is_current());
+}
+
+#[test]
+fn a_file_that_failed_leaves_what_is_loaded_and_what_came_with_it() {
+    let failed = || ("x".into(), Err("x: cannot be read".to_owned()));
+    for mut engine in [engine_with_files(), engine_with_built_in()] {
+        let before = Arc::clone(&engine.project().recordings);
+        finish(&mut engine, Done::Opened(vec![failed()]));
+        last_notice(&engine, Level::Error, "x: cannot be read");
+        assert!(Arc::ptr_eq(&engine.project().recordings, &before));
+    }
+    let mut engine = engine_with_files();
+    let c = read(of_file("c", &GAUGES, &FORCES));
+    finish(&mut engine, Done::Opened(vec![failed(), c]));
+    assert_eq!(names(engine.project()), ["a", "b", "test", "c"]);
+    assert_eq!(engine.notices.len(), 1);
+}
+
+#[test]
+fn warnings_of_a_file_become_notices() {
+    let mut engine = engine();
+    let warning = LoadWarning {
+        path: "a.csv".into(),
+        first_line: 3,
+        last_line: 3,
+        count: 1,
+        finding: Finding::NotARotation,
+    };
+    let loaded = Loaded {
+        recordings: vec![of_file("a", &["S1"], &[Axis::Fz])],
+        warnings: vec![warning],
+        map: None,
+    };
+    let opened = Ok(Opened::Recordings(loaded, None));
+    finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
+    last_notice(&engine, Level::Warning, "a.csv");
+}
+
+#[test]
+fn a_calibration_is_applied_until_fit_again() {
+    let mut engine = engine_with_files();
+    let calibration = Arc::clone(&analysed(&mut engine).calibration);
+    open_calibration(&mut engine, &calibration);
+    let applied = |engine: &Engine| engine.project().applied.clone();
+    assert_eq!(applied(&engine).unwrap().path, Path::new("c.json"));
+    assert!(!analysed(&mut engine).fitted);
+
+    open(&mut engine, &["c"]);
+    assert!(applied(&engine).is_some(), "also to what is opened later");
+
+    edit(&mut engine, Edit::Apply(None));
+    assert!(applied(&engine).is_none());
+    assert!(analysed(&mut engine).fitted);
+}
+
+#[test]
+fn a_calibration_of_other_gauges_is_refused() {
+    let mut engine = engine_with_files();
+    let mut calibration = Calibration::clone(&fitted(engine.project()));
+    calibration.gauges[0] = "G1".to_owned();
+    open_calibration(&mut engine, &Arc::new(calibration));
+    last_notice(&engine, Level::Error, "G1");
+    assert!(engine.project().applied.is_none());
+}
+
+#[test]
+fn a_failed_analysis_keeps_the_last_one_and_says_why() {
+    let mut engine = engine_with_files();
+    let analysis = analysed(&mut engine);
+    edit(&mut engine, Edit::AllRoles(Role::Test));
+    settle(&mut engine);
+    let problem = engine.problem().expect("nothing trains");
+    assert!(problem.contains("no recording is in the train role"));
+    assert!(Arc::ptr_eq(engine.analysis().unwrap(), &analysis));
+    edit(&mut engine, Edit::AllRoles(Role::Train));
+    analysed(&mut engine);
+    assert_eq!(engine.problem(), None);
+}
+
+#[test]
+fn closing_leaves_nothing_of_the_recordings() {
+    let mut engine = engine_with_files();
+    settle(&mut engine);
+    assert_eq!(engine.problem(), None);
+    let calibration = fitted(engine.project());
+    open_calibration(&mut engine, &calibration);
+    edit(&mut engine, Edit::CloseAll);
+    for _ in 0..2 {
+        assert!(engine.project().recordings.entries().is_empty());
+        assert!(engine.analysis().is_none() && engine.project().applied.is_none());
+        settle(&mut engine);
+    }
+    assert!(
+        engine
+            .problem()
+            .is_some_and(|problem| problem.contains("no recording is loaded"))
+    );
+}
+
+#[test]
+fn an_empty_document_has_nothing_to_complain_about() {
+    let mut engine = engine();
+    edit(&mut engine, Edit::Notes("new".to_owned()));
+    settle(&mut engine);
+    assert_eq!(engine.problem(), None);
+}
+
+fn figures() -> Question {
+    Question::Table(TableQuestion {
+        of: TableOf::All,
+        settings: MetrologySettings::default(),
+    })
+}
+
+#[test]
+fn answers_about_recordings_that_were_closed_are_not_shown() {
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    engine.ask_figures(figures());
+    settle(&mut engine);
+    assert!(
+        engine.figures.answer().is_some(),
+        "{:?}",
+        engine.figures.problem()
+    );
+    edit(&mut engine, Edit::CloseAll);
+    assert!(engine.figures.answer().is_none());
+    // Others of the same gauges and axes, before and after what still ran has ended.
+    for settled in [false, true] {
+        open(&mut engine, &["c", "d"]);
+        assert!(engine.analysis().is_none() && engine.result_of(0).is_none());
+        if settled {
+            settle(&mut engine);
+        }
+        engine.ask_figures(figures());
+        edit(&mut engine, Edit::CloseAll);
+        open(&mut engine, &["e", "f"]);
+        assert!(engine.analysis().is_none());
+        assert!(engine.figures.answer().is_none());
+        settle(&mut engine);
+        assert!(
+            engine.figures.answer().is_none(),
+            "nobody asked about these"
+        );
+        assert_eq!(analysed(&mut engine).calibration.trained_on, ["e", "f"]);
+        edit(&mut engine, Edit::CloseAll);
+    }
+}
+
+#[test]
+fn figures_of_before_stay_while_the_next_are_made() {
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    engine.ask_figures(figures());
+    settle(&mut engine);
+    let other = with_f_th(&engine, 1.5);
+    edit(&mut engine, other);
+    analysed(&mut engine);
+    engine.ask_figures(figures());
+    assert!(engine.figures.answer().is_some() && !engine.figures.is_current());
+    settle(&mut engine);
+    assert!(engine.figures.is_current());
+}
+
+#[test]
+fn a_threshold_study_of_other_recordings_goes() {
+    let study_of = |project: &Project| {
+        let recordings = Arc::clone(&project.recordings);
+        StudyThresholds::new(
+            recordings,
+            &project.settings,
+            project.thresholds(),
+            &crate::analysis::Datasets::default(),
+        )
+    };
+    let mut engine = engine_with_files();
+    engine.ask_study();
+    settle(&mut engine);
+    let has_map = |engine: &Engine| {
+        let map = engine.study.answer().and_then(|study| study.map.as_ref());
+        map.is_some_and(|map| map.is_complete())
+    };
+    assert!(has_map(&engine) && engine.study.is_current());
+
+    let other = Thresholds {
+        f_th: 2.5,
+        ..engine.project().thresholds()
+    };
+    edit(&mut engine, Edit::Thresholds(other));
+    engine.ask_study();
+    assert!(has_map(&engine), "it stays for other thresholds");
+    settle(&mut engine);
+    assert!(has_map(&engine) && engine.study.is_current());
+
+    edit(&mut engine, Edit::Role(1, Role::Off));
+    engine.ask_study();
+    assert!(engine.study.answer().is_none());
+    // What runs still is of others by now.
+    edit(&mut engine, Edit::Role(1, Role::Train));
+    engine.ask_study();
+    settle(&mut engine);
+    let answered = engine.study.answered().unwrap();
+    assert!(answered.has_same_map(&study_of(engine.project())) && has_map(&engine));
+
+    edit(&mut engine, Edit::CloseAll);
+    engine.ask_study();
+    settle(&mut engine);
+    assert!(engine.study.answer().is_none());
+}
+
+#[test]
+fn cancel_does_not_ask_the_same_again() {
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    let other = with_f_th(&engine, 1.5);
+    edit(&mut engine, other);
+    engine.ask_study();
+    engine.act(Action::Cancel);
+    settle(&mut engine);
+    for _ in 0..3 {
+        engine.take();
+        engine.ask_study();
+        assert!(!engine.is_busy(), "nobody waits for it");
+    }
+    let other = with_f_th(&engine, 4.5);
+    edit(&mut engine, other);
+    analysed(&mut engine);
+}
+
+#[test]
+fn export_needs_an_analysis_and_an_ending_that_says_the_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let export = |name: &str| Action::Export(folder.path().join(name), Existing::Ask);
+    let mut engine = engine_with_files();
+    engine.act(export("c.json"));
+    last_notice(&engine, Level::Error, "no calibration");
+    let analysis = analysed(&mut engine);
+    engine.act(export("c.xlsx"));
+    last_notice(&engine, Level::Error, "c.xlsx");
+    for name in ["c.json", "c.CSV"] {
+        engine.act(export(name));
+        settle(&mut engine);
+        last_notice(&engine, Level::Info, name);
+        assert!(folder.path().join(name).exists());
+    }
+    let written = read_calibration(&folder.path().join("c.json")).unwrap();
+    let recordings = &engine.project().recordings;
+    assert_eq!(written, with_sources(&analysis.calibration, recordings));
+    assert_eq!(n_notices(&engine, Level::Error), 2);
+    assert_eq!(engine.notices.len(), 4);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
+#[test]
+fn an_applied_calibration_is_exported_unchanged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("d.json");
+    let mut engine = engine_with_files();
+    let calibration = Arc::clone(&analysed(&mut engine).calibration);
+    open_calibration(&mut engine, &calibration);
+    analysed(&mut engine);
+    edit(&mut engine, Edit::Role(0, Role::Test));
+    let rescored = analysed(&mut engine);
+    assert_ne!(rescored.calibration.quality, calibration.quality);
+    engine.act(Action::Export(path.clone(), Existing::Ask));
+    settle(&mut engine);
+    assert_eq!(read_calibration(&path).unwrap(), *calibration);
+}
+
+#[test]
+fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c.json");
+    let mut engine = engine();
+    let short = recording_of(5, "a", Source::File("a".into()), &GAUGES, &FORCES);
+    finish(&mut engine, Done::Opened(vec![read(short)]));
+    analysed(&mut engine);
+    for yes in [false, true] {
+        engine.act(Action::Export(path.clone(), Existing::Ask));
+        let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
+        assert!(matches!(doubt, Some(Doubt::Undetermined(..))), "{doubt:?}");
+        engine.act(Action::Replace(yes));
+        settle(&mut engine);
+        assert_eq!(path.exists(), yes);
+    }
+    engine.act(Action::Export(path.clone(), Existing::Ask));
+    engine.act(Action::Replace(true));
+    settle(&mut engine);
+    let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
+    assert_eq!(
+        doubt,
+        Some(Doubt::IsThere),
+        "a file that is there is still asked about"
+    );
+}
+
+#[test]
+fn the_end_of_writing_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let content = || FileContent::Bytes(Arc::from(*b"x"));
+    let mut engine = engine();
+    let save = |path: &str| Action::Save(content(), folder.path().join(path), Existing::Ask);
+    engine.act(save("c.png"));
+    settle(&mut engine);
+    last_notice(&engine, Level::Info, "c.png");
+    engine.act(save("nowhere/c.png"));
+    settle(&mut engine);
+    last_notice(&engine, Level::Error, "nowhere");
+    let failed = Err("disk full".to_owned());
+    finish(
+        &mut engine,
+        Done::Written(content(), "c.png".into(), failed),
+    );
+    last_notice(&engine, Level::Error, "disk full");
+}
+
+#[test]
+fn a_file_that_is_there_is_replaced_only_after_a_yes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    fs::write(&path, "before").unwrap();
+    let mut engine = engine();
+    for yes in [false, true] {
+        let content = FileContent::Bytes(Arc::from(*b"after"));
+        engine.act(Action::Save(content, path.clone(), Existing::Ask));
+        settle(&mut engine);
+        assert!(engine.replacing.is_some());
+        engine.act(Action::Replace(yes));
+        assert!(engine.replacing.is_none());
+        settle(&mut engine);
+        let expected = if yes { "after" } else { "before" };
+        assert_eq!(fs::read_to_string(&path).unwrap(), expected);
+    }
+}
+
+#[test]
+fn a_recording_is_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write_recording(folder.path(), "a", true);
+    let before = fs::read(&path).unwrap();
+    let mut engine = engine();
+    engine.act(Action::Open(vec![path.clone()]));
+    settle(&mut engine);
+    let content = FileContent::Bytes(Arc::from(*b"after"));
+    engine.act(Action::Save(content, path.clone(), Existing::Replace));
+    settle(&mut engine);
+    last_notice(&engine, Level::Error, "a.csv");
+    assert_eq!(fs::read(&path).unwrap(), before);
+}
+
+#[test]
+fn notices_are_capped_oldest_first_and_can_be_dismissed() {
+    let mut engine = engine();
+    for at in 0..MOST_NOTICES + 5 {
+        engine.act(Action::Tell(Notice::new(Level::Info, at.to_string())));
+    }
+    assert_eq!(engine.notices.len(), MOST_NOTICES);
+    assert_eq!(engine.notices[0].text, "5");
+    engine.act(Action::Dismiss(1));
+    assert_eq!(engine.notices[1].text, "7");
+    engine.act(Action::Dismiss(MOST_NOTICES));
+    assert_eq!(engine.notices.len(), MOST_NOTICES - 1);
+    engine.act(Action::DismissAll);
+    assert!(engine.notices.is_empty());
+}
+
+#[test]
+fn files_are_read_and_nothing_asks_for_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut engine = engine();
+    assert!(
+        engine.calibration_content().is_none(),
+        "nothing is fitted yet"
+    );
+    engine.act(Action::Open(Vec::new()));
+    engine.act(Action::Cancel);
+    assert!(!engine.is_busy());
+    let files = ["b", "a"].map(|name| write_recording(folder.path(), name, true));
+    engine.act(Action::Open(files.to_vec()));
+    assert!(engine.is_busy());
+    settle(&mut engine);
+    assert_eq!(names(engine.project()), ["b", "a"]);
+    let read = &engine.project().recordings.entries()[1].recording;
+    assert_eq!(read.loads(), of_file("a", &GAUGES, &FORCES).loads());
+    assert_eq!(engine.preferences.recent[0], files[1]);
+    edit(&mut engine, Edit::CloseAll);
+    engine.act(Action::Open(vec![folder.path().to_owned()]));
+    settle(&mut engine);
+    assert_eq!(names(engine.project()), ["a", "b"], "all of a folder");
+}
+
+#[test]
+fn a_gesture_is_one_step_also_where_files_are_opened_meanwhile() {
+    let mut engine = engine_with_files();
+    let first = f_th(&engine);
+    engine.gesture = Some(1);
+    for value in [1.0, 1.5, 2.0] {
+        let other = with_f_th(&engine, value);
+        edit(&mut engine, other);
+    }
+    open(&mut engine, &["c"]);
+    engine.gesture = None;
+    engine.act(Action::Undo);
+    assert_eq!(names(engine.project()), ["a", "b", "test"]);
+    assert_eq!(f_th(&engine), 2.0);
+    engine.act(Action::Undo);
+    assert_eq!(f_th(&engine), first);
+    assert!(!engine.history().can_undo());
+    engine.act(Action::Redo);
+    engine.act(Action::Redo);
+    assert_eq!(names(engine.project()).len(), 4);
+    let calibration = &analysed(&mut engine).calibration;
+    assert_eq!(calibration.features.look_backs[0].f_th, 2.0);
+}
+
+#[test]
+fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
+    let mut engine = engine_with_files();
+    let tare = Tare::Stretch(0.0, 0.5);
+    let untared = Arc::clone(&engine.project().recordings);
+    engine.act(Action::Tare(vec![0], tare));
+    settle(&mut engine);
+    let tares = |engine: &Engine| -> Vec<_> {
+        let entries = engine.project().recordings.entries().iter();
+        entries.map(|entry| entry.recording.tare()).collect()
+    };
+    assert_eq!(tares(&engine), [Some(tare), None, None]);
+    let tared = RecordingSet::clone(&engine.project().recordings);
+    engine.act(Action::Undo);
+    assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
+    open(&mut engine, &["c"]);
+    finish(&mut engine, Done::Tared(untared, Ok(tared)));
+    assert_eq!(tares(&engine), [None; 4]);
+    engine.act(Action::Tare(vec![0], Tare::Stretch(8.0, 9.0)));
+    settle(&mut engine);
+    last_notice(&engine, Level::Error, "no sample from 8 s to 9 s");
+    assert_eq!(tares(&engine), [None; 4]);
+}
+
+/// A map for files of [`write_recording`] without names.
+fn nameless_map(found: &ColumnMap) -> ColumnMap {
+    let mut map = found.clone();
+    let gauges = GAUGES.map(|_| ColumnRole::Gauge);
+    let loads = FORCES.map(ColumnRole::Load);
+    let roles = [ColumnRole::Time].into_iter().chain(gauges).chain(loads);
+    let columns = (1..).zip(roles);
+    let columns = columns.map(|(number, is)| ColumnRule::new(ColumnKey::Number(number), is));
+    map.table.columns = columns.collect();
+    map
+}
+
+#[test]
+fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let [x, y] = ["x", "y"].map(|name| write_recording(folder.path(), name, false));
+    let mut engine = engine_with_files();
+    engine.act(Action::Open(vec![x.clone(), y.clone()]));
+    settle(&mut engine);
+    let importing = engine.importing.as_ref().expect("no names");
+    assert_eq!(importing.path, x);
+    assert_eq!(importing.waiting, [y.clone()]);
+    assert!(importing.inspection.is_some() && !importing.looking);
+    let import = Action::Import;
+    let map = nameless_map(&importing.map);
+    let other = ColumnMap {
+        gap_secs: Some(3.0),
+        ..map.clone()
+    };
+    // What is said last holds, whenever the answers come.
+    for map in [&other, &map] {
+        engine.act(import(ImportCommand::SetMap(Box::new(map.clone()))));
+    }
+    engine.act(Action::Cancel);
+    settle(&mut engine);
+    let importing = engine.importing.as_ref().unwrap();
+    assert!(
+        !importing.looking,
+        "the background work was stopped, not this"
+    );
+    assert_eq!((importing.problem.as_deref(), &importing.map), (None, &map));
+    engine.act(import(ImportCommand::Load));
+    assert!(engine.importing.is_none());
+    settle(&mut engine);
+    assert_eq!(names(engine.project()), ["a", "b", "test", "x", "y"]);
+    assert_eq!(engine.project().maps[&x], map);
+    assert_eq!(
+        engine.project().maps[&y],
+        map,
+        "y is read by it since it has the same shape"
+    );
+    last_notice(&engine, Level::Info, "y.csv: read by the column map");
+    assert_eq!(engine.preferences.maps, [map]);
+}
+
+#[test]
+fn files_that_wait_to_be_imported_come_one_after_another() {
+    let wants = |path: &str| (path.into(), Ok(Opened::WantsMap("no names".to_owned())));
+    let mut engine = engine();
+    let files = ["x", "y", "z"].map(wants).to_vec();
+    finish(&mut engine, Done::Opened(files));
+    let path = |engine: &Engine| engine.importing.as_ref().map(|own| own.path.clone());
+    assert_eq!(path(&engine), Some("x".into()));
+    engine.act(Action::Import(ImportCommand::Cancel));
+    settle(&mut engine);
+    assert_eq!(path(&engine), Some("y".into()));
+    let importing = engine.importing.as_ref().unwrap();
+    let problem = importing.problem.as_deref().unwrap_or_default();
+    assert!(problem.starts_with("y"), "{problem}");
+    engine.act(Action::Import(ImportCommand::CancelAll));
+    assert_eq!(path(&engine), None);
+}
+
+/// Few samples, few epochs.
+fn network(epochs: usize) -> FitSettings {
+    let mut settings = FitSettings {
+        regressor: Regressor::Network,
+        ..FitSettings::default()
+    };
+    settings.network.hidden = vec![4];
+    settings.network.epochs = epochs;
+    settings
+}
+
+#[test]
+fn what_was_trained_is_shown_for_just_its_recordings_and_settings() {
+    let mut engine = engine_with_files();
+    engine.act(Action::Train);
+    assert!(engine.training().is_none(), "a linear fit needs none");
+    edit(&mut engine, Edit::Settings(network(3)));
+    assert!(analysed(&mut engine).calibration.learned.is_none());
+    engine.act(Action::Train);
+    settle(&mut engine);
+    assert_eq!(engine.trained().unwrap().epochs.len(), 3);
+    let trained = Arc::clone(engine.fitting().expect("it was trained"));
+    let analysis = analysed(&mut engine);
+    assert_eq!(analysis.calibration.learned, trained.learned);
+    assert!(analysis.fitted);
+
+    let other = with_f_th(&engine, 1.5);
+    edit(&mut engine, other);
+    assert!(engine.fitting().is_none());
+    assert!(analysed(&mut engine).calibration.learned.is_none());
+    engine.act(Action::Undo);
+    assert!(Arc::ptr_eq(engine.fitting().unwrap(), &trained));
+    edit(&mut engine, Edit::Role(0, Role::Off));
+    assert!(engine.fitting().is_none());
+    engine.act(Action::Undo);
+    assert_eq!(analysed(&mut engine).calibration.learned, trained.learned);
+}
+
+#[test]
+fn a_network_that_is_stopped_keeps_its_best_and_the_one_before_stays_until_then() {
+    let mut engine = engine_with_files();
+    edit(&mut engine, Edit::Settings(network(3)));
+    engine.act(Action::Train);
+    settle(&mut engine);
+    let first = Arc::clone(engine.fitting().unwrap());
+    edit(&mut engine, Edit::Settings(network(100_000)));
+    engine.act(Action::Train);
+    settle_until(&mut engine, "epochs", |engine| {
+        let trained = engine.trained().filter(|own| own.calibration.is_none());
+        trained.is_some_and(|own| !own.epochs.is_empty())
+    });
+    assert!(engine.training().is_some());
+    engine.act(Action::Undo);
+    assert!(Arc::ptr_eq(engine.fitting().unwrap(), &first));
+    engine.act(Action::Redo);
+    assert!(engine.fitting().is_none());
+    engine.act(Action::StopTraining);
+    settle(&mut engine);
+    assert!(engine.fitting().is_some(), "the best so far");
+    assert!(engine.notices.is_empty());
+}
+
+#[test]
+fn a_training_that_fails_says_why() {
+    let mut engine = engine_with_files();
+    edit(&mut engine, Edit::Settings(network(3)));
+    edit(&mut engine, Edit::AllRoles(Role::Test));
+    engine.act(Action::Train);
+    settle(&mut engine);
+    last_notice(
+        &engine,
+        Level::Error,
+        "Training: no recording is in the train role",
+    );
+    assert!(engine.fitting().is_none());
+}
+
+#[test]
+fn numbers_of_a_block_that_were_chosen_are_a_step() {
+    let mut engine = engine_with_files();
+    let before = engine.project().settings.clone();
+    engine.act(Action::ChooseBlock(&Creep, None));
+    settle(&mut engine);
+    let chosen = engine.choice.answer().expect("a choice").clone();
+    let features = &engine.project().settings.features;
+    assert_eq!(features.blocks.of(&Creep), chosen.values);
+    if engine.history().can_undo() {
+        engine.act(Action::Undo);
+    }
+    assert_eq!(engine.project().settings, before);
+    edit(&mut engine, Edit::AllRoles(Role::Test));
+    engine.act(Action::ChooseBlock(&Play, None));
+    settle(&mut engine);
+    last_notice(&engine, Level::Error, "no recording is in the train role");
+}
+
+#[test]
+fn rows_are_compared_once_and_again_when_they_do_not_hold() {
+    let mut engine = engine_with_files();
+    engine.act(Action::TickAll(false));
+    engine.act(Action::Compare);
+    last_notice(&engine, Level::Info, "already has a result");
+    let at = |engine: &Engine, decimation: usize| {
+        let mut rows = engine.comparison.rows.iter();
+        rows.position(|row| {
+            let candidate = &row.candidate;
+            (candidate.regressor, candidate.decimation) == (Regressor::Linear, decimation)
+                && candidate.features.has_history()
+        })
+        .unwrap()
+    };
+    let [quick, whole] = [10, 1].map(|decimation| at(&engine, decimation));
+    engine.act(Action::Tick(quick, true));
+    engine.act(Action::Tick(whole, true));
+    engine.act(Action::Compare);
+    assert!(engine.is_comparing());
+    settle(&mut engine);
+    let rows = &engine.comparison.rows;
+    assert!(rows.iter().all(|row| row.running.is_none()));
+    let with_outcome = rows.iter().filter(|row| row.outcome.is_some());
+    assert_eq!(with_outcome.count(), 2);
+    assert!(rows[whole].compared().is_some() && !rows[whole].is_stale(engine.project()));
+
+    engine.act(Action::Tick(quick, false));
+    engine.act(Action::Compare);
+    assert!(!engine.is_comparing());
+    last_notice(&engine, Level::Info, "already has a result");
+
+    // The row stays what it is when its numbers change.
+    let other = with_f_th(&engine, 1.5);
+    edit(&mut engine, other);
+    let whole = at(&engine, 1);
+    let row = &engine.comparison.rows[whole];
+    assert!(row.ticked && row.is_stale(engine.project()));
+    engine.act(Action::Compare);
+    settle(&mut engine);
+    let row = &engine.comparison.rows[whole];
+    assert!(!row.is_stale(engine.project()));
+    let compared = row.compared().unwrap();
+    assert_eq!(compared.candidate.features.look_backs[0].f_th, 1.5);
+    edit(&mut engine, Edit::Role(0, Role::Off));
+    assert!(engine.comparison.rows[whole].is_stale(engine.project()));
+}
+
+#[test]
+fn a_comparison_that_is_stopped_keeps_the_rows_that_ended() {
+    let mut engine = engine_with_files();
+    let mut settings = network(100_000);
+    settings.regressor = Regressor::Linear;
+    edit(&mut engine, Edit::Settings(settings));
+    engine.act(Action::ComparePaper);
+    settle_until(&mut engine, "a network at work", |engine| {
+        let rows = &engine.comparison.rows;
+        rows.iter().any(|row| matches!(row.running, Some(Some(_))))
+    });
+    // Other settings move no outcome to another row.
+    let mut settings = engine.project().settings.clone();
+    settings.features.blocks.set(&Polynomial, vec![2.0]);
+    edit(&mut engine, Edit::Settings(settings));
+    engine.act(Action::StopComparing);
+    settle(&mut engine);
+    let rows = &engine.comparison.rows;
+    assert!(!engine.is_comparing());
+    assert!(rows.iter().all(|row| row.running.is_none()));
+    let ended: Vec<_> = rows
+        .iter()
+        .filter_map(|row| Some((row, row.compared()?)))
+        .collect();
+    assert!(!ended.is_empty());
+    for (row, compared) in ended {
+        let kind = |own: &Candidate| (own.regressor, own.decimation, own.features.has_history());
+        assert_eq!(kind(&row.candidate), kind(&compared.candidate));
+    }
+}
+
+fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done {
+    let opened = OpenedSession {
+        session,
+        parts,
+        calibration: None,
+    };
+    let opened = Opened::Session(Box::new(opened));
+    Done::Opened(vec![(path.into(), Ok(opened))])
+}
+
+fn empty_session(name: &str) -> Done {
+    let session = Session {
+        notes: name.to_owned(),
+        ..Session::default()
+    };
+    session_file(Path::new(name), session, Vec::new())
+}
+
+#[track_caller]
+fn save_session(engine: &mut Engine, path: &Path) {
+    let content = engine.session_content(None);
+    engine.act(Action::Save(content, path.to_owned(), Existing::Replace));
+    settle(engine);
+}
+
+#[test]
+fn a_star_stands_in_the_title_while_something_is_not_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut engine = engine();
+    assert!(!engine.is_unsaved());
+    open(&mut engine, &["a"]);
+    assert_eq!(engine.title(), "LoopScope *");
+    save_session(&mut engine, &folder.path().join("s.json"));
+    last_notice(&engine, Level::Info, "Saved the session");
+    assert_eq!(engine.title(), "s – LoopScope");
+    engine.act(Action::Close);
+    assert!(std::mem::take(&mut engine.closes));
+    edit(&mut engine, Edit::Role(0, Role::Test));
+    assert_eq!(engine.title(), "s * – LoopScope");
+    engine.act(Action::Close);
+    assert!(!engine.closes);
+    assert!(
+        matches!(engine.leaving, Some(Leaving::Close)),
+        "somebody is asked first"
+    );
+    engine.act(Action::Undo);
+    assert_eq!(engine.title(), "s – LoopScope", "as it was saved");
+    edit(&mut engine, Edit::Notes("oiled".to_owned()));
+    assert!(engine.is_unsaved());
+    engine.act(Action::Discard);
+    assert!(engine.closes);
+}
+
+#[test]
+fn a_session_opened_over_what_is_not_saved_waits_for_an_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut engine = engine();
+    open(&mut engine, &["a"]);
+    let before = engine.project().clone();
+    for answer in [Action::Stay, Action::Discard] {
+        finish(&mut engine, empty_session("s.json"));
+        assert!(matches!(engine.leaving, Some(Leaving::Open(_))));
+        assert!(engine.project().is_same(&before) && engine.session.is_none());
+        engine.act(answer);
+        assert!(engine.leaving.is_none());
+    }
+    assert_eq!(engine.session.as_deref(), Some(Path::new("s.json")));
+    assert!(engine.project().recordings.entries().is_empty());
+    finish(&mut engine, empty_session("t.json"));
+    assert_eq!(engine.project().notes, "t.json", "nothing would be lost");
+
+    open(&mut engine, &["a"]);
+    finish(&mut engine, empty_session("u.json"));
+    assert_eq!(engine.project().notes, "t.json");
+    save_session(&mut engine, &folder.path().join("t.json"));
+    assert_eq!(engine.project().notes, "u.json", "once it is saved");
+    assert!(!engine.history().can_undo(), "the session begins anew");
+}
+
+#[test]
+fn a_session_shows_nothing_of_what_was_there_before_it() {
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    let recording = of_file("other", &GAUGES, &FORCES);
+    let part = SessionPart {
+        file: SessionFile {
+            absolute: "other".into(),
+            ..SessionFile::default()
+        },
+        loaded: Some(Ok(Loaded {
+            recordings: vec![recording],
+            warnings: Vec::new(),
+            map: None,
+        })),
+        changed: true,
+    };
+    finish(
+        &mut engine,
+        session_file(Path::new("s.json"), Session::default(), vec![part]),
+    );
+    engine.act(Action::Discard);
+    assert_eq!(names(engine.project()), ["other"]);
+    last_notice(&engine, Level::Warning, "other: not the file that");
+    assert!(engine.analysis().is_none());
+    assert_eq!(analysed(&mut engine).calibration.trained_on, ["other"]);
+}
+
+#[test]
+fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
+    let mut engine = engine();
+    let session = Session {
+        built_in: true,
+        ..Session::default()
+    };
+    finish(
+        &mut engine,
+        session_file(Path::new("s.json"), session, Vec::new()),
+    );
+    settle_until(&mut engine, "the built-in sensor", |engine| {
+        !engine.project().recordings.entries().is_empty()
+    });
+    assert!(engine.project().recordings.is_simulated() && !engine.is_unsaved());
+}
+
+#[test]
+fn what_windows_left_stays_until_it_is_restored_or_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(format!("{name}.json"));
+    let left = |name: &str| LeftSession {
+        path: path(name),
+        written: SystemTime::UNIX_EPOCH,
+        files: Vec::new(),
+    };
+    let mut engine = engine();
+    open(&mut engine, &["a"]);
+    for name in ["1", "2", "3"] {
+        fs::write(path(name), "torn").unwrap();
+        engine.recoverable.push(left(name));
+    }
+    engine.act(Action::DropLeft(path("2")));
+    assert!(!path("2").exists());
+    engine.act(Action::Restore(path("3")));
+    settle(&mut engine);
+    last_notice(&engine, Level::Error, "3.json");
+    assert_eq!(engine.recoverable, [left("1"), left("3")]);
+    let session = Session {
+        notes: "what was left".to_owned(),
+        ..Session::default()
+    };
+    fs::write(path("3"), session.to_json(folder.path())).unwrap();
+    engine.act(Action::Restore(path("3")));
+    settle(&mut engine);
+    assert!(engine.leaving.is_some(), "a is not saved");
+    assert_eq!(engine.recoverable.len(), 2);
+    engine.act(Action::Discard);
+    assert_eq!(engine.recoverable, [left("1")]);
+    assert!(!path("3").exists() && path("1").exists());
+    assert_eq!(engine.project().notes, "what was left");
+    assert!(engine.session.is_none());
+    engine.act(Action::KeepLeft);
+    assert!(engine.recoverable.is_empty() && path("1").exists());
+}
+
+fn lost(name: &str) -> SessionPart {
+    let file = SessionFile {
+        absolute: format!("/gone/{name}.csv").into(),
+        roles: [(name.to_owned(), Role::Test)].into(),
+        ..SessionFile::default()
+    };
+    SessionPart {
+        file,
+        loaded: None,
+        changed: false,
+    }
+}
+
+#[test]
+fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut engine = engine();
+    let parts = ["a", "b", "c"].map(lost).to_vec();
+    finish(
+        &mut engine,
+        session_file(Path::new("s.json"), Session::default(), parts),
+    );
+    assert_eq!(engine.project().lost.len(), 3);
+    engine.act(Action::Forget(1));
+    engine.act(Action::Forget(7));
+    // Both are read at once, and so is one that was never lost.
+    let [a, c, d] = ["a", "c", "d"].map(|name| write_recording(folder.path(), name, true));
+    engine.act(Action::Open(vec![d]));
+    engine.act(Action::Found(0, a));
+    engine.act(Action::Found(0, c));
+    assert!(engine.project().lost.is_empty());
+    settle(&mut engine);
+    let entries = engine.project().recordings.entries();
+    let role = |name: &str| {
+        let entry = entries.iter().find(|entry| entry.recording.name() == name);
+        entry.map(|entry| entry.role)
+    };
+    assert_eq!(
+        ["a", "b", "c", "d"].map(role),
+        [Some(Role::Test), None, Some(Role::Test), Some(Role::Train)]
+    );
+}
+
+#[test]
+fn a_saved_session_opens_again_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["a", "b", "test"].map(|name| write_recording(folder.path(), name, true));
+    let path = folder.path().join("s.json");
+    let mut engine = engine();
+    engine.act(Action::Open(files.to_vec()));
+    settle(&mut engine);
+    engine.act(Action::Tare(vec![1], Tare::Stretch(0.0, 0.5)));
+    settle(&mut engine);
+    let other = with_f_th(&engine, 0.125);
+    for own in [
+        Edit::Role(0, Role::Off),
+        other,
+        Edit::Notes("oiled".to_owned()),
+        Edit::ShowAxis(Axis::Fy, false),
+    ] {
+        edit(&mut engine, own);
+    }
+    engine.act(Action::Show(View::All));
+    save_session(&mut engine, &path);
+    let saved = engine.project().clone();
+    let calibration = analysed(&mut engine).calibration.clone();
+    edit(&mut engine, Edit::CloseAll);
+
+    engine.act(Action::Open(vec![path.clone()]));
+    settle(&mut engine);
+    engine.act(Action::Discard);
+    let back = engine.project();
+    assert_eq!(back.recordings, saved.recordings);
+    assert_eq!((&back.settings, back.view), (&saved.settings, saved.view));
+    assert_eq!(
+        (&back.notes, &back.hidden_axes),
+        (&saved.notes, &saved.hidden_axes)
+    );
+    assert!(!engine.is_unsaved());
+    assert_eq!(engine.session, Some(path));
+    assert_eq!(analysed(&mut engine).calibration, calibration);
+    assert_eq!(n_notices(&engine, Level::Warning), 0);
+}

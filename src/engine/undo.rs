@@ -1,0 +1,359 @@
+//! Going back and forward over the edits of a document.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::engine::Project;
+
+/// More steps than this are forgotten, oldest first.
+const MOST_STEPS: usize = 100;
+
+/// The documents of before and after, step by step.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    before: VecDeque<Project>,
+    /// The last one is the next.
+    after: Vec<Project>,
+    /// What the last step was made with.
+    gesture: Option<u64>,
+}
+
+impl History {
+    /// Keeps what a document was before an edit. What changes with one and the same gesture, as while a slider is dragged, is
+    /// one step; what opened the first recordings is none.
+    pub fn step(&mut self, before: Project, now: &Project, gesture: Option<u64>) {
+        if before.is_same(now) {
+            return;
+        }
+        let goes_on = gesture.is_some()
+            && gesture == self.gesture
+            && Arc::ptr_eq(&before.recordings, &now.recordings);
+        let begins = self.before.is_empty() && before.recordings.entries().is_empty();
+        if !goes_on && !begins {
+            self.before.push_back(before);
+            let surplus = self.before.len().saturating_sub(MOST_STEPS);
+            self.before.drain(..surplus);
+        }
+        self.after.clear();
+        self.gesture = gesture;
+    }
+
+    /// Whether there is a step to take back.
+    #[must_use]
+    pub fn can_undo(&self) -> bool {
+        !self.before.is_empty()
+    }
+
+    /// Whether there is a step to make again.
+    #[must_use]
+    pub fn can_redo(&self) -> bool {
+        !self.after.is_empty()
+    }
+
+    /// Takes the last step back.
+    pub fn undo(&mut self, project: &mut Project) {
+        if let Some(before) = self.before.pop_back() {
+            let before = project.with_edits_of(before);
+            self.after.push(std::mem::replace(project, before));
+            self.gesture = None;
+        }
+    }
+
+    /// Makes the step again that was taken back last.
+    pub fn redo(&mut self, project: &mut Project) {
+        if let Some(after) = self.after.pop() {
+            let after = project.with_edits_of(after);
+            self.before.push_back(std::mem::replace(project, after));
+            self.gesture = None;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{BlockSuggestion, View};
+    use crate::engine::tests::{
+        FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
+    };
+    use crate::engine::{Edit, FromFile};
+    use crate::features::{Creep, Play, Thresholds};
+    use crate::import::map::ColumnMap;
+    use crate::recording::{Axis, Role};
+
+    /// What the engine does with an edit.
+    #[track_caller]
+    fn edit(project: &mut Project, history: &mut History, edit: Edit, gesture: Option<u64>) {
+        let before = project.clone();
+        project.edit(edit).unwrap();
+        history.step(before, project, gesture);
+    }
+
+    #[track_caller]
+    fn open(project: &mut Project, history: &mut History, name: &str, gauge: &str) {
+        let before = project.clone();
+        add(project, name, &[gauge], &[Axis::Fz]);
+        history.step(before, project, None);
+    }
+
+    #[track_caller]
+    fn undo(project: &mut Project, history: &mut History) {
+        assert!(history.can_undo(), "a step to take back");
+        history.undo(project);
+    }
+
+    #[track_caller]
+    fn redo(project: &mut Project, history: &mut History) {
+        assert!(history.can_redo(), "a step to make again");
+        history.redo(project);
+    }
+
+    fn with_f_th(project: &Project, f_th: f64) -> Edit {
+        let mut settings = project.settings.clone();
+        settings.features.look_backs[0].f_th = f_th;
+        Edit::Settings(settings)
+    }
+
+    fn f_th(project: &Project) -> f64 {
+        project.settings.features.look_backs[0].f_th
+    }
+
+    #[test]
+    fn each_choice_is_a_step_and_a_gesture_is_one() {
+        let (mut project, mut history) = (Project::default(), History::default());
+        open(&mut project, &mut history, "a", "S1");
+        assert!(!history.can_undo(), "nothing was there before");
+        let first = f_th(&project);
+        let set = |project: &mut Project, history: &mut History, f_th, gesture| {
+            let other = with_f_th(project, f_th);
+            edit(project, history, other, gesture);
+        };
+        for (value, gesture) in [(1.0, None), (1.5, None), (2.0, Some(7)), (2.5, Some(8))] {
+            set(&mut project, &mut history, value, gesture);
+        }
+        for at in 1..20 {
+            set(&mut project, &mut history, 2.5 + f64::from(at), Some(8));
+        }
+        for expected in [2.0, 1.5, 1.0, first] {
+            undo(&mut project, &mut history);
+            assert_eq!(f_th(&project), expected);
+        }
+        assert!(!history.can_undo());
+        for expected in [1.0, 1.5, 2.0, 21.5] {
+            redo(&mut project, &mut history);
+            assert_eq!(f_th(&project), expected);
+        }
+        undo(&mut project, &mut history);
+        set(&mut project, &mut history, 9.0, Some(8));
+        assert!(!history.can_redo(), "another way was taken");
+        assert_eq!(
+            history.before.len(),
+            4,
+            "a gesture ends where it is taken back"
+        );
+    }
+
+    #[test]
+    fn opening_files_is_a_step_and_those_before_it_stay() {
+        let (mut project, mut history) = (Project::default(), History::default());
+        open(&mut project, &mut history, "a", "S1");
+        let first = f_th(&project);
+        let own = with_f_th(&project, 1.5);
+        edit(&mut project, &mut history, own, None);
+        edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
+        // While a slider is held, too.
+        let own = with_f_th(&project, 2.5);
+        edit(&mut project, &mut history, own, Some(1));
+        open(&mut project, &mut history, "b", "S1");
+        edit(&mut project, &mut history, Edit::CloseAll, None);
+        open(&mut project, &mut history, "other", "G1");
+        undo(&mut project, &mut history);
+        undo(&mut project, &mut history);
+        assert_eq!((names(&project), f_th(&project)), (vec!["a", "b"], 2.5));
+        undo(&mut project, &mut history);
+        undo(&mut project, &mut history);
+        assert_eq!((names(&project), f_th(&project)), (vec!["a"], 1.5));
+        assert_eq!(roles(&project), [Role::Off]);
+        undo(&mut project, &mut history);
+        assert_eq!(roles(&project), [Role::Train]);
+        undo(&mut project, &mut history);
+        assert_eq!((names(&project), f_th(&project)), (vec!["a"], first));
+        for _ in 0..6 {
+            redo(&mut project, &mut history);
+        }
+        assert_eq!(names(&project), ["other"]);
+    }
+
+    #[test]
+    fn the_document_of_another_moment_comes_back_with_roles_cuts_and_closed_recordings() {
+        let (mut project, mut history) = (with_files(), History::default());
+        let before = project.clone();
+        edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
+        let mut settings = project.settings.clone();
+        settings.offset = false;
+        edit(&mut project, &mut history, Edit::Settings(settings), None);
+        let off = project.clone();
+        assert!(!before.is_same(&off));
+        edit(&mut project, &mut history, Edit::Remove(0), None);
+        edit(&mut project, &mut history, Edit::Split(0.5), None);
+        undo(&mut project, &mut history);
+        undo(&mut project, &mut history);
+        assert_eq!(roles(&project), [Role::Off, Role::Train, Role::Test]);
+        assert!(!project.request(None).settings.offset && project.split.is_none());
+        assert!(project.is_same(&off));
+        undo(&mut project, &mut history);
+        undo(&mut project, &mut history);
+        assert!(project.settings.offset && project.is_same(&before));
+        assert_eq!(roles(&project), [Role::Train, Role::Train, Role::Test]);
+    }
+
+    /// Edits that all change [`with_files`], the cut one if it takes a cut.
+    fn every_edit(project: &Project) -> Vec<Edit> {
+        let mut settings = project.settings.clone();
+        settings.offset = false;
+        let calibration = || FromFile {
+            path: "c.json".into(),
+            calibration: fitted(project),
+        };
+        let block = |block, values: &[f64]| BlockSuggestion {
+            block,
+            values: values.to_vec(),
+            left_out: 1.0,
+            left_out_without: 2.0,
+            n_tried: 1,
+        };
+        let with_others = || {
+            let mut other = Project::default();
+            add(&mut other, "c", &GAUGES, &FORCES);
+            Arc::clone(&other.recordings)
+        };
+        vec![
+            Edit::Settings(settings),
+            Edit::Thresholds(Thresholds {
+                f_th: 0.125,
+                t_th_secs: 9.0,
+            }),
+            Edit::Block(block(&Play, &[0.5])),
+            Edit::Block(block(&Creep, &[0.5])),
+            Edit::Role(0, Role::Test),
+            Edit::AllRoles(Role::Train),
+            Edit::Remove(1),
+            Edit::CloseAll,
+            Edit::Replace(with_others()),
+            Edit::Split(0.25),
+            Edit::Unsplit,
+            Edit::ShowAxis(Axis::Fx, false),
+            Edit::Notes("oiled".to_owned()),
+            Edit::Apply(Some(calibration())),
+            Edit::Apply(None),
+            Edit::Compare(Some(calibration())),
+            Edit::Compare(None),
+        ]
+    }
+
+    /// Where an edit stands in the list of them; one that is added has to be tried as well.
+    fn place(edit: &Edit) -> usize {
+        match edit {
+            Edit::Settings(_) => 0,
+            Edit::Thresholds(_) => 1,
+            Edit::Block(_) => 2,
+            Edit::Role(..) => 3,
+            Edit::AllRoles(_) => 4,
+            Edit::Remove(_) => 5,
+            Edit::CloseAll => 6,
+            Edit::Replace(_) => 7,
+            Edit::Split(_) => 8,
+            Edit::Unsplit => 9,
+            Edit::ShowAxis(..) => 10,
+            Edit::Notes(_) => 11,
+            Edit::Apply(_) => 12,
+            Edit::Compare(_) => 13,
+        }
+    }
+
+    #[test]
+    fn every_edit_is_taken_back_and_made_again() {
+        let own = with_files();
+        let edits = every_edit(&own);
+        for at in 0..=13 {
+            let mut places = edits.iter().map(place);
+            assert!(places.any(|place| place == at), "edit {at} is not tried");
+        }
+        for asked in edits {
+            let (mut project, mut history) = (own.clone(), History::default());
+            // What can be taken away has to be there.
+            let first = match asked {
+                Edit::Unsplit => Some(Edit::Split(0.5)),
+                Edit::Apply(None) | Edit::Compare(None) => {
+                    let there = FromFile {
+                        path: "c.json".into(),
+                        calibration: fitted(&own),
+                    };
+                    Some(match asked {
+                        Edit::Apply(_) => Edit::Apply(Some(there)),
+                        _ => Edit::Compare(Some(there)),
+                    })
+                }
+                _ => None,
+            };
+            first
+                .into_iter()
+                .for_each(|first| project.edit(first).unwrap());
+            let before = project.clone();
+            edit(&mut project, &mut history, asked.clone(), None);
+            let after = project.clone();
+            assert!(!after.is_same(&before), "{asked:?} changes something");
+            for _ in 0..2 {
+                undo(&mut project, &mut history);
+                assert!(project.is_same(&before), "{asked:?} taken back");
+                assert!(!history.can_undo());
+                redo(&mut project, &mut history);
+                assert!(project.is_same(&after), "{asked:?} made again");
+                assert!(!history.can_redo());
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_edit_stays_and_the_view_names_a_recording_that_is_there() {
+        let (mut project, mut history) = (Project::default(), History::default());
+        for name in ["a", "b"] {
+            open(&mut project, &mut history, name, "S1");
+        }
+        project.view = View::One(1);
+        project.maps.insert("b".into(), ColumnMap::default());
+        undo(&mut project, &mut history);
+        assert_eq!((names(&project), project.view), (vec!["a"], View::One(0)));
+        assert_eq!(project.maps.len(), 1);
+        let before = project.clone();
+        project.view = View::All;
+        history.step(before, &project, None);
+        assert!(history.can_redo(), "looking elsewhere is no step");
+        redo(&mut project, &mut history);
+        assert_eq!((names(&project), project.view), (vec!["a", "b"], View::All));
+    }
+
+    #[test]
+    fn the_oldest_steps_are_forgotten() {
+        let (mut project, mut history) = (Project::default(), History::default());
+        project.take_set(built_in()).unwrap();
+        for at in 0..MOST_STEPS + 5 {
+            edit(
+                &mut project,
+                &mut history,
+                Edit::Notes(at.to_string()),
+                None,
+            );
+        }
+        for _ in 0..MOST_STEPS {
+            undo(&mut project, &mut history);
+        }
+        assert!(!history.can_undo());
+        assert_eq!(project.notes, "4");
+        let before = project.clone();
+        let refused = project.add(vec![vec![of_file("a", &["G1"], &[Axis::Fz])]], |_| None);
+        assert!(refused.is_empty());
+        history.step(before, &project, None);
+        assert!(history.can_undo(), "the built-in sensor was there before");
+    }
+}

@@ -1,0 +1,129 @@
+//! What a calibration is made of, under the names that files of settings and of arrays give it; told once for all of them.
+//!
+//! Networks and kernels are not in it: only files of arrays have room for them.
+
+use crate::calibration::{Calibration, LinearMap, Scores};
+use crate::features::{Setting, Stored, Thresholds};
+
+/// One of its parts.
+pub(super) struct Field {
+    /// The part that it is a part of; empty for the calibration itself.
+    pub group: &'static str,
+    pub name: &'static str,
+    /// What somebody must know who reads the number alone; may be empty.
+    pub about: &'static str,
+    pub value: Value,
+}
+
+pub(super) enum Value {
+    Flag(bool),
+    Count(u8),
+    Text(String),
+    Texts(Vec<String>),
+    Numbers(Vec<f64>),
+    /// One row per axis.
+    Matrix(Vec<Vec<f64>>),
+    /// Columns of one table, as long as each other.
+    Table(Vec<(&'static str, Vec<f64>)>),
+}
+
+/// All of them, those of a group one after the other.
+pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
+    let features = &calibration.features;
+    let scale = &calibration.gauge_scale;
+    let symbols = calibration.axes.iter().map(|axis| axis.symbol().to_owned());
+    let look_backs = |number: fn(&Thresholds) -> f64| {
+        let look_backs = features.look_backs.iter();
+        look_backs.map(number).collect()
+    };
+    let mut fields = vec![
+        field("", "gauges", Value::Texts(calibration.gauges.clone())),
+        field("", "axes", Value::Texts(symbols.collect())),
+        field("", "units", Value::Texts(calibration.units.clone())),
+        numbers("", "full_scale", &calibration.full_scale),
+        field("", "offset", Value::Flag(calibration.offset)),
+        field("", "simulated", Value::Flag(calibration.simulated)),
+        field(
+            "",
+            "trained_on",
+            Value::Texts(calibration.trained_on.clone()),
+        ),
+    ];
+    let tare = calibration.tare.iter();
+    fields.extend(tare.map(|tare| field("", "tared", Value::Text(tare.to_string()))));
+    fields.extend([
+        field(
+            "blocks",
+            "look_backs",
+            Value::Table(vec![
+                ("f_th", look_backs(|look_back| look_back.f_th)),
+                ("t_th_secs", look_backs(|look_back| look_back.t_th_secs)),
+            ]),
+        ),
+        Field {
+            about: "d of the look-back: the norm of the conventional load's differences times these",
+            ..numbers(
+                "blocks",
+                "distance_weights",
+                &calibration.distance_weights(),
+            )
+        },
+    ]);
+    fields.extend(features.blocks.stored().map(|(block, stored)| {
+        let Setting { key, unit, .. } = block.setting();
+        let value = match stored {
+            Stored::Number(number) => Value::Count(number),
+            Stored::List(values) => Value::Numbers(values.to_vec()),
+        };
+        Field {
+            about: unit.words,
+            ..field("blocks", key, value)
+        }
+    }));
+    fields.extend([
+        numbers("gauge_scale", "shift", &scale.shift),
+        numbers("gauge_scale", "inverse_scale", &scale.inverse_scale),
+        numbers("gauge_scale", "deviation", &scale.deviation),
+    ]);
+    let quality = &calibration.quality;
+    let conventional = Some((&calibration.conventional, &quality.conventional));
+    let compensated = calibration.compensated.as_ref();
+    let compensated = compensated.map(|map| (map, &quality.compensated));
+    for (group, parts) in [("conventional", conventional), ("compensated", compensated)] {
+        if let Some((map, scores)) = parts {
+            fields.extend(of_map(group, map, scores, &calibration.gauges));
+        }
+    }
+    fields
+}
+
+fn of_map<'a>(
+    group: &'static str,
+    map: &LinearMap,
+    scores: &'a Scores,
+    gauges: &[String],
+) -> impl Iterator<Item = Field> + 'a {
+    let names = field(group, "features", Value::Texts(map.names(gauges)));
+    let matrix = field(group, "matrix", Value::Matrix(map.matrix.clone()));
+    let scores = [
+        ("test_rmse", &scores.test_rmse),
+        ("left_out_rmse", &scores.cv_rmse),
+        ("train_rmse", &scores.train_rmse),
+    ];
+    let scores = scores.into_iter();
+    let scores = scores.filter_map(move |(name, rmse)| Some(numbers(group, name, rmse.as_ref()?)));
+    [names, matrix].into_iter().chain(scores)
+}
+
+fn field(group: &'static str, name: &'static str, value: Value) -> Field {
+    Field {
+        group,
+        name,
+        about: "",
+        value,
+    }
+}
+
+fn numbers(group: &'static str, name: &'static str, numbers: &[f64]) -> Field {
+    field(group, name, Value::Numbers(numbers.to_vec()))
+}

@@ -1,0 +1,125 @@
+//! What a format is that calibrations are written in.
+//!
+//! Guarantees: what a format cannot carry at all is refused before a byte is written; what it carries in part says so inside.
+
+use std::error::Error;
+use std::io;
+
+use super::facts::{Fact, facts};
+use crate::calibration::{Calibration, FitSettings, Learned, Learner, Regressor};
+use crate::features::FeatureSettings;
+use crate::recording::{Axis, Layout};
+
+/// Why a calibration cannot be written in a format, or what a file holds is none.
+pub type Refusal = Box<dyn Error + Send + Sync>;
+
+/// Makes a calibration of what is in a file.
+pub type ReadBack = fn(&[u8]) -> Result<Calibration, Refusal>;
+
+/// A format that calibrations are written in. All of them stand in [`TARGETS`](super::TARGETS).
+pub trait Target: Sync {
+    /// What people call it.
+    fn name(&self) -> &'static str;
+
+    /// The endings of its files, in small letters and without the dot; the usual one first.
+    fn endings(&self) -> &'static [&'static str];
+
+    /// What its files hold of a calibration.
+    fn holds(&self) -> &'static str;
+
+    /// What a file leaves out of this calibration.
+    fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
+        "nothing"
+    }
+
+    /// Checks whether the format can carry what is outlined.
+    ///
+    /// # Errors
+    /// [`Refusal`] if it cannot, with what to do instead.
+    fn check(&self, _outline: &Outline<'_>) -> Result<(), Refusal> {
+        Ok(())
+    }
+
+    /// Writes a calibration that was checked.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()>;
+
+    /// What reads its files back, where something does.
+    fn reader(&self) -> Option<ReadBack> {
+        None
+    }
+
+    /// Whether its files name the gauges; where they do not, gauges are known by their order.
+    fn names_gauges(&self) -> bool {
+        true
+    }
+}
+
+/// What a calibration is made of, as far as it is known before the fit.
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "the fields are those of a calibration")]
+pub struct Outline<'a> {
+    pub regressor: Regressor,
+    pub learner: Option<Learner>,
+    pub n_gauges: usize,
+    pub axes: &'a [Axis],
+    pub features: &'a FeatureSettings,
+}
+
+impl<'a> Outline<'a> {
+    /// Of a calibration that is there.
+    #[must_use]
+    pub fn of(calibration: &'a Calibration) -> Self {
+        Self {
+            regressor: calibration.regressor,
+            learner: calibration.learned.as_ref().map(Learned::learner),
+            n_gauges: calibration.gauges.len(),
+            axes: &calibration.axes,
+            features: &calibration.features,
+        }
+    }
+
+    /// Of what these settings will make of recordings of this layout.
+    #[must_use]
+    pub fn of_fit(settings: &'a FitSettings, layout: &'a Layout) -> Self {
+        Self {
+            regressor: settings.regressor,
+            learner: settings.regressor.learner(),
+            n_gauges: layout.gauge_names.len(),
+            axes: &layout.axes,
+            features: &settings.features,
+        }
+    }
+}
+
+/// What is written.
+#[derive(Debug)]
+pub struct Export<'a> {
+    /// The whole calibration.
+    pub calibration: &'a Calibration,
+    /// What the file says of itself.
+    pub(super) facts: Vec<Fact>,
+    /// What names inside are made of.
+    pub name: &'a str,
+}
+
+/// Checks the calibration and writes it; `name` is what names inside are made of.
+pub(super) fn write(
+    target: &dyn Target,
+    calibration: &Calibration,
+    name: &str,
+    out: &mut dyn io::Write,
+) -> io::Result<()> {
+    calibration.validate().map_err(io::Error::other)?;
+    let outline = Outline::of(calibration);
+    target.check(&outline).map_err(io::Error::other)?;
+    let facts = facts(calibration, target.holds(), target.leaves_out(calibration));
+    let export = Export {
+        calibration,
+        facts,
+        name,
+    };
+    target.write(&export, out)
+}

@@ -1,0 +1,16 @@
+//! One C99 file, without a heap.
+
+use crate::export::code::{Code, Language};
+use crate::export::text::for_block_comment;
+
+/// `.h`.
+pub(super) static C_HEADER: Code = Code {
+    name: "C header",
+    endings: &["h"],
+    language: Language {
+        template: include_str!("../templates/calibration.h"),
+        comment: for_block_comment,
+        brackets: ('{', '}'),
+        weight: |weight| format!("{weight:?}f"),
+    },
+};

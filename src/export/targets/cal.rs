@@ -1,0 +1,377 @@
+//! ATI-style `.cal` files: XML with the matrix of a conventional calibration of six gauges and six axes.
+//!
+//! Guarantees: what is written reads back to the same matrix; names are case-sensitive; a file with a row missing, a number
+//! that is none or a unit that is not known is refused, never guessed.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use quick_xml::Reader;
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
+
+use crate::calibration::{Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION};
+use crate::export::facts::Fact;
+use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
+use crate::export::text::for_xml_comment;
+use crate::features::{FeatureSettings, GaugeScale};
+use crate::recording::Axis;
+use crate::shown::for_xml;
+
+/// `.cal`.
+pub(super) struct Cal;
+
+impl Target for Cal {
+    fn name(&self) -> &'static str {
+        "ATI-style calibration (XML)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["cal"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "the conventional matrix of six gauges and six axes"
+    }
+
+    fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
+        "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges"
+    }
+
+    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
+        if outline.n_gauges == 6 && *outline.axes == Axis::ALL {
+            return Ok(());
+        }
+        Err(Box::new(NotSix {
+            gauges: outline.n_gauges,
+            axes: outline.axes.iter().map(|axis| axis.symbol()).collect(),
+        }))
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write(export.calibration, &export.facts, out)
+    }
+
+    fn reader(&self) -> Option<ReadBack> {
+        Some(|content| Ok(read(content)?))
+    }
+
+    fn names_gauges(&self) -> bool {
+        false
+    }
+}
+
+/// A calibration that such a file has no room for.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "a .cal file holds six gauges and the axes Fx Fy Fz Mx My Mz, and this calibration has {gauges} gauges and the axes {}; use \
+     .yaml, .h or .json", .axes.join(" ")
+)]
+struct NotSix {
+    gauges: usize,
+    axes: Vec<&'static str>,
+}
+
+/// Why a `.cal` file could not be read.
+#[derive(Debug, thiserror::Error)]
+enum CalError {
+    #[error("not an XML file: {reason}")]
+    Xml { reason: String },
+    #[error("there is no element {element}; this is not an ATI-style calibration of version 1.1")]
+    Missing { element: &'static str },
+    #[error("element {element} has no attribute {attribute} (names are case-sensitive)")]
+    Attribute { element: String, attribute: String },
+    #[error("{element} is there twice")]
+    Twice { element: String },
+    #[error("{place}: {text:?} is not a number that can be used")]
+    Number { place: String, text: String },
+    #[error("the values of {axis} are {actual} where NumGages says {expected}")]
+    Values {
+        axis: &'static str,
+        expected: usize,
+        actual: usize,
+    },
+    #[error("{attribute} is {unit:?}; {known} are known")]
+    Unit {
+        attribute: &'static str,
+        unit: String,
+        known: &'static str,
+    },
+}
+
+/// A symbol as these files spell it: moments are T.
+fn spelled(axis: Axis) -> String {
+    axis.symbol().replace('M', "T")
+}
+
+/// Writes the conventional matrix. `Axis` rows are the same with a scale of 1, for readers that look there.
+fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
+    writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!--")?;
+    for (name, text) in facts {
+        writeln!(out, "  {name}: {}", for_xml_comment(text))?;
+    }
+    let n_gauges = calibration.gauges.len();
+    if calibration.offset {
+        let last = calibration
+            .conventional
+            .matrix
+            .iter()
+            .map(|row| row[n_gauges].to_string());
+        let offset: Vec<String> = last.collect();
+        writeln!(
+            out,
+            "  offset left out, in N and N-m: {}",
+            for_xml_comment(&offset.join(" "))
+        )?;
+    }
+    writeln!(out, "-->")?;
+    writeln!(
+        out,
+        "<FTSensor Serial=\"\" BodyStyle=\"\" Family=\"DAQ\" NumGages=\"{n_gauges}\" CalFileVersion=\"1.1\">"
+    )?;
+    writeln!(
+        out,
+        "  <Calibration PartNumber=\"{}\" CalDate=\"\" ForceUnits=\"N\" TorqueUnits=\"N-m\" DistUnits=\"m\" OutputMode=\"\" \
+         OutputRange=\"\" HWTempComp=\"False\" GainMultiplier=\"1\" CableLossDetection=\"False\" OutputBipolar=\"True\">",
+        for_xml(&calibration.program)
+    )?;
+    for (element, scale) in [("Axis", " scale=\"1\""), ("UserAxis", "")] {
+        if element == "UserAxis" {
+            writeln!(
+                out,
+                "    <BasicTransform Dx=\"0\" Dy=\"0\" Dz=\"0\" Rx=\"0\" Ry=\"0\" Rz=\"0\"/>"
+            )?;
+        }
+        let rows = calibration.conventional.matrix.iter();
+        for ((axis, row), full_scale) in calibration
+            .axes
+            .iter()
+            .zip(rows)
+            .zip(&calibration.full_scale)
+        {
+            let values: Vec<String> = row[..n_gauges].iter().map(f64::to_string).collect();
+            writeln!(
+                out,
+                "    <{element} Name=\"{}\" values=\"{}\" max=\"{full_scale}\"{scale}/>",
+                spelled(*axis),
+                values.join(" ")
+            )?;
+        }
+    }
+    writeln!(out, "  </Calibration>\n</FTSensor>")
+}
+
+/// Renames the gauges of a calibration that knows them by their order only; nothing without as many names.
+pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
+    if names.len() != calibration.gauges.len() {
+        return;
+    }
+    calibration.gauges = names.to_vec();
+}
+
+/// Attributes by name.
+type Attributes = BTreeMap<String, String>;
+
+/// Reads the `UserAxis` rows; gauges are called SG0, SG1 and so on.
+fn read(content: &[u8]) -> Result<Calibration, CalError> {
+    let mut sensor = None;
+    let mut about = None;
+    let mut rows = BTreeMap::new();
+    let mut reader = Reader::from_reader(content);
+    loop {
+        let event = reader.read_event().map_err(|error| xml(&error))?;
+        let element = match &event {
+            Event::Eof => break,
+            Event::Start(element) | Event::Empty(element) => element,
+            _ => continue,
+        };
+        match element.name().as_ref() {
+            b"FTSensor" => once(&mut sensor, "FTSensor", attributes(element)?)?,
+            b"Calibration" => once(&mut about, "Calibration", attributes(element)?)?,
+            b"UserAxis" => {
+                let row = attributes(element)?;
+                let name = attribute(&row, "UserAxis", "Name")?;
+                let axis = Axis::ALL.into_iter().find(|axis| spelled(*axis) == name);
+                if let Some(axis) = axis
+                    && rows.insert(axis, row).is_some()
+                {
+                    return Err(CalError::Twice {
+                        element: format!("UserAxis {}", axis.symbol()),
+                    });
+                }
+            }
+            _ => {}
+        }
+    }
+    let sensor = sensor.ok_or(CalError::Missing {
+        element: "FTSensor",
+    })?;
+    let about = about.ok_or(CalError::Missing {
+        element: "Calibration",
+    })?;
+    let n_gauges = number(&sensor, "FTSensor", "NumGages")?;
+    let to_newtons = unit(&about, "ForceUnits", &FORCE_UNITS, "N, kN, lbf, klbf, kgf")?;
+    let to_newton_metres = unit(
+        &about,
+        "TorqueUnits",
+        &TORQUE_UNITS,
+        "N-m, N-mm, kN-m, lbf-in, lbf-ft, kgf-cm",
+    )?;
+    let (mut matrix, mut full_scale) = (Vec::new(), Vec::new());
+    for axis in Axis::ALL {
+        let row = rows.get(&axis).ok_or(CalError::Missing {
+            element: match axis.is_force() {
+                true => "UserAxis for each of Fx Fy Fz",
+                false => "UserAxis for each of Tx Ty Tz",
+            },
+        })?;
+        let factor = if axis.is_force() {
+            to_newtons
+        } else {
+            to_newton_metres
+        };
+        let place = format!("values of {}", spelled(axis));
+        let values: Vec<f64> = attribute(row, "UserAxis", "values")?
+            .split_whitespace()
+            .map(|text| Ok(parsed(text, &place)? * factor))
+            .collect::<Result<_, CalError>>()?;
+        if values.len() as f64 != n_gauges || values.is_empty() {
+            return Err(CalError::Values {
+                axis: axis.symbol(),
+                expected: n_gauges as usize,
+                actual: values.len(),
+            });
+        }
+        matrix.push(values);
+        full_scale.push(number(row, "UserAxis", "max")? * factor);
+    }
+    Ok(conventional(matrix, full_scale))
+}
+
+/// A calibration of the present gauges alone.
+fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
+    let n_gauges = matrix[0].len();
+    let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();
+    let map = LinearMap {
+        columns: FeatureSettings::present().columns(n_gauges, false),
+        matrix,
+    };
+    Calibration {
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        program: "read from a .cal file".to_owned(),
+        simulated: false,
+        gauges,
+        axes: Axis::ALL.to_vec(),
+        units: Axis::ALL.map(|axis| axis.unit().to_owned()).to_vec(),
+        full_scale,
+        offset: false,
+        decimation: 1,
+        features: FeatureSettings::present(),
+        gauge_scale: GaugeScale::identity(n_gauges),
+        regressor: Regressor::Linear,
+        conventional: map.clone(),
+        compensated: Some(map),
+        learned: None,
+        quality: Quality::default(),
+        trained_on: Vec::new(),
+        rate_hz: None,
+        sources: Vec::new(),
+        tare: None,
+    }
+}
+
+/// Exact by definition: pound-force 4.4482216152605 N, inch 25.4 mm, kilogram-force 9.80665 N.
+const POUND: f64 = 4.448_221_615_260_5;
+const KILOGRAM_FORCE: f64 = 9.806_65;
+const FORCE_UNITS: [(&str, f64); 5] = [
+    ("N", 1.0),
+    ("kN", 1000.0),
+    ("lbf", POUND),
+    ("klbf", 1000.0 * POUND),
+    ("kgf", KILOGRAM_FORCE),
+];
+const TORQUE_UNITS: [(&str, f64); 6] = [
+    ("N-m", 1.0),
+    ("N-mm", 0.001),
+    ("kN-m", 1000.0),
+    ("lbf-in", POUND * 0.0254),
+    ("lbf-ft", POUND * 0.3048),
+    ("kgf-cm", KILOGRAM_FORCE * 0.01),
+];
+
+fn unit(
+    about: &Attributes,
+    attribute_name: &'static str,
+    units: &[(&str, f64)],
+    known: &'static str,
+) -> Result<f64, CalError> {
+    let named = attribute(about, "Calibration", attribute_name)?.trim();
+    let found = units.iter().find(|(unit, _)| *unit == named);
+    found
+        .map(|(_, factor)| *factor)
+        .ok_or_else(|| CalError::Unit {
+            attribute: attribute_name,
+            unit: named.to_owned(),
+            known,
+        })
+}
+
+fn once(slot: &mut Option<Attributes>, element: &str, found: Attributes) -> Result<(), CalError> {
+    match slot.replace(found) {
+        None => Ok(()),
+        Some(_) => Err(CalError::Twice {
+            element: element.to_owned(),
+        }),
+    }
+}
+
+fn xml(error: &dyn std::fmt::Display) -> CalError {
+    CalError::Xml {
+        reason: error.to_string(),
+    }
+}
+
+fn attributes(element: &BytesStart) -> Result<Attributes, CalError> {
+    element
+        .attributes()
+        .map(|attribute| {
+            let attribute = attribute.map_err(|error| xml(&error))?;
+            let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
+            let value = attribute
+                .normalized_value(XmlVersion::Implicit1_0)
+                .map_err(|error| xml(&error))?;
+            Ok((name, value.into_owned()))
+        })
+        .collect()
+}
+
+fn attribute<'a>(of: &'a Attributes, element: &str, name: &str) -> Result<&'a str, CalError> {
+    of.get(name)
+        .map(String::as_str)
+        .ok_or_else(|| CalError::Attribute {
+            element: element.to_owned(),
+            attribute: name.to_owned(),
+        })
+}
+
+fn number(of: &Attributes, element: &str, name: &str) -> Result<f64, CalError> {
+    let value = parsed(attribute(of, element, name)?.trim(), name)?;
+    match value >= 0.0 {
+        true => Ok(value),
+        false => Err(CalError::Number {
+            place: name.to_owned(),
+            text: value.to_string(),
+        }),
+    }
+}
+
+fn parsed(text: &str, place: &str) -> Result<f64, CalError> {
+    let value: Option<f64> = text.parse().ok();
+    value
+        .filter(|value| value.is_finite())
+        .ok_or_else(|| CalError::Number {
+            place: place.to_owned(),
+            text: text.to_owned(),
+        })
+}

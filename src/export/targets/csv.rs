@@ -1,0 +1,76 @@
+//! The matrices of a calibration as a table, rows and columns named.
+
+use std::io;
+
+use crate::calibration::Calibration;
+use crate::export::facts::Fact;
+use crate::export::target::{Export, Target};
+use crate::features::Column;
+use crate::formats::csv::CsvWriter;
+use crate::shown::printable;
+
+/// `.csv`.
+pub(super) struct Csv;
+
+impl Target for Csv {
+    fn name(&self) -> &'static str {
+        "Matrices (CSV)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["csv"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "matrices"
+    }
+
+    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
+        match calibration.learned {
+            Some(_) => {
+                "the network or kernel, without which the compensated load is not whole; choices of the blocks but in words, \
+                 scales"
+            }
+            None => "choices of the blocks but in words, scales",
+        }
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        write(export.calibration, &export.facts, out)
+    }
+}
+
+/// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
+fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
+    for (name, text) in facts {
+        writeln!(out, "# {name}: {}", printable(text))?;
+    }
+    let mut csv = CsvWriter::new(out);
+    let columns = calibration.columns();
+    let features = Column::names(&columns, &calibration.gauges);
+    let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
+    csv.row(head.iter().chain(&features))?;
+    let blocks = calibration.describe();
+    let compensated = calibration.compensated.as_ref();
+    let maps = std::iter::once(("conventional", "", &calibration.conventional))
+        .chain(compensated.map(|map| ("compensated", &*blocks, map)));
+    for (name, blocks, map) in maps {
+        // Whoever opens the table elsewhere must see that no real sensor stands behind it.
+        let name = match calibration.simulated {
+            true => format!("{name} (simulated sensor)"),
+            false => name.to_owned(),
+        };
+        let axes = calibration.axes.iter().zip(&calibration.units);
+        for ((axis, unit), row) in axes.zip(&map.matrix) {
+            let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
+            // A map's columns are some of all, in the same order.
+            let mut own = map.columns.iter().zip(row).peekable();
+            let numbers = columns.iter().map(|column| {
+                let number = own.next_if(|(own, _)| *own == column);
+                number.map_or(String::new(), |(_, number)| number.to_string())
+            });
+            csv.row(head.into_iter().chain(numbers))?;
+        }
+    }
+    csv.flush()
+}

@@ -1,0 +1,95 @@
+//! The formats that calibrations are written in, one file each; everything that lists them reads [`TARGETS`].
+
+mod c_header;
+mod cal;
+mod csv;
+mod json;
+mod matlab;
+mod numpy;
+mod onnx;
+mod python;
+mod rust;
+mod yaml;
+
+use std::path::Path;
+
+pub use self::cal::name_gauges;
+use super::target::Target;
+
+/// All formats, the complete one first.
+pub static TARGETS: [&dyn Target; 10] = [
+    &json::Json,
+    &c_header::C_HEADER,
+    &rust::RUST,
+    &python::PYTHON,
+    &yaml::Yaml,
+    &cal::Cal,
+    &csv::Csv,
+    &numpy::NumPy,
+    &matlab::Matlab,
+    &onnx::Onnx,
+];
+
+/// The format that a file's ending asks for.
+#[must_use]
+pub fn target_for(path: &Path) -> Option<&'static dyn Target> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    let mut targets = TARGETS.into_iter();
+    targets.find(|target| target.endings().contains(&&*ending))
+}
+
+/// Whether a calibration of this file knows its gauges by name rather than by their order.
+#[must_use]
+pub fn names_gauges(path: &Path) -> bool {
+    target_for(path).is_none_or(Target::names_gauges)
+}
+
+/// The usual endings of all formats with their dots, as messages list them.
+#[must_use]
+pub fn target_endings() -> String {
+    let endings = TARGETS.map(|target| format!(".{}", target.endings()[0]));
+    endings.join(" ")
+}
+
+/// All formats with what they are, one after the other, as help lists them.
+#[must_use]
+pub fn listed_targets() -> String {
+    let listed = TARGETS.map(|target| {
+        let endings = target.endings().join(" .");
+        format!(".{endings} {}", target.name())
+    });
+    listed.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The guide is written by hand around this table.
+    #[test]
+    fn the_guide_lists_every_format() {
+        let rows = TARGETS.map(|target| {
+            let endings = target.endings().iter().map(|ending| format!("`.{ending}`"));
+            let reads_back = match (target.reader(), target.names_gauges()) {
+                (None, _) => "no",
+                (Some(_), true) => "yes",
+                (Some(_), false) => "yes, gauges in file order",
+            };
+            let endings = endings.collect::<Vec<_>>().join(", ");
+            format!(
+                "| {endings} | {} | {} | {reads_back} |\n",
+                target.name(),
+                target.holds()
+            )
+        });
+        let table = format!(
+            "| file | format | holds | reads back |\n|---|---|---|---|\n{}",
+            rows.concat()
+        );
+        let guide = include_str!("../../../assets/guide/exports.md");
+        assert!(
+            guide.contains(&table),
+            "assets/guide/exports.md needs\n{table}"
+        );
+    }
+}

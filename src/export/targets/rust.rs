@@ -1,0 +1,16 @@
+//! One Rust file on the standard library.
+
+use crate::export::code::{Code, Language};
+use crate::shown::printable;
+
+/// `.rs`.
+pub(super) static RUST: Code = Code {
+    name: "Rust source",
+    endings: &["rs"],
+    language: Language {
+        template: include_str!("../templates/calibration.rs.in"),
+        comment: |text| printable(text).into_owned(),
+        brackets: ('[', ']'),
+        weight: |weight| format!("{weight:?}"),
+    },
+};

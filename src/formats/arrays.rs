@@ -1,0 +1,323 @@
+//! Named arrays: what NumPy and MATLAB keep in their files. Read, they become columns with the names that a header of text
+//! would have.
+//!
+//! | array | columns |
+//! |---|---|
+//! | a vector | one, by its name |
+//! | `S`, `G`, `gauges`, `ch`, `raw` …, n × k | `S1` to `Sk` |
+//! | `F`, `forces`, n × 3 | `Fx` `Fy` `Fz` |
+//! | `M`, `T`, `moments`, `torques`, n × 3 | `Mx` `My` `Mz` |
+//! | `F`, `loads`, `wrench`, `FT`, `reference` …, n × 6 | `Fx` to `Mz` (n × 3: the forces) |
+//! | `X`, any other, n × k | `X1` to `Xk` |
+//!
+//! n is the length of the time, or without one what most numbers stand in. An array that lies on its side is turned.
+
+use std::collections::HashMap;
+
+use super::{COLUMN_LIMIT, Column, Columns};
+use crate::formats::column_name::{is_gauge_name, is_time_name};
+use crate::recording::Axis;
+
+/// What an array of gauges may be called besides what its columns may be called, in small letters.
+const GAUGES: [&str; 6] = [
+    "gauges", "channels", "strains", "sensors", "signals", "volts",
+];
+const FORCES: [&str; 5] = ["f", "force", "forces", "forces_n", "f_n"];
+const MOMENTS: [&str; 8] = [
+    "m",
+    "t",
+    "moment",
+    "moments",
+    "torque",
+    "torques",
+    "moments_nm",
+    "torques_nm",
+];
+const LOADS: [&str; 9] = [
+    "load",
+    "loads",
+    "wrench",
+    "wrenches",
+    "ft",
+    "reference",
+    "ref",
+    "ati",
+    "ground_truth",
+];
+/// The clock of a reference that has its own.
+const REFERENCE_TIMES: [&str; 8] = [
+    "t_ref",
+    "time_ref",
+    "t_reference",
+    "time_reference",
+    "reference_time",
+    "ref_time",
+    "t_loads",
+    "time_loads",
+];
+
+/// One part of a file that is written.
+#[derive(Clone, Debug)]
+pub(crate) enum Entry {
+    Numbers(Array),
+    /// One text per entry.
+    Texts {
+        name: String,
+        texts: Vec<String>,
+    },
+}
+
+impl Entry {
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Numbers(array) => &array.name,
+            Self::Texts { name, .. } => name,
+        }
+    }
+}
+
+/// Numbers as a file holds them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Array {
+    pub(crate) name: String,
+    /// Where the file itself says it; empty otherwise.
+    pub(crate) unit: &'static str,
+    pub(crate) shape: Vec<usize>,
+    /// Whether the first index runs fastest.
+    pub(crate) is_by_column: bool,
+    pub(crate) values: Vec<f64>,
+}
+
+/// The arrays as columns; what is none is listed with what it is.
+pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
+    let n_rows = n_rows(&arrays);
+    let reference_rows = reference_time(&arrays, n_rows).map(|array| array.values.len());
+    let mut table = Columns {
+        is_named: true,
+        ..Columns::default()
+    };
+    for array in arrays {
+        let is_reference_time = is_reference_time(&array.name) && array.is_vector();
+        let n_rows = match reference_rows {
+            Some(rows) if is_reference_time || (is_load(&array.name) && array.lies_in(rows)) => {
+                rows
+            }
+            _ => n_rows,
+        };
+        let array = if array.lies_in(n_rows) {
+            array
+        } else {
+            array.turned()
+        };
+        let n_columns = array.values.len().checked_div(n_rows).unwrap_or(0);
+        if !array.lies_in(n_rows) || table.columns.len() + n_columns > COLUMN_LIMIT {
+            left_out.push(format!("{} ({})", array.name, shape_in_words(&array.shape)));
+            continue;
+        }
+        if is_reference_time {
+            table.reference_time = Some(table.columns.len());
+        }
+        let names = column_names(&array.name, n_columns, array.is_vector(), &table);
+        for (index, name) in names.into_iter().enumerate() {
+            table.columns.push(Column {
+                name,
+                unit: array.unit.to_owned(),
+                values: array.column(n_rows, n_columns, index),
+            });
+        }
+    }
+    table.left_out = left_out;
+    table
+}
+
+impl Array {
+    fn is_vector(&self) -> bool {
+        self.shape.iter().filter(|&&length| length != 1).count() <= 1
+    }
+
+    /// Whether this has a row for each of so many samples.
+    fn lies_in(&self, n_rows: usize) -> bool {
+        match self.shape[..] {
+            _ if n_rows == 0 || self.values.is_empty() => false,
+            [length] => length == n_rows,
+            [first, _] => first == n_rows,
+            _ => false,
+        }
+    }
+
+    /// A matrix with its rows as columns.
+    fn turned(mut self) -> Self {
+        if self.shape.len() == 2 {
+            self.shape.reverse();
+            self.is_by_column = !self.is_by_column;
+        }
+        self
+    }
+
+    /// One column of a matrix of this size.
+    pub(super) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
+        if self.is_by_column {
+            self.values[column * n_rows..(column + 1) * n_rows].to_vec()
+        } else {
+            let values = self.values.iter().skip(column).step_by(n_columns);
+            values.copied().take(n_rows).collect()
+        }
+    }
+}
+
+/// How many samples there are: as many as times, or else what most numbers stand in.
+fn n_rows(arrays: &[Array]) -> usize {
+    let is_time =
+        |array: &&Array| is_time_name(&array.name) && array.is_vector() && array.values.len() > 1;
+    if let Some(time) = arrays.iter().find(is_time) {
+        return time.values.len();
+    }
+    let length = |array: &Array| match array.shape[..] {
+        _ if array.is_vector() => Some(array.values.len()),
+        [first, _] => Some(first),
+        _ => None,
+    };
+    let mut numbers_in: HashMap<usize, usize> = HashMap::new();
+    for array in arrays {
+        if let Some(rows) = length(array) {
+            *numbers_in.entry(rows).or_default() += array.values.len();
+        }
+    }
+    let most = numbers_in.into_iter().max_by_key(|&(rows, n)| (n, rows));
+    most.map_or(0, |(rows, _)| rows)
+}
+
+/// The reference's own clock, if it has one.
+fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
+    let has_gauge_time = arrays.iter().any(|array| {
+        is_time_name(&array.name) && array.is_vector() && array.values.len() == n_rows
+    });
+    let is_it = |array: &&Array| is_reference_time(&array.name) && array.is_vector();
+    arrays.iter().find(is_it).filter(|_| has_gauge_time)
+}
+
+fn is_reference_time(name: &str) -> bool {
+    REFERENCE_TIMES.contains(&name.to_lowercase().as_str())
+}
+
+fn is_load(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let name = name.as_str();
+    FORCES.contains(&name) || MOMENTS.contains(&name) || LOADS.contains(&name)
+}
+
+fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) -> Vec<String> {
+    if is_vector && n_columns == 1 {
+        return vec![name.to_owned()];
+    }
+    let small = name.to_lowercase();
+    let is_one_of = |names: &[&str]| names.contains(&small.as_str());
+    let axes = match n_columns {
+        3 if is_one_of(&MOMENTS) => &Axis::ALL[3..],
+        3 if is_load(name) => &Axis::ALL[..3],
+        6 if is_one_of(&FORCES) || is_one_of(&LOADS) => &Axis::ALL[..],
+        _ => &[],
+    };
+    if !axes.is_empty() {
+        return axes.iter().map(|axis| axis.symbol().to_owned()).collect();
+    }
+    let is_free = || table.columns.iter().all(|column| column.name != "S1");
+    let is_gauges = is_one_of(&GAUGES) || is_gauge_name(&format!("{name}1"));
+    let stem = if is_gauges && is_free() { "S" } else { name };
+    (1..=n_columns).map(|k| format!("{stem}{k}")).collect()
+}
+
+fn shape_in_words(shape: &[usize]) -> String {
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    match lengths.len() {
+        0 => "one number".to_owned(),
+        _ => lengths.join(" × "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn array(name: &str, shape: &[usize]) -> Array {
+        let n = shape.iter().product::<usize>();
+        Array {
+            name: name.to_owned(),
+            shape: shape.to_vec(),
+            values: (0..n).map(|k| k as f64).collect(),
+            ..Array::default()
+        }
+    }
+
+    fn names(arrays: Vec<Array>) -> (Vec<String>, Vec<String>) {
+        let table = columns(arrays, Vec::new());
+        let names = table.columns.into_iter().map(|column| column.name);
+        (names.collect(), table.left_out)
+    }
+
+    #[test]
+    fn arrays_get_the_names_of_columns() {
+        let (named, left_out) = names(vec![
+            array("time", &[9]),
+            array("gauges", &[9, 2]),
+            array("raw", &[9, 2]),
+            array("wrench", &[9, 6]),
+            array("T", &[9, 3]),
+            array("pose", &[9, 4]),
+            array("Temp", &[1, 9]),
+            array("rate", &[]),
+            array("cube", &[9, 2, 2]),
+        ]);
+        let expected =
+            "time S1 S2 raw1 raw2 Fx Fy Fz Mx My Mz Mx My Mz pose1 pose2 pose3 pose4 Temp";
+        assert_eq!(named.join(" "), expected);
+        assert_eq!(left_out, ["rate (one number)", "cube (9 × 2 × 2)"]);
+    }
+
+    #[test]
+    fn an_array_on_its_side_is_turned() {
+        let table = columns(vec![array("t", &[3]), array("S", &[2, 3])], Vec::new());
+        assert_eq!(table.columns[1].values, [0.0, 1.0, 2.0]);
+        assert_eq!(table.columns[2].values, [3.0, 4.0, 5.0]);
+        let upright = columns(vec![array("t", &[3]), array("S", &[3, 2])], Vec::new());
+        assert_eq!(upright.columns[1].values, [0.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn an_empty_array_has_empty_columns() {
+        for is_by_column in [false, true] {
+            let empty = Array {
+                is_by_column,
+                ..array("S", &[0, 3])
+            };
+            assert!((0..3).all(|column| empty.column(0, 3, column).is_empty()));
+        }
+    }
+
+    #[test]
+    fn a_reference_may_have_its_own_clock() {
+        let arrays = vec![
+            array("t", &[8]),
+            array("S", &[8, 2]),
+            array("t_ref", &[5]),
+            array("F", &[5, 3]),
+        ];
+        let table = columns(arrays, Vec::new());
+        assert_eq!(table.reference_time, Some(3));
+        let lengths: Vec<usize> = table.columns.iter().map(|c| c.values.len()).collect();
+        assert_eq!(lengths, [8, 8, 8, 5, 5, 5, 5]);
+    }
+
+    #[test]
+    fn without_a_time_the_most_numbers_say_how_many_samples_there_are() {
+        let arrays = vec![
+            array("x", &[4]),
+            array("y", &[4]),
+            array("S", &[7, 3]),
+            array("e", &[0, 9]),
+        ];
+        let (named, left_out) = names(arrays);
+        assert_eq!(named, ["S1", "S2", "S3"]);
+        assert_eq!(left_out.len(), 3);
+    }
+}

@@ -1,0 +1,135 @@
+//! Columns of numbers, and rows of cells as they are looked at one after the other.
+
+use super::text::cells::Cells;
+
+/// Columns of numbers, as a file that is no text holds them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Columns {
+    pub(crate) columns: Vec<Column>,
+    /// Whether the columns have names.
+    pub(crate) is_named: bool,
+    /// Which column is the clock of the reference, where that is another than the gauges'.
+    pub(crate) reference_time: Option<usize>,
+    /// What else the file holds, and what it is.
+    pub(crate) left_out: Vec<String>,
+    /// Whether the file ends before it should.
+    pub(crate) ends_early: bool,
+}
+
+/// One column; another clock's columns may have another length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Column {
+    /// As a header of text would have it; empty without names.
+    pub(crate) name: String,
+    /// Where the file itself says it; empty otherwise.
+    pub(crate) unit: String,
+    pub(crate) values: Vec<f64>,
+}
+
+impl Columns {
+    /// How long the longest column is.
+    pub(crate) fn n_rows(&self) -> usize {
+        let lengths = self.columns.iter().map(|column| column.values.len());
+        lengths.max().unwrap_or(0)
+    }
+
+    pub(crate) fn row(&self, row: usize) -> NumberRow<'_> {
+        NumberRow {
+            columns: self.columns.iter(),
+            row,
+        }
+    }
+}
+
+/// What stands in one column of one row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Cell<'a> {
+    /// As it is written, without quotes; nothing where there is nothing.
+    Text(&'a [u8]),
+    Number(f64),
+}
+
+impl<'a> Cell<'a> {
+    pub(crate) fn is_empty(self) -> bool {
+        self == Self::Text(b"")
+    }
+
+    /// As it is written; nothing of a number.
+    pub(crate) fn written(self) -> Option<&'a [u8]> {
+        match self {
+            Self::Text(text) => Some(text),
+            Self::Number(_) => None,
+        }
+    }
+
+    /// For people.
+    pub(crate) fn text(self) -> String {
+        match self {
+            Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
+            Self::Number(number) => number.to_string(),
+        }
+    }
+
+    /// The start of [`Cell::text`], long enough for any message.
+    pub(crate) fn shown(self) -> String {
+        const LONG_ENOUGH_BYTES: usize = 200;
+        match self {
+            Self::Text(text) => Self::Text(&text[..text.len().min(LONG_ENOUGH_BYTES)]).text(),
+            Self::Number(_) => self.text(),
+        }
+    }
+}
+
+/// The cells of one row, from left to right.
+pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
+    /// The next cell if it is a plain number; otherwise `None`, and the cell is still the next one.
+    fn next_number(&mut self) -> Option<f64>;
+}
+
+/// A line of text.
+#[derive(Clone, Debug)]
+pub(crate) struct TextRow<'a> {
+    pub(crate) cells: Cells<'a>,
+    /// What stands before decimals.
+    pub(crate) point: u8,
+}
+
+impl<'a> Iterator for TextRow<'a> {
+    type Item = Cell<'a>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Cell<'a>> {
+        self.cells.next().map(Cell::Text)
+    }
+}
+
+impl<'a> Row<'a> for TextRow<'a> {
+    #[inline(always)] // one call per cell of the file
+    fn next_number(&mut self) -> Option<f64> {
+        self.cells.next_plain_number(self.point)
+    }
+}
+
+/// A row of columns of numbers; nothing stands below the end of a shorter column.
+#[derive(Clone, Debug)]
+pub(crate) struct NumberRow<'a> {
+    columns: std::slice::Iter<'a, Column>,
+    row: usize,
+}
+
+impl<'a> Iterator for NumberRow<'a> {
+    type Item = Cell<'a>;
+
+    fn next(&mut self) -> Option<Cell<'a>> {
+        let value = self.columns.next()?.values.get(self.row);
+        Some(value.map_or(Cell::Text(b""), |&value| Cell::Number(value)))
+    }
+}
+
+impl<'a> Row<'a> for NumberRow<'a> {
+    fn next_number(&mut self) -> Option<f64> {
+        let value = *self.columns.as_slice().first()?.values.get(self.row)?;
+        self.columns.next();
+        Some(value)
+    }
+}

@@ -1,0 +1,130 @@
+//! Why a file gives no numbers, in one sentence each.
+
+use std::io;
+use std::path::PathBuf;
+
+use crate::panicked::Panicked;
+use crate::progress::Cancelled;
+use crate::shown::{listed, shown};
+
+/// Why a file gives no numbers.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum FileError {
+    #[error("a folder and not a file; name the recordings in it ({}), or many by a pattern such as {}", listed(files), pattern.display())]
+    Folder {
+        files: Vec<String>,
+        pattern: PathBuf,
+    },
+    #[error("not a file but a pipe or a device; save what comes of it, and choose that file")]
+    NotAFile,
+    #[error("cannot be read: {0}")]
+    Io(io::Error),
+    #[error("the file is empty; choose another, or record it again")]
+    Empty,
+    #[error("not text but {what}; unpack it, or export the recording as CSV")]
+    NotText { what: &'static str },
+    #[error(
+        "a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample"
+    )]
+    LineTooLong { limit_bytes: usize },
+    #[error(
+        "the file ends inside {}; it was cut short, so copy or save it again",
+        shown(what)
+    )]
+    CutShort { what: String },
+    #[error("{} is damaged: {}; save it again", shown(what), shown(why))]
+    Damaged { what: String, why: String },
+    #[error(
+        "{} holds {}; save it as an array of plain numbers",
+        shown(what),
+        shown(kind)
+    )]
+    NotNumbers { what: String, kind: String },
+    #[error(
+        "{} has the shape {}; a table has one row per sample and one column per channel",
+        shown(what),
+        shown(shape)
+    )]
+    NotATable { what: String, shape: String },
+    #[error(
+        "no numbers in rows in this file{}; save the samples as arrays with one row each",
+        others(left_out)
+    )]
+    NoNumbers { left_out: Vec<String> },
+    #[error(
+        "{} would unpack to more than {limit_bytes} bytes, far more than numbers ever pack; save it again, not compressed",
+        shown(what)
+    )]
+    UnpacksTooLarge { what: String, limit_bytes: u64 },
+    #[error("a MATLAB 7.3 file, which is HDF5; save it with `save FILE -v7`, or export it as CSV")]
+    Mat73,
+    #[error(
+        "{} is compressed by {}, which is not read here; save it with {instead}",
+        shown(what),
+        shown(codec)
+    )]
+    Compression {
+        what: String,
+        codec: String,
+        instead: &'static str,
+    },
+    #[error(
+        "{what}, and this program was built without the feature `{feature}` that reads it; take a full build, or export the recording as CSV"
+    )]
+    NotBuilt {
+        what: &'static str,
+        feature: &'static str,
+    },
+    #[error("the file is damaged, so that its reader failed: {}; save it again", shown(&.0.message))]
+    ReaderFailed(Panicked),
+    #[error("cancelled")]
+    Cancelled,
+}
+
+fn others(left_out: &[String]) -> String {
+    if left_out.is_empty() {
+        return String::new();
+    }
+    format!(", only {}", listed(left_out))
+}
+
+impl From<Cancelled> for FileError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+impl From<io::Error> for FileError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// Reading `what` failed: most often there is less of it than it says.
+pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
+    move |error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => FileError::CutShort {
+            what: what.to_owned(),
+        },
+        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => FileError::Damaged {
+            what: what.to_owned(),
+            why: error.to_string(),
+        },
+        _ => FileError::Io(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_without_end_is_told_in_short() {
+        let error = FileError::NotATable {
+            what: "a".repeat(9000),
+            shape: "(1, ".repeat(20_000),
+        };
+        assert!(error.to_string().chars().count() < 250, "{error}");
+    }
+}

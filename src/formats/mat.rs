@@ -1,0 +1,326 @@
+//! MATLAB's `.mat`, version 5: matrices of numbers, read compressed or not, written plain.
+//!
+//! **Source** MAT-File Format (The MathWorks), level 5: a header of 128 bytes, then one element for each variable. An
+//! element is a kind, a length and so many bytes; a matrix is an element whose parts are elements: class, dimensions,
+//! name, numbers. Numbers may be stored as a smaller kind than their class.
+
+use std::io::{self, Read};
+
+use flate2::read::ZlibDecoder;
+
+use super::error::reading;
+use super::{Array, Columns, Entry, FileError, Format, Source, arrays, unpacked_limit};
+
+pub(super) const FORMAT: Format = Format {
+    name: "MATLAB file",
+    endings: &["mat"],
+    signatures: &[b"MATLAB 5.0", NEWER],
+    read: columns,
+};
+
+/// What is HDF5 within.
+const NEWER: &[u8] = b"MATLAB 7.3";
+
+const HEADER_BYTES: usize = 128;
+const MI_INT8: u32 = 1;
+const MI_INT32: u32 = 5;
+const MI_UINT32: u32 = 6;
+const MI_DOUBLE: u32 = 9;
+const MI_UTF16: u32 = 17;
+const MX_CHAR: u32 = 4;
+const MX_DOUBLE: u32 = 6;
+const MI_MATRIX: u32 = 14;
+const MI_COMPRESSED: u32 = 15;
+/// Classes of numbers: double, single, and whole numbers of 1 to 8 bytes.
+const NUMBER_CLASSES: std::ops::RangeInclusive<u32> = 6..=15;
+const COMPLEX_FLAG: u32 = 0x0800;
+const FILE: &str = "the file";
+
+/// The matrices of a file as a table.
+fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    if source.head.starts_with(NEWER) {
+        return Err(FileError::Mat73);
+    }
+    let mut file = Vec::new();
+    source.open()?.read_to_end(&mut file)?;
+    let is_big_endian = match file.get(HEADER_BYTES - 2..HEADER_BYTES) {
+        Some(b"IM") => false,
+        Some(b"MI") => true,
+        Some(_) => return Err(damaged(FILE, "its header names no order of bytes")),
+        None => return Err(cut_short(FILE)),
+    };
+    let mut variables = Elements {
+        bytes: &file[HEADER_BYTES..],
+        is_big_endian,
+    };
+    let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
+    while !variables.bytes.is_empty() {
+        source.progress.check()?;
+        let (kind, bytes) = variables.next(FILE)?;
+        let variable = match kind {
+            MI_COMPRESSED => {
+                let unpacked = unpacked(bytes)?;
+                let mut inside = Elements {
+                    bytes: &unpacked,
+                    is_big_endian,
+                };
+                match inside.next(FILE)? {
+                    (MI_MATRIX, matrix) => variable(matrix, is_big_endian)?,
+                    _ => continue,
+                }
+            }
+            MI_MATRIX => variable(bytes, is_big_endian)?,
+            _ => continue,
+        };
+        match variable {
+            Variable::Numbers(array) => arrays.push(array),
+            Variable::Other(what) => left_out.push(what),
+        }
+    }
+    Ok(Some(arrays::columns(arrays, left_out)))
+}
+
+fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
+    let limit_bytes = unpacked_limit(packed.len() as u64);
+    let mut unpacked = Vec::new();
+    ZlibDecoder::new(packed)
+        .take(limit_bytes + 1)
+        .read_to_end(&mut unpacked)
+        .map_err(reading(FILE))?;
+    if unpacked.len() as u64 > limit_bytes {
+        return Err(FileError::UnpacksTooLarge {
+            what: FILE.to_owned(),
+            limit_bytes,
+        });
+    }
+    Ok(unpacked)
+}
+
+enum Variable {
+    Numbers(Array),
+    /// Its name and what it is.
+    Other(String),
+}
+
+/// A matrix from the bytes of its element.
+fn variable(bytes: &[u8], is_big_endian: bool) -> Result<Variable, FileError> {
+    let mut parts = Elements {
+        bytes,
+        is_big_endian,
+    };
+    let (_, flags) = parts.next(FILE)?;
+    let flags = parts.uint32(flags).ok_or_else(|| cut_short(FILE))?;
+    let class = flags & 0xff;
+    if !(1..=15).contains(&class) {
+        // Objects and tables are stored in ways of their own.
+        return Ok(Variable::Other("an object".to_owned()));
+    }
+    let (_, dimensions) = parts.next(FILE)?;
+    let (_, name) = parts.next(FILE)?;
+    let name = String::from_utf8_lossy(name).into_owned();
+    let other = |what: &str| Ok(Variable::Other(format!("{name} ({what})")));
+    match class {
+        1 => return other("cells"),
+        2 => return other("a struct"),
+        3 => return other("an object"),
+        4 => return other("text"),
+        5 => return other("a sparse matrix"),
+        _ if !NUMBER_CLASSES.contains(&class) => return other("no numbers"),
+        _ if flags & COMPLEX_FLAG != 0 => return other("complex numbers"),
+        _ => {}
+    }
+    let lengths = dimensions
+        .chunks_exact(4)
+        .map(|length| parts.uint32(length));
+    let shape: Option<Vec<usize>> = lengths.map(|length| Some(length? as usize)).collect();
+    let shape = shape.unwrap_or_default();
+    let (kind, numbers) = parts.next(&name)?;
+    let Some(values) = values(kind, numbers, is_big_endian) else {
+        return Err(damaged(&name, "its numbers are of no known kind"));
+    };
+    let n_declared = shape
+        .iter()
+        .try_fold(1_usize, |product, &length| product.checked_mul(length));
+    if n_declared != Some(values.len()) {
+        return Err(cut_short(&name));
+    }
+    Ok(Variable::Numbers(Array {
+        name,
+        unit: "",
+        shape,
+        is_by_column: true,
+        values,
+    }))
+}
+
+/// Numbers of a stored kind; `None` if it is none of numbers.
+fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
+    macro_rules! all {
+        ($number:ty) => {{
+            const BYTES: usize = size_of::<$number>();
+            let value = |bytes: &[u8]| {
+                let mut own = [0; BYTES];
+                own.copy_from_slice(bytes);
+                if is_big_endian {
+                    own.reverse();
+                }
+                <$number>::from_le_bytes(own) as f64
+            };
+            bytes.chunks_exact(BYTES).map(value).collect()
+        }};
+    }
+    Some(match kind {
+        1 => all!(i8),
+        2 => all!(u8),
+        3 => all!(i16),
+        4 => all!(u16),
+        5 => all!(i32),
+        6 => all!(u32),
+        7 => all!(f32),
+        9 => all!(f64),
+        12 => all!(i64),
+        13 => all!(u64),
+        _ => return None,
+    })
+}
+
+/// Elements one after another.
+struct Elements<'a> {
+    bytes: &'a [u8],
+    is_big_endian: bool,
+}
+
+impl<'a> Elements<'a> {
+    fn uint32(&self, bytes: &[u8]) -> Option<u32> {
+        let four: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
+        Some(if self.is_big_endian {
+            u32::from_be_bytes(four)
+        } else {
+            u32::from_le_bytes(four)
+        })
+    }
+
+    /// The kind and the bytes of the next element, a part of `what`.
+    fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
+        let ends = || cut_short(what);
+        let kind = self.uint32(self.bytes).ok_or_else(ends)?;
+        // Up to four bytes stand in the place of the length, which moves into the upper half of the kind.
+        if kind >> 16 != 0 {
+            let n_bytes = (kind >> 16) as usize;
+            let small = self.bytes.get(4..8).ok_or_else(ends)?;
+            let small = small
+                .get(..n_bytes)
+                .ok_or_else(|| damaged(what, "an element is too long"))?;
+            self.bytes = &self.bytes[8..];
+            return Ok((kind & 0xffff, small));
+        }
+        let rest = &self.bytes[4..];
+        let n_bytes = self.uint32(rest).ok_or_else(ends)? as usize;
+        let rest = &rest[4..];
+        let element = rest.get(..n_bytes).ok_or_else(ends)?;
+        let padded = if kind == MI_COMPRESSED {
+            n_bytes
+        } else {
+            n_bytes.next_multiple_of(8)
+        };
+        self.bytes = rest.get(padded..).unwrap_or_default();
+        Ok((kind, element))
+    }
+}
+
+fn cut_short(what: &str) -> FileError {
+    FileError::CutShort {
+        what: what.to_owned(),
+    }
+}
+
+fn damaged(what: &str, why: &str) -> FileError {
+    FileError::Damaged {
+        what: what.to_owned(),
+        why: why.to_owned(),
+    }
+}
+
+/// Writes each entry as a matrix, row-major numbers turned; lists of texts are matrices of characters, one row each,
+/// padded with blanks.
+pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
+    let title = concat!(
+        "MATLAB 5.0 MAT-file, written by LoopScope ",
+        env!("CARGO_PKG_VERSION")
+    );
+    let mut header = title.as_bytes().to_vec();
+    header.resize(124, b' ');
+    header.extend([0x00, 0x01]); // version, little-endian like all that follows
+    header.extend(b"IM");
+    out.write_all(&header)?;
+    for entry in entries {
+        out.write_all(&written(entry)?)?;
+    }
+    Ok(())
+}
+
+fn written(entry: &Entry) -> io::Result<Vec<u8>> {
+    let (class, rows, columns, kind, data) = match entry {
+        Entry::Numbers(Array { shape, values, .. }) => {
+            // A vector is one row.
+            let columns = shape.last().copied().unwrap_or(1);
+            let rows = values.len().checked_div(columns).unwrap_or(0);
+            let data = column_by_column(rows, columns, |row, column| {
+                values[row * columns + column].to_le_bytes()
+            });
+            (MX_DOUBLE, rows, columns, MI_DOUBLE, data)
+        }
+        Entry::Texts { texts, .. } => {
+            let texts: Vec<Vec<u16>> = texts
+                .iter()
+                .map(|text| text.encode_utf16().collect())
+                .collect();
+            let columns = texts.iter().map(Vec::len).max().unwrap_or(0);
+            let blank = u16::from(b' ');
+            let data = column_by_column(texts.len(), columns, |row, column| {
+                texts[row].get(column).unwrap_or(&blank).to_le_bytes()
+            });
+            (MX_CHAR, texts.len(), columns, MI_UTF16, data)
+        }
+    };
+    let mut parts = Vec::new();
+    element(
+        &mut parts,
+        MI_UINT32,
+        &[class.to_le_bytes(), [0; 4]].concat(),
+    )?;
+    let dimensions = [length(rows)?.to_le_bytes(), length(columns)?.to_le_bytes()];
+    element(&mut parts, MI_INT32, &dimensions.concat())?;
+    element(&mut parts, MI_INT8, entry.name().as_bytes())?;
+    element(&mut parts, kind, &data)?;
+    let mut variable = Vec::new();
+    element(&mut variable, MI_MATRIX, &parts)?;
+    Ok(variable)
+}
+
+fn column_by_column<const BYTES: usize>(
+    rows: usize,
+    columns: usize,
+    entry: impl Fn(usize, usize) -> [u8; BYTES],
+) -> Vec<u8> {
+    let entry = &entry;
+    (0..columns)
+        .flat_map(|column| (0..rows).flat_map(move |row| entry(row, column)))
+        .collect()
+}
+
+fn element(out: &mut Vec<u8>, kind: u32, data: &[u8]) -> io::Result<()> {
+    out.extend(kind.to_le_bytes());
+    out.extend(length(data.len())?.to_le_bytes());
+    out.extend(data);
+    out.resize(out.len().next_multiple_of(8), 0);
+    Ok(())
+}
+
+fn length(length: usize) -> io::Result<u32> {
+    u32::try_from(length).map_err(|_| {
+        io::Error::other(
+            "an array of more than 4 GB is too large for .mat; use .json, or fewer landmarks",
+        )
+    })
+}

@@ -1,0 +1,23 @@
+//! MCAP recordings of ROS 2, read with the feature `mcap`.
+
+#[cfg(feature = "mcap")]
+mod cdr;
+#[cfg(feature = "mcap")]
+mod read;
+
+use super::Format;
+
+pub(super) const FORMAT: Format = Format {
+    name: "MCAP recording",
+    endings: &["mcap"],
+    signatures: &[b"\x89MCAP"],
+    #[cfg(feature = "mcap")]
+    read: read::columns,
+    #[cfg(not(feature = "mcap"))]
+    read: |_| {
+        Err(super::FileError::NotBuilt {
+            what: "an MCAP recording",
+            feature: "mcap",
+        })
+    },
+};

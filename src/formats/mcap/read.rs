@@ -1,0 +1,440 @@
+//! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock.
+//!
+//! Guarantees: one chunk at a time is in memory; a recording whose end is missing, as a killed recorder leaves it, gives
+//! what it holds.
+
+use std::collections::BTreeMap;
+use std::io::{BufReader, Read};
+
+use ::mcap::records::{MessageHeader, Record};
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::{McapError, parse_record};
+
+use super::super::{COLUMN_LIMIT, Column, Columns, FileError, Source, error};
+use super::cdr::Cdr;
+use crate::recording::Axis;
+
+const FILE: &str = "the recording";
+/// Chunks are some megabytes; what declares more is damaged.
+const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
+
+/// Reads all topics, and makes a table of one or two of them.
+pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    let mut topics = Topics::default();
+    let mut file = BufReader::new(source.open()?);
+    let limit_bytes = usize::try_from(source.n_bytes.min(CHUNK_LIMIT_BYTES)).unwrap_or(usize::MAX);
+    let mut reader = LinearReader::new_with_options(
+        LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_record_length_limit(limit_bytes),
+    );
+    let mut ends_early = false;
+    while let Some(event) = reader.next_event() {
+        source.progress.check()?;
+        match event {
+            Ok(LinearReadEvent::ReadRequest(n_bytes)) => {
+                let n_read = file.read(reader.insert(n_bytes.min(limit_bytes)))?;
+                reader.notify_read(n_read);
+            }
+            Ok(LinearReadEvent::Record { opcode, data }) => match parse_record(opcode, data) {
+                Ok(Record::Chunk { header, data }) => {
+                    let size = header.uncompressed_size;
+                    let records = unpacked(&header.compression, &data, size)?;
+                    for record in ::mcap::read::LinearReader::sans_magic(&records) {
+                        topics.take(record.map_err(damaged)?);
+                    }
+                }
+                Ok(record) => topics.take(record),
+                Err(error) => return Err(damaged(error)),
+            },
+            Err(McapError::UnexpectedEof | McapError::BadMagic) if topics.hold_something() => {
+                ends_early = true;
+                break;
+            }
+            Err(error) => return Err(damaged(error)),
+        }
+    }
+    Ok(Some(Columns {
+        ends_early,
+        ..topics.columns()
+    }))
+}
+
+fn damaged(error: McapError) -> FileError {
+    match error {
+        McapError::UnexpectedEof => FileError::CutShort {
+            what: FILE.to_owned(),
+        },
+        other => FileError::Damaged {
+            what: FILE.to_owned(),
+            why: other.to_string(),
+        },
+    }
+}
+
+/// The records of a chunk.
+fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, FileError> {
+    if n_bytes > CHUNK_LIMIT_BYTES {
+        return Err(FileError::UnpacksTooLarge {
+            what: "a chunk".to_owned(),
+            limit_bytes: CHUNK_LIMIT_BYTES,
+        });
+    }
+    let mut records = Vec::new();
+    let of_chunk = error::reading("a chunk");
+    match compression {
+        "" => records.extend_from_slice(packed),
+        "zstd" => {
+            let damaged = |error: std::io::Error| match error.kind() {
+                std::io::ErrorKind::UnexpectedEof => of_chunk(error),
+                // The library says what is wrong with its input as `Other`.
+                _ => FileError::Damaged {
+                    what: "a chunk".to_owned(),
+                    why: error.to_string(),
+                },
+            };
+            let decoder = zstd::Decoder::new(packed).map_err(damaged)?;
+            decoder
+                .take(n_bytes)
+                .read_to_end(&mut records)
+                .map_err(damaged)?;
+        }
+        "lz4" => {
+            let decoder = lz4_flex::frame::FrameDecoder::new(packed);
+            decoder
+                .take(n_bytes)
+                .read_to_end(&mut records)
+                .map_err(of_chunk)?;
+        }
+        other => {
+            return Err(FileError::Compression {
+                what: "a chunk".to_owned(),
+                codec: other.to_owned(),
+                instead: "zstd, lz4 or none",
+            });
+        }
+    }
+    if records.len() as u64 != n_bytes {
+        return Err(FileError::Damaged {
+            what: "a chunk".to_owned(),
+            why: "it unpacks to another size than it says".to_owned(),
+        });
+    }
+    Ok(records)
+}
+
+/// What messages of a kind hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    WrenchStamped,
+    Wrench,
+    Array(Scalar),
+    One(Scalar),
+    JointState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+/// With the kind of number in place.
+macro_rules! of_scalar {
+    ($scalar:expr, $cdr:ident.$method:ident) => {
+        match $scalar {
+            Scalar::I8 => $cdr.$method::<i8>(),
+            Scalar::U8 => $cdr.$method::<u8>(),
+            Scalar::I16 => $cdr.$method::<i16>(),
+            Scalar::U16 => $cdr.$method::<u16>(),
+            Scalar::I32 => $cdr.$method::<i32>(),
+            Scalar::U32 => $cdr.$method::<u32>(),
+            Scalar::I64 => $cdr.$method::<i64>(),
+            Scalar::U64 => $cdr.$method::<u64>(),
+            Scalar::F32 => $cdr.$method::<f32>(),
+            Scalar::F64 => $cdr.$method::<f64>(),
+        }
+    };
+}
+
+impl Shape {
+    fn of_schema(name: &str) -> Option<Self> {
+        let (package, message) = name.split_once('/')?;
+        let message = message.strip_prefix("msg/").unwrap_or(message);
+        let scalar = |name: &str| {
+            Some(match name {
+                "Int8" => Scalar::I8,
+                "UInt8" => Scalar::U8,
+                "Int16" => Scalar::I16,
+                "UInt16" => Scalar::U16,
+                "Int32" => Scalar::I32,
+                "UInt32" => Scalar::U32,
+                "Int64" => Scalar::I64,
+                "UInt64" => Scalar::U64,
+                "Float32" => Scalar::F32,
+                "Float64" => Scalar::F64,
+                _ => return None,
+            })
+        };
+        match (package, message) {
+            ("geometry_msgs", "WrenchStamped") => Some(Self::WrenchStamped),
+            ("geometry_msgs", "Wrench") => Some(Self::Wrench),
+            ("sensor_msgs", "JointState") => Some(Self::JointState),
+            ("std_msgs" | "example_interfaces", other) => match other.strip_suffix("MultiArray") {
+                Some(kind) => scalar(kind).map(Self::Array),
+                None => scalar(other).map(Self::One),
+            },
+            _ => None,
+        }
+    }
+
+    fn is_wrench(self) -> bool {
+        matches!(self, Self::WrenchStamped | Self::Wrench)
+    }
+
+    /// The time in the message (ns), if it has one, and its numbers.
+    fn read(self, message: &[u8]) -> Option<(Option<i64>, Vec<f64>)> {
+        let mut cdr = Cdr::new(message)?;
+        let wrench =
+            |cdr: &mut Cdr| -> Option<Vec<f64>> { (0..6).map(|_| cdr.number::<f64>()).collect() };
+        Some(match self {
+            Self::WrenchStamped => (Some(cdr.header_nanosecs()?), wrench(&mut cdr)?),
+            Self::Wrench => (None, wrench(&mut cdr)?),
+            Self::One(scalar) => {
+                use super::cdr::Plain;
+                macro_rules! one {
+                    ($($kind:ident $number:ty),*) => {
+                        match scalar { $(Scalar::$kind => cdr.number::<$number>()?.to_f64(),)* }
+                    };
+                }
+                let value = one!(
+                    I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64, F32 f32, F64 f64
+                );
+                (None, vec![value])
+            }
+            Self::Array(scalar) => {
+                let n_dimensions = cdr.number::<u32>()?;
+                for _ in 0..n_dimensions {
+                    cdr.skip_text()?;
+                    cdr.number::<u32>()?;
+                    cdr.number::<u32>()?;
+                }
+                let n_before = cdr.number::<u32>()? as usize;
+                let mut values = of_scalar!(scalar, cdr.sequence)?;
+                values.drain(..n_before.min(values.len()));
+                (None, values)
+            }
+            Self::JointState => {
+                let time = cdr.header_nanosecs()?;
+                cdr.skip_texts()?;
+                let position = cdr.sequence::<f64>()?;
+                let velocity = cdr.sequence::<f64>()?;
+                let effort = cdr.sequence::<f64>()?;
+                let lists = [position, effort, velocity];
+                let filled = lists.into_iter().find(|list| !list.is_empty());
+                (Some(time), filled.unwrap_or_default())
+            }
+        })
+    }
+}
+
+/// One message.
+#[derive(Debug)]
+struct Sample {
+    /// The time in it.
+    stamp_nanosecs: Option<i64>,
+    logged_nanosecs: i64,
+    values: Vec<f64>,
+}
+
+/// One topic's samples.
+#[derive(Debug)]
+struct Topic {
+    name: String,
+    kind: String,
+    shape: Option<Shape>,
+    samples: Vec<Sample>,
+    n_messages: usize,
+}
+
+#[derive(Debug, Default)]
+struct Topics {
+    schemas: BTreeMap<u16, String>,
+    topics: BTreeMap<u16, Topic>,
+}
+
+impl Topics {
+    fn hold_something(&self) -> bool {
+        self.topics.values().any(|topic| !topic.samples.is_empty())
+    }
+
+    fn take(&mut self, record: Record) {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+            }
+            Record::Channel(channel) => {
+                let kind = self.schemas.get(&channel.schema_id).cloned();
+                let kind = kind.unwrap_or_default();
+                let is_cdr = channel.message_encoding == "cdr";
+                self.topics.entry(channel.id).or_insert_with(|| Topic {
+                    name: channel.topic,
+                    shape: Shape::of_schema(&kind).filter(|_| is_cdr),
+                    kind,
+                    samples: Vec::new(),
+                    n_messages: 0,
+                });
+            }
+            Record::Message { header, data } => self.message(&header, &data),
+            _ => {}
+        }
+    }
+
+    fn message(&mut self, header: &MessageHeader, data: &[u8]) {
+        let Some(topic) = self.topics.get_mut(&header.channel_id) else {
+            return;
+        };
+        topic.n_messages += 1;
+        if let Some(shape) = topic.shape
+            && let Some((stamp_nanosecs, values)) = shape.read(data)
+            && (1..=COLUMN_LIMIT).contains(&values.len())
+        {
+            topic.samples.push(Sample {
+                stamp_nanosecs,
+                logged_nanosecs: i64::try_from(header.log_time).unwrap_or(i64::MAX),
+                values,
+            });
+        }
+    }
+
+    /// The topic of arrays and that of wrenches with the most samples; all others are listed.
+    fn columns(self) -> Columns {
+        let most = |is_wrench: bool| {
+            let is_it = |(_, topic): &(&u16, &Topic)| {
+                topic
+                    .shape
+                    .is_some_and(|shape| shape.is_wrench() == is_wrench)
+                    && !topic.samples.is_empty()
+            };
+            let topics = self.topics.iter().filter(is_it);
+            let most = topics.max_by_key(|(_, topic)| topic.samples.len());
+            most.map(|(id, _)| *id)
+        };
+        let (gauges, wrench) = (most(false), most(true));
+        let mut table = Columns {
+            is_named: true,
+            ..Columns::default()
+        };
+        let mut topics = self.topics;
+        if let Some(topic) = gauges.and_then(|id| topics.remove(&id)) {
+            topic.add_to(&mut table, "time", |column| format!("S{}", column + 1));
+        }
+        if let Some(topic) = wrench.and_then(|id| topics.remove(&id)) {
+            let has_gauges = !table.columns.is_empty();
+            table.reference_time = has_gauges.then_some(table.columns.len());
+            let time = if has_gauges { "time_reference" } else { "time" };
+            let axis = |column: usize| Axis::ALL[column.min(5)].symbol().to_owned();
+            topic.add_to(&mut table, time, axis);
+        }
+        let left_out = topics.into_values().filter(|topic| topic.n_messages > 0);
+        table.left_out = left_out
+            .map(|topic| format!("{} ({})", topic.name, topic.kind))
+            .collect();
+        table
+    }
+}
+
+impl Topic {
+    /// Appends a column of times and one for each number, in the order of the times.
+    fn add_to(mut self, table: &mut Columns, time: &str, name: impl Fn(usize) -> String) {
+        // Drivers that do not know the time leave it at zero.
+        let is_stamped = |sample: &Sample| sample.stamp_nanosecs.is_some_and(|stamp| stamp != 0);
+        let has_stamps = self.samples.iter().any(is_stamped);
+        let nanosecs = |sample: &Sample| match sample.stamp_nanosecs {
+            Some(stamp) if has_stamps => stamp,
+            _ => sample.logged_nanosecs,
+        };
+        self.samples.sort_by_key(nanosecs);
+        let n_columns = self.samples.first().map_or(0, |sample| sample.values.len());
+        // Two clocks that agree to the nanosecond must give the same number.
+        let secs = |sample: &Sample| nanosecs(sample) as f64 / 1e9;
+        table.columns.push(Column {
+            name: time.to_owned(),
+            unit: "s".to_owned(),
+            values: self.samples.iter().map(secs).collect(),
+        });
+        for column in 0..n_columns {
+            // A shorter message is told as a number that is none.
+            let value = |sample: &Sample| sample.values.get(column).copied().unwrap_or(f64::NAN);
+            let values = self.samples.iter().map(value);
+            table.columns.push(Column {
+                name: name(column),
+                unit: String::new(),
+                values: values.collect(),
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A message as CDR lays it out: every number stands at a multiple of its size after the four bytes in front.
+    #[derive(Default)]
+    struct Writer(Vec<u8>);
+
+    impl Writer {
+        fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+            self.0.resize(self.0.len().next_multiple_of(N), 0);
+            self.0.extend(bytes);
+        }
+
+        fn text(&mut self, text: &str) {
+            self.put((text.len() as u32 + 1).to_le_bytes());
+            self.0.extend(text.bytes());
+            self.0.push(0);
+        }
+
+        fn numbers(&mut self, values: &[f64]) {
+            self.put((values.len() as u32).to_le_bytes());
+            values
+                .iter()
+                .for_each(|value| self.put(value.to_le_bytes()));
+        }
+    }
+
+    fn joint_state(position: &[f64], velocity: &[f64], effort: &[f64]) -> Vec<u8> {
+        let mut message = Writer::default();
+        message.put(3_i32.to_le_bytes());
+        message.put(250_000_000_u32.to_le_bytes());
+        message.text("base");
+        message.put(2_u32.to_le_bytes());
+        message.text("elbow");
+        message.text("a");
+        for list in [position, velocity, effort] {
+            message.numbers(list);
+        }
+        [&[0, 1, 0, 0][..], &message.0].concat()
+    }
+
+    #[test]
+    fn joints_give_their_first_list_that_holds_something() {
+        let shape = Shape::of_schema("sensor_msgs/msg/JointState").unwrap();
+        let time = Some(3_250_000_000);
+        let full = joint_state(&[1.5, -2.5], &[7.0], &[8.0]);
+        assert_eq!(shape.read(&full), Some((time, vec![1.5, -2.5])));
+        let torques = joint_state(&[], &[7.0], &[8.0, 9.0]);
+        assert_eq!(shape.read(&torques), Some((time, vec![8.0, 9.0])));
+        let truncated = &full[..full.len() - 3];
+        assert_eq!(shape.read(truncated), None);
+    }
+}

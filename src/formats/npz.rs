@@ -1,0 +1,94 @@
+//! NumPy's `.npz`: arrays in a zip archive; written without compression.
+
+use std::io::{self, BufReader, Cursor, Read as _, Write as _};
+
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use super::{Columns, Entry, FileError, Format, Source, arrays, npy, unpacked_limit};
+
+pub(super) const FORMAT: Format = Format {
+    name: "NumPy archive",
+    endings: &["npz"],
+    signatures: &[b"PK\x03\x04", EMPTY],
+    read: columns,
+};
+
+/// An archive without members.
+const EMPTY: &[u8] = b"PK\x05\x06";
+
+/// More members are no recording.
+const MEMBER_LIMIT: usize = 10_000;
+
+/// The arrays of an archive as a table; `None` if it is an archive of something else. A damaged one is only told of if
+/// it starts with an array.
+fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    const ARCHIVE: &str = "the archive";
+    if source.head.starts_with(EMPTY) {
+        return Ok(Some(Columns::default()));
+    }
+    let starts_with_array = memchr::memmem::find(source.head, b".npy").is_some();
+    let mut archive = match ZipArchive::new(BufReader::new(source.open()?)) {
+        Ok(archive) => archive,
+        Err(error) if starts_with_array => return Err(of_zip(ARCHIVE)(error)),
+        Err(_) => return Ok(None),
+    };
+    let is_array = |name: &str| name.ends_with(".npy");
+    let has_array = archive.file_names().flatten().any(|name| is_array(&name));
+    let is_npz = archive.is_empty() || has_array;
+    if !is_npz {
+        return Ok(None);
+    }
+    let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
+    for index in 0..archive.len().min(MEMBER_LIMIT) {
+        let mut member = archive.by_index(index).map_err(of_zip(ARCHIVE))?;
+        let name = member.name().map_err(of_zip(ARCHIVE))?.into_owned();
+        let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
+            left_out.push(format!("{name} (no array)"));
+            continue;
+        };
+        let limit_bytes = unpacked_limit(member.compressed_size());
+        let n_bytes = member.size();
+        if n_bytes > limit_bytes {
+            return Err(FileError::UnpacksTooLarge {
+                what: name,
+                limit_bytes,
+            });
+        }
+        let mut array = (&mut member).take(n_bytes);
+        match npy::read(&name, &mut array, n_bytes, source.progress) {
+            Ok(array) => arrays.push(array),
+            Err(FileError::NotNumbers { kind, .. }) => left_out.push(format!("{name} ({kind})")),
+            Err(other) => return Err(other),
+        }
+    }
+    if archive.len() > MEMBER_LIMIT {
+        left_out.push(format!("{} more members", archive.len() - MEMBER_LIMIT));
+    }
+    Ok(Some(arrays::columns(arrays, left_out)))
+}
+
+fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
+    move |error| match error {
+        ZipError::Io(error) => super::error::reading(what)(error),
+        other => FileError::Damaged {
+            what: what.to_owned(),
+            why: other.to_string(),
+        },
+    }
+}
+
+/// Writes each entry as an array of its own.
+pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
+    // One date for all, so that equal entries give equal files.
+    let stored = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default());
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    for entry in entries {
+        archive.start_file(format!("{}.npy", entry.name()), stored)?;
+        archive.write_all(&npy::written(entry))?;
+    }
+    out.write_all(archive.finish()?.get_ref())
+}

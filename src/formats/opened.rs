@@ -1,0 +1,237 @@
+//! A file that was opened: text, or columns of numbers that need no cutting.
+//!
+//! Guarantees: whoever looks at a file or reads its rows need not know which of the two it is.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::ops::Range;
+use std::path::Path;
+
+use super::text::{Encoding, Head, TextFile, TextLayout};
+use super::{Cell, Columns, FileError, Format, Source};
+use crate::panicked;
+use crate::progress::Progress;
+
+/// Enough for a signature, and the name of an archive's first member.
+const SIGNATURE_BYTES: u64 = 512;
+/// So many rows of columns are looked at.
+const HEAD_ROWS: usize = 200;
+/// Rows of columns that are handed over at a time.
+const PART_ROWS: usize = 1 << 14;
+
+/// A file that was opened, and its start.
+#[derive(Debug)]
+pub(crate) enum Opened {
+    Text(TextFile),
+    Columns {
+        columns: Columns,
+        format: &'static Format,
+        n_bytes: u64,
+    },
+}
+
+/// Some of a file's rows.
+#[derive(Clone, Debug)]
+pub(crate) enum Part<'a> {
+    /// Whole lines.
+    Lines(&'a [u8]),
+    Rows(&'a Columns, Range<usize>),
+}
+
+/// Opens a file; of a text with a limit, only so many bytes are read.
+///
+/// # Errors
+/// [`FileError`] if there is no such file, it is damaged, or holds no numbers in rows.
+pub(crate) fn open(
+    path: &Path,
+    block_bytes: usize,
+    limit_bytes: Option<u64>,
+    progress: &Progress,
+) -> Result<Opened, FileError> {
+    // Asked before opening: opening a named pipe would wait for its other end.
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(FileError::Folder {
+            files: files_in(path),
+            pattern: path.join("*.csv"),
+        });
+    }
+    if !metadata.is_file() {
+        return Err(FileError::NotAFile);
+    }
+    let mut head = Vec::new();
+    File::open(path)?
+        .take(SIGNATURE_BYTES)
+        .read_to_end(&mut head)?;
+    if let Some(format) = Format::of(&head) {
+        let source = Source {
+            path,
+            head: &head,
+            n_bytes: metadata.len(),
+            progress,
+        };
+        // Not all crates that read these formats hold what this one does.
+        let read = panicked::caught_quietly(|| (format.read)(&source));
+        match read.map_err(FileError::ReaderFailed)?? {
+            Some(columns) if columns.n_rows() == 0 => {
+                return Err(FileError::NoNumbers {
+                    left_out: columns.left_out,
+                });
+            }
+            Some(columns) => {
+                return Ok(Opened::Columns {
+                    columns,
+                    format,
+                    n_bytes: metadata.len(),
+                });
+            }
+            None => {}
+        }
+    }
+    TextFile::open(path, block_bytes, limit_bytes).map(Opened::Text)
+}
+
+/// The names of the files in a folder, but for hidden ones.
+fn files_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries.filter(|entry| entry.path().is_file());
+    let mut names: Vec<String> = files
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| !name.starts_with('.'))
+        .collect();
+    names.sort();
+    names
+}
+
+impl Opened {
+    /// How the table is written, found by looking; `None` if there is none.
+    pub(crate) fn layout(&self) -> Option<TextLayout> {
+        match self {
+            Self::Text(text) => text.layout(),
+            Self::Columns { columns, .. } => Some(TextLayout {
+                header: columns.is_named,
+                ..TextLayout::default()
+            }),
+        }
+    }
+
+    /// Where the table is by a layout, of which only the header matters where nothing is cut; `None` if it is not there.
+    pub(crate) fn head(&self, layout: &TextLayout) -> Option<Head> {
+        let table = match self {
+            Self::Text(text) => return text.head(layout),
+            Self::Columns { columns, .. } => columns,
+        };
+        let columns = table.columns.iter();
+        let names = columns.clone().map(|column| column.name.clone());
+        (table.is_named || !layout.header).then(|| Head {
+            line: 1,
+            names: if layout.header {
+                names.collect()
+            } else {
+                Vec::new()
+            },
+            units: columns.map(|column| column.unit.clone()).collect(),
+            n_columns: table.columns.len(),
+            reference_time: table.reference_time,
+            ..Head::default()
+        })
+    }
+
+    /// Whether looking finds that the file is cut as a layout says.
+    pub(crate) fn is_cut_by(&self, layout: &TextLayout) -> bool {
+        match self {
+            Self::Text(text) => text.layout().as_ref() == Some(layout),
+            Self::Columns { columns, .. } => columns.is_named == layout.header,
+        }
+    }
+
+    /// The cells of the first rows.
+    pub(crate) fn first_rows(&self, layout: &TextLayout, head: &Head) -> Vec<Vec<Cell<'_>>> {
+        match self {
+            Self::Text(text) => text.first_rows(layout, head),
+            Self::Columns { columns, .. } => (0..columns.n_rows().min(HEAD_ROWS))
+                .map(|row| columns.row(row).collect())
+                .collect(),
+        }
+    }
+
+    /// Hands the rows below a head to `parse` part by part, many at a time, and what comes of them in file order to
+    /// `take`, with the share of the file that these parts are.
+    pub(crate) fn read<R: Send>(
+        self,
+        head: &Head,
+        progress: &Progress,
+        parse: impl Fn(Part<'_>) -> R + Sync,
+        mut take: impl FnMut(Vec<R>, f64),
+    ) -> Result<(), FileError> {
+        let (columns, n_bytes) = match self {
+            Self::Text(text) => {
+                return text.read(head, progress, |lines| parse(Part::Lines(lines)), take);
+            }
+            Self::Columns {
+                columns, n_bytes, ..
+            } => (columns, n_bytes),
+        };
+        let n_rows = columns.n_rows();
+        for start in (0..n_rows).step_by(PART_ROWS) {
+            progress.check()?;
+            let rows = start..n_rows.min(start + PART_ROWS);
+            let share = rows.len() as f64 / n_rows as f64;
+            take(vec![parse(Part::Rows(&columns, rows))], share);
+        }
+        progress.advance(n_bytes);
+        Ok(())
+    }
+
+    /// How many rows the file has if all are like those of its head.
+    pub(crate) fn about_rows(&self, head: &Head) -> u64 {
+        match self {
+            Self::Text(text) => text.about_rows(head),
+            Self::Columns { columns, .. } => columns.n_rows() as u64,
+        }
+    }
+
+    /// What the file holds besides the table.
+    pub(crate) fn left_out(&self) -> &[String] {
+        match self {
+            Self::Text(_) => &[],
+            Self::Columns { columns, .. } => &columns.left_out,
+        }
+    }
+
+    /// Whether the file is known to end before it should.
+    pub(crate) fn ends_early(&self) -> bool {
+        matches!(self, Self::Columns { columns, .. } if columns.ends_early)
+    }
+
+    /// What a file is called that is no text.
+    pub(crate) fn kind(&self) -> Option<&'static str> {
+        match self {
+            Self::Text(_) => None,
+            Self::Columns { format, .. } => Some(format.name),
+        }
+    }
+
+    pub(crate) fn encoding(&self) -> Encoding {
+        match self {
+            Self::Text(text) => text.encoding(),
+            Self::Columns { .. } => Encoding::Arrays,
+        }
+    }
+
+    /// How long the file is.
+    pub(crate) fn file_bytes(&self) -> u64 {
+        match self {
+            Self::Text(text) => text.whole_file_bytes(),
+            Self::Columns { n_bytes, .. } => *n_bytes,
+        }
+    }
+
+    /// How many of them are read.
+    pub(crate) fn read_bytes(&self) -> u64 {
+        match self {
+            Self::Text(text) => text.file_bytes(),
+            Self::Columns { n_bytes, .. } => *n_bytes,
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The columns of plain numbers.
+
+use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit};
+use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use ::parquet::data_type::{DataType, Int96};
+use ::parquet::errors::ParquetError;
+use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::schema::types::ColumnDescriptor;
+
+use super::super::{COLUMN_LIMIT, Column, Columns, FileError, Source};
+use crate::progress::Progress;
+
+const FILE: &str = "the file";
+/// Rows read at a time.
+const BATCH_ROWS: usize = 1 << 14;
+
+/// The columns of numbers as a table; other columns are listed.
+pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let mut table = Columns {
+        is_named: true,
+        ..Columns::default()
+    };
+    let mut indices = Vec::new();
+    for index in 0..schema.num_columns() {
+        let column = schema.column(index);
+        let name = column.path().string();
+        if column.max_rep_level() > 0 || !holds_numbers(&column) || indices.len() >= COLUMN_LIMIT {
+            let kind = if column.max_rep_level() > 0 {
+                "lists"
+            } else {
+                "no numbers"
+            };
+            table.left_out.push(format!("{name} ({kind})"));
+            continue;
+        }
+        indices.push(index);
+        table.columns.push(Column {
+            name,
+            unit: time_unit(&column).to_owned(),
+            values: Vec::new(),
+        });
+    }
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group).map_err(damaged)?;
+        for (&index, column) in indices.iter().zip(&mut table.columns) {
+            let scale = decimal_scale(&schema.column(index));
+            let start = column.values.len();
+            let reader = group.get_column_reader(index).map_err(damaged)?;
+            append(reader, &mut column.values, source.progress)?;
+            if scale != 1.0 {
+                column.values[start..]
+                    .iter_mut()
+                    .for_each(|value| *value /= scale);
+            }
+        }
+    }
+    Ok(Some(table))
+}
+
+fn damaged(error: ParquetError) -> FileError {
+    let why = error.to_string();
+    // The crate says so in words alone.
+    if why.contains("Disabled feature at compile time") {
+        return FileError::Compression {
+            what: FILE.to_owned(),
+            codec: why.rsplit(' ').next().unwrap_or_default().to_owned(),
+            instead: "zstd, snappy, gzip, lz4 or none",
+        };
+    }
+    match error {
+        ParquetError::EOF(_) => FileError::CutShort {
+            what: FILE.to_owned(),
+        },
+        _ => FileError::Damaged {
+            what: FILE.to_owned(),
+            why,
+        },
+    }
+}
+
+fn holds_numbers(column: &ColumnDescriptor) -> bool {
+    use ::parquet::basic::Type;
+    matches!(
+        column.physical_type(),
+        Type::BOOLEAN | Type::INT32 | Type::INT64 | Type::INT96 | Type::FLOAT | Type::DOUBLE
+    )
+}
+
+/// What a column of times counts.
+fn time_unit(column: &ColumnDescriptor) -> &'static str {
+    use ::parquet::basic::Type;
+    let logical = column.logical_type_ref();
+    match (logical, column.converted_type(), column.physical_type()) {
+        (Some(LogicalType::Timestamp(time) | LogicalType::Time(time)), ..) => match time.unit {
+            TimeUnit::MILLIS => "ms",
+            TimeUnit::MICROS => "us",
+            TimeUnit::NANOS => "ns",
+        },
+        (_, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS, _) => "ms",
+        (_, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS, _) => "us",
+        (.., Type::INT96) => "ns",
+        _ => "",
+    }
+}
+
+/// What a column's whole numbers are divided by.
+fn decimal_scale(column: &ColumnDescriptor) -> f64 {
+    match column.converted_type() {
+        ConvertedType::DECIMAL => 10_f64.powi(column.type_scale()),
+        _ => 1.0,
+    }
+}
+
+fn append(
+    reader: ColumnReader,
+    values: &mut Vec<f64>,
+    progress: &Progress,
+) -> Result<(), FileError> {
+    match reader {
+        ColumnReader::BoolColumnReader(reader) => all(reader, values, f64::from, progress),
+        ColumnReader::Int32ColumnReader(reader) => all(reader, values, f64::from, progress),
+        ColumnReader::Int64ColumnReader(reader) => all(reader, values, |v| v as f64, progress),
+        ColumnReader::Int96ColumnReader(reader) => {
+            all(reader, values, |v: Int96| v.to_nanos() as f64, progress)
+        }
+        ColumnReader::FloatColumnReader(reader) => all(reader, values, f64::from, progress),
+        ColumnReader::DoubleColumnReader(reader) => all(reader, values, |v| v, progress),
+        _ => Ok(()),
+    }
+}
+
+/// Appends every value; where there is none, one that is no number.
+fn all<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    values: &mut Vec<f64>,
+    value: impl Fn(T::T) -> f64,
+    progress: &Progress,
+) -> Result<(), FileError> {
+    let (mut levels, mut batch) = (Vec::new(), Vec::new());
+    loop {
+        progress.check()?;
+        levels.clear();
+        batch.clear();
+        let read = reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut batch);
+        let (n_rows, n_values, _) = read.map_err(damaged)?;
+        if n_rows == 0 {
+            return Ok(());
+        }
+        let mut present = batch.drain(..).map(&value);
+        if n_values == n_rows {
+            values.extend(present);
+        } else {
+            let highest = levels.iter().copied().max().unwrap_or(0);
+            let of_level = |&level: &i16| {
+                let is_there = level == highest && n_values > 0;
+                is_there
+                    .then(|| present.next())
+                    .flatten()
+                    .unwrap_or(f64::NAN)
+            };
+            values.extend(levels.iter().map(of_level));
+        }
+    }
+}

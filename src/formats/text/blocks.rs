@@ -1,0 +1,144 @@
+//! A file in blocks that end at line ends, so that each can be parsed on its own.
+//!
+//! Guarantees: the blocks joined are the file without its byte order mark; no block splits a line.
+
+use std::path::Path;
+
+use super::cells::is_skipped;
+use super::encoding::{Encoding, Text};
+use super::{FileError, lines};
+
+/// A longer line is no row of a table; without a limit one would fill the memory.
+const LINE_LIMIT_BYTES: usize = 4 << 20;
+
+/// Reads a file block by block.
+#[derive(Debug)]
+pub(super) struct Blocks {
+    text: Text,
+    block_bytes: usize,
+    /// Whether only the start of the file is read, so that its last line may be half of one.
+    is_sample: bool,
+    /// The start of a line whose end is not read yet.
+    carry: Vec<u8>,
+    is_at_end: bool,
+}
+
+impl Blocks {
+    /// Opens a file and makes sure that it is text; with a limit, only so many bytes of it are read.
+    pub(super) fn open(
+        path: &Path,
+        block_bytes: usize,
+        limit_bytes: Option<u64>,
+    ) -> Result<Self, FileError> {
+        let text = Text::open(path, limit_bytes)?;
+        Ok(Self {
+            is_sample: text.is_sample(),
+            text,
+            block_bytes,
+            carry: Vec::new(),
+            is_at_end: false,
+        })
+    }
+
+    /// How many bytes of the file are read in all; its length when it was opened, or less.
+    pub(super) fn file_bytes(&self) -> u64 {
+        self.text.file_bytes()
+    }
+
+    /// How long the file was when it was opened.
+    pub(super) fn whole_file_bytes(&self) -> u64 {
+        self.text.whole_file_bytes()
+    }
+
+    pub(super) fn encoding(&self) -> Encoding {
+        self.text.encoding()
+    }
+
+    /// The first blocks as one, with at least so many bytes and a line that is no comment, if the file has them.
+    pub(super) fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
+        let mut head = Vec::new();
+        let mut is_comment_only = true;
+        while (head.len() < at_least || is_comment_only)
+            && let Some(mut block) = self.next()?
+        {
+            is_comment_only &= lines(&block).all(is_skipped);
+            head.append(&mut block);
+        }
+        Ok(head)
+    }
+
+    /// The next block: whole lines, of which only the file's last may lack its end. `None` at the end.
+    pub(super) fn next(&mut self) -> Result<Option<Vec<u8>>, FileError> {
+        let mut block = Vec::with_capacity(self.carry.len() + self.block_bytes);
+        block.append(&mut self.carry);
+        while !self.is_at_end {
+            let before = block.len();
+            let has_more = self.text.read_into(&mut block, self.block_bytes)?;
+            self.is_at_end = !has_more;
+            if let Some(end) = memchr::memrchr(b'\n', &block[before..]) {
+                self.carry = block.split_off(before + end + 1);
+                break;
+            }
+            if block.len() > LINE_LIMIT_BYTES {
+                return Err(FileError::LineTooLong {
+                    limit_bytes: LINE_LIMIT_BYTES,
+                });
+            }
+        }
+        if self.is_at_end && self.is_sample {
+            self.carry.clear();
+            block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));
+        }
+        Ok((!block.is_empty()).then_some(block))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(content: &[u8]) -> tempfile::NamedTempFile {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), content).unwrap();
+        file
+    }
+
+    #[test]
+    fn blocks_joined_are_the_file_and_end_at_line_ends() {
+        let text = b"\xef\xbb\xbft,S1\n0,1\r\n\n1,2222222222222222222222222\n2,3";
+        let file = file(text);
+        for block_bytes in 1..=text.len() + 1 {
+            let mut blocks = Blocks::open(file.path(), block_bytes, None).unwrap();
+            let mut joined: Vec<u8> = Vec::new();
+            while let Some(block) = blocks.next().unwrap() {
+                joined.extend(&block);
+                assert!(block.ends_with(b"\n") || joined.len() == text.len() - 3);
+            }
+            assert_eq!(joined, text[3..], "{block_bytes} bytes");
+        }
+    }
+
+    #[test]
+    fn a_sample_ends_with_a_whole_line() {
+        let file = file(b"t,S1\n0,1\n1,2\n");
+        for (limit, expected) in [
+            (3, ""),
+            (7, "t,S1\n"),
+            (9, "t,S1\n0,1\n"),
+            (13, "t,S1\n0,1\n1,2\n"),
+        ] {
+            for block_bytes in 1..15 {
+                let mut blocks = Blocks::open(file.path(), block_bytes, Some(limit)).unwrap();
+                let head = blocks.head(usize::MAX).unwrap();
+                assert_eq!(String::from_utf8(head).unwrap(), expected, "{block_bytes}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_endless_line_is_refused() {
+        let file = file(&vec![b'x'; LINE_LIMIT_BYTES + 2]);
+        let mut blocks = Blocks::open(file.path(), 1 << 20, None).unwrap();
+        assert!(matches!(blocks.next(), Err(FileError::LineTooLong { .. })));
+    }
+}

@@ -1,0 +1,279 @@
+//! Lines, cells and numbers.
+
+use super::Delimiter;
+
+/// The delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
+pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
+    use super::Delimiter::{Comma, Semicolon, Spaces, Tab};
+    let count = |delimiter: Delimiter| {
+        let mut is_quoted = false;
+        let outside_quotes = |&&byte: &&u8| {
+            is_quoted ^= byte == b'"';
+            byte == delimiter.byte() && !is_quoted
+        };
+        line.iter().filter(outside_quotes).count()
+    };
+    // `max_by_key` takes the last of equals.
+    [Comma, Semicolon, Tab]
+        .into_iter()
+        .map(|delimiter| (delimiter, count(delimiter)))
+        .max_by_key(|&(_, count)| count)
+        .filter(|&(_, count)| count > 0)
+        .map_or(Spaces, |(delimiter, _)| delimiter)
+}
+
+impl Delimiter {
+    /// Whether a comma inside a number must be a decimal comma, as it cannot stand between cells.
+    pub(crate) fn allows_decimal_comma(self) -> bool {
+        self != Self::Comma
+    }
+
+    /// Blanks stand for tabs, too.
+    const fn byte(self) -> u8 {
+        match self {
+            Self::Comma => b',',
+            Self::Semicolon => b';',
+            Self::Tab => b'\t',
+            Self::Spaces => b' ',
+        }
+    }
+}
+
+/// Whether a line is neither header nor row: blank, or a comment.
+pub(crate) fn is_skipped(line: &[u8]) -> bool {
+    matches!(line.trim_ascii_start().first(), None | Some(b'#'))
+}
+
+/// The cells of one line, without surrounding blanks and quotes. Doubled quotes inside quotes stay doubled.
+#[derive(Clone, Debug)]
+pub(crate) struct Cells<'a> {
+    rest: Option<&'a [u8]>,
+    delimiter: u8,
+}
+
+impl<'a> Cells<'a> {
+    pub(crate) fn new(line: &'a [u8], delimiter: Delimiter) -> Self {
+        let is_by_whitespace = delimiter == Delimiter::Spaces;
+        Self {
+            rest: Some(if is_by_whitespace {
+                line.trim_ascii()
+            } else {
+                line
+            }),
+            delimiter: delimiter.byte(),
+        }
+    }
+
+    fn ends_cell(&self, byte: u8) -> bool {
+        byte == self.delimiter || (byte == b'\t' && self.delimiter == b' ')
+    }
+
+    /// The next cell if it is a plain number, in one pass; otherwise `None`, and the cell is still the next one.
+    pub(crate) fn next_plain_number(&mut self, point: u8) -> Option<f64> {
+        let rest = self.rest?;
+        let (value, end) = plain_number(rest, point)?;
+        self.rest = match rest.get(end) {
+            None => None,
+            Some(&byte) if self.ends_cell(byte) => Some(self.after(rest, end)),
+            Some(_) => return None,
+        };
+        Some(value)
+    }
+
+    /// What follows the delimiter that stands at `end`.
+    fn after(&self, rest: &'a [u8], end: usize) -> &'a [u8] {
+        match self.delimiter {
+            b' ' => rest[end + 1..].trim_ascii_start(),
+            _ => &rest[end + 1..],
+        }
+    }
+}
+
+impl<'a> Iterator for Cells<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let rest = self.rest?;
+        let quoted = closing_quote(rest).unwrap_or(0);
+        let end = rest[quoted..].iter().position(|&byte| self.ends_cell(byte));
+        let cell = match end {
+            Some(end) => {
+                self.rest = Some(self.after(rest, quoted + end));
+                &rest[..quoted + end]
+            }
+            None => {
+                self.rest = None;
+                rest
+            }
+        };
+        let cell = cell.trim_ascii();
+        let unquoted = cell
+            .strip_prefix(b"\"")
+            .and_then(|inner| inner.strip_suffix(b"\""));
+        Some(unquoted.map_or(cell, <[u8]>::trim_ascii))
+    }
+}
+
+/// Where the quotes that open a cell close; `None` for a cell that is not quoted, or whose quotes stay open.
+fn closing_quote(rest: &[u8]) -> Option<usize> {
+    let start = match rest.first() {
+        Some(b'"') => 0,
+        Some(b' ') => rest.iter().position(|&byte| byte != b' ')?,
+        _ => return None,
+    };
+    if rest[start] != b'"' {
+        return None;
+    }
+    let mut at = start + 1;
+    loop {
+        at += rest[at..].iter().position(|&byte| byte == b'"')?;
+        if rest.get(at + 1) != Some(&b'"') {
+            return Some(at);
+        }
+        at += 2;
+    }
+}
+
+/// The number at the start of `text` and where it ends, if it is one of those that loggers write: a sign, digits, a
+/// `point`, at most 18 digits in all. Same as [`number`], only faster.
+///
+/// Both the digits as a whole number (up to 2^53) and the power of ten are exact, so their quotient is the nearest
+/// number there is.
+fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
+    const POWERS: [f64; 19] = [
+        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+        1e17, 1e18,
+    ];
+    let is_negative = text.first() == Some(&b'-');
+    let mut digits = 0_u64;
+    let mut at = usize::from(is_negative);
+    let start = at;
+    let mut take_digits = |mut at: usize| {
+        while let Some(digit) = text.get(at).map(|byte| byte.wrapping_sub(b'0'))
+            && digit < 10
+        {
+            digits = digits.wrapping_mul(10).wrapping_add(u64::from(digit));
+            at += 1;
+        }
+        at
+    };
+    at = take_digits(at);
+    let mut n_digits = at - start;
+    let mut n_decimals = 0;
+    if text.get(at) == Some(&point) {
+        let end = take_digits(at + 1);
+        n_decimals = end - (at + 1);
+        n_digits += n_decimals;
+        at = end;
+    }
+    if !(1..=18).contains(&n_digits) || digits > 1 << f64::MANTISSA_DIGITS {
+        return None;
+    }
+    let value = digits as f64 / POWERS[n_decimals];
+    Some((if is_negative { -value } else { value }, at))
+}
+
+/// The number that a cell holds, with a decimal point; also NaN and infinity.
+pub(crate) fn number(cell: &[u8]) -> Option<f64> {
+    std::str::from_utf8(cell).ok()?.parse().ok()
+}
+
+/// The number that a cell holds if its only comma is read as a decimal point.
+pub(crate) fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
+    let (whole, part) = std::str::from_utf8(cell).ok()?.split_once(',')?;
+    let is_point_elsewhere = whole.contains('.') || part.contains('.');
+    (!is_point_elsewhere)
+        .then(|| format!("{whole}.{part}").parse().ok())
+        .flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(line: &str, delimiter: Delimiter) -> Vec<String> {
+        Cells::new(line.as_bytes(), delimiter)
+            .map(|cell| String::from_utf8_lossy(cell).into_owned())
+            .collect()
+    }
+
+    #[test]
+    fn cells_lose_their_blanks_and_quotes() {
+        let comma = Delimiter::Comma;
+        assert_eq!(cells("1, 2 ,,", comma), ["1", "2", "", ""]);
+        assert_eq!(cells("\"1\", \"a,b\" ,3", comma), ["1", "a,b", "3"]);
+        assert_eq!(cells("\"a\"\"b\",2", comma), ["a\"\"b", "2"]);
+        assert_eq!(cells("\"open,2", comma), ["\"open", "2"]);
+        assert_eq!(cells("\"1\"2,3", comma), ["\"1\"2", "3"]);
+        assert_eq!(cells("1\t\t3", Delimiter::Tab), ["1", "", "3"]);
+        let blanks = cells("  1 \t 2  \"a b\" ", Delimiter::Spaces);
+        assert_eq!(blanks, ["1", "2", "a b"]);
+    }
+
+    #[test]
+    fn the_header_tells_the_delimiter() {
+        use super::super::Delimiter::{Comma, Semicolon, Spaces, Tab};
+        for (line, delimiter) in [
+            ("t,S1;x,Fx", Comma),
+            ("t;S1", Semicolon),
+            ("t\tS1", Tab),
+            ("\"t,a,b\";S1", Semicolon),
+            ("t  S1", Spaces),
+        ] {
+            assert_eq!(delimiter_of_header(line.as_bytes()), delimiter, "{line}");
+        }
+    }
+
+    #[test]
+    fn plain_numbers_are_the_nearest_there_are() {
+        let mut random = 1_u64;
+        for n_decimals in 0..17 {
+            for _ in 0..200 {
+                random = random
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                let value = (random >> 12) as i64 - (1 << 51);
+                let text = format!("{:.n_decimals$}", value as f64 / 1e9);
+                let expected: f64 = text.parse().unwrap();
+                if let Some((value, end)) = plain_number(text.as_bytes(), b'.') {
+                    assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
+                    assert_eq!(end, text.len());
+                } else {
+                    assert!(n_decimals > 8, "{text} is plain");
+                }
+            }
+        }
+        for text in [
+            "",
+            "-",
+            ".",
+            "-.",
+            "x",
+            "9007199254740993",
+            "0.1234567890123456789",
+        ] {
+            assert_eq!(plain_number(text.as_bytes(), b'.'), None, "{text}");
+        }
+        assert_eq!(plain_number(b"-0.5e3", b'.'), Some((-0.5, 4)));
+        assert_eq!(plain_number(b"5.;", b'.'), Some((5.0, 2)));
+    }
+
+    #[test]
+    fn a_plain_number_is_a_whole_cell() {
+        let mut cells = Cells::new(b"1.5  2e1 -3", Delimiter::Spaces);
+        assert_eq!(cells.next_plain_number(b'.'), Some(1.5));
+        assert_eq!(cells.next_plain_number(b'.'), None);
+        assert_eq!(cells.next(), Some(&b"2e1"[..]));
+        assert_eq!(cells.next_plain_number(b'.'), Some(-3.0));
+        assert_eq!(cells.next_plain_number(b'.'), None);
+        assert_eq!(cells.next(), None);
+    }
+
+    #[test]
+    fn a_decimal_comma_needs_to_be_the_only_mark() {
+        assert_eq!(decimal_comma_number(b"-1,5e3"), Some(-1500.0));
+        for not_one in ["1,234.5", "1,2,3", "1.5", "a,b", ","] {
+            assert_eq!(decimal_comma_number(not_one.as_bytes()), None, "{not_one}");
+        }
+    }
+}

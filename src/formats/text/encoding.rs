@@ -1,0 +1,344 @@
+//! A file as UTF-8 text, whatever it was written in.
+//!
+//! Guarantees: what comes out has no byte order mark and ends its lines with `\n` or `\r\n`; what is no text is refused
+//! with its kind named.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::FileError;
+
+/// How much of a file is looked at to tell what it is.
+const HEAD_BYTES: usize = 8 << 10;
+/// With more control characters than one byte in so many a file is no text. A few are a logger's accidents, and cost
+/// only their rows.
+const BYTES_PER_CONTROL_CHARACTER: usize = 20;
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// How a file writes its characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Encoding {
+    /// UTF-8, or ASCII.
+    #[serde(rename = "UTF-8")]
+    Utf8,
+    /// Two bytes a character, the low one first.
+    #[serde(rename = "UTF-16 (little-endian)")]
+    Utf16LittleEndian,
+    /// Two bytes a character, the high one first.
+    #[serde(rename = "UTF-16 (big-endian)")]
+    Utf16BigEndian,
+    /// One byte a character, not UTF-8: taken for Latin-1, as far as names go.
+    #[serde(rename = "Latin-1")]
+    Latin1,
+    /// Not in characters: a file of arrays.
+    #[serde(rename = "arrays")]
+    Arrays,
+}
+
+impl Encoding {
+    /// What people call it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Utf8 => "UTF-8",
+            Self::Utf16LittleEndian => "UTF-16 (little-endian)",
+            Self::Utf16BigEndian => "UTF-16 (big-endian)",
+            Self::Latin1 => "Latin-1",
+            Self::Arrays => "arrays",
+        }
+    }
+
+    /// How many bytes of the file one byte of plain text stands for.
+    pub(super) const fn bytes_per_character(self) -> u64 {
+        match self {
+            Self::Utf8 | Self::Latin1 | Self::Arrays => 1,
+            Self::Utf16LittleEndian | Self::Utf16BigEndian => 2,
+        }
+    }
+}
+
+/// A text that is read from its start to its end.
+#[derive(Debug)]
+pub(super) struct Text {
+    file: File,
+    /// How many bytes may still be read.
+    left_bytes: u64,
+    file_bytes: u64,
+    limit_bytes: u64,
+    encoding: Encoding,
+    /// Whether some lines end with `\r` alone.
+    has_bare_returns: bool,
+    /// The bytes of a character that is not read whole yet.
+    half_character: Vec<u8>,
+    /// Whether a `\r` was read whose `\n` may still come.
+    waiting_return: bool,
+}
+
+impl Text {
+    /// Opens a file and makes sure that it is text; with a limit, only so many bytes of it are read.
+    pub(super) fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
+        let mut file = File::open(path)?;
+        let mut head = Vec::with_capacity(HEAD_BYTES);
+        (&mut file).take(HEAD_BYTES as u64).read_to_end(&mut head)?;
+        if head.is_empty() {
+            return Err(FileError::Empty);
+        }
+        let (encoding, mark_bytes) =
+            encoding_of(&head).map_err(|what| FileError::NotText { what })?;
+        file.seek(SeekFrom::Start(mark_bytes as u64))?;
+        let head = head.split_off(mark_bytes);
+        let (head, _) = decoded(encoding, head);
+        let limit_bytes = limit_bytes.unwrap_or(u64::MAX);
+        Ok(Self {
+            left_bytes: limit_bytes.saturating_sub(mark_bytes as u64),
+            file_bytes: file.metadata()?.len(),
+            file,
+            limit_bytes,
+            encoding,
+            has_bare_returns: has_bare_returns(&head),
+            half_character: Vec::new(),
+            waiting_return: false,
+        })
+    }
+
+    /// How many bytes are read in all.
+    pub(super) fn file_bytes(&self) -> u64 {
+        self.file_bytes.min(self.limit_bytes)
+    }
+
+    /// How long the file was when it was opened.
+    pub(super) fn whole_file_bytes(&self) -> u64 {
+        self.file_bytes
+    }
+
+    /// Whether the file goes on after what is read.
+    pub(super) fn is_sample(&self) -> bool {
+        self.file_bytes > self.limit_bytes
+    }
+
+    pub(super) fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// Appends the text of the next `wanted_bytes` of the file, and says whether there may be more.
+    pub(super) fn read_into(
+        &mut self,
+        text: &mut Vec<u8>,
+        wanted_bytes: usize,
+    ) -> io::Result<bool> {
+        let wanted_bytes = self.left_bytes.min(wanted_bytes as u64);
+        let mut next = (&mut self.file).take(wanted_bytes);
+        let mut has_more = |got: usize| {
+            self.left_bytes -= got as u64;
+            got as u64 == wanted_bytes && self.left_bytes > 0
+        };
+        if self.encoding.bytes_per_character() == 1 && !self.has_bare_returns {
+            return Ok(has_more(next.read_to_end(text)?));
+        }
+        let mut raw = std::mem::take(&mut self.half_character);
+        let has_more = has_more(next.read_to_end(&mut raw)?);
+        let (mut new, half_character) = decoded(self.encoding, raw);
+        self.half_character = half_character;
+        if self.has_bare_returns {
+            self.mend_line_ends(&mut new, has_more);
+        }
+        text.append(&mut new);
+        Ok(has_more)
+    }
+
+    /// Ends every line with `\n`; a `\r` at the end waits for what follows.
+    fn mend_line_ends(&mut self, text: &mut Vec<u8>, has_more: bool) {
+        if std::mem::take(&mut self.waiting_return) {
+            text.insert(0, b'\r');
+        }
+        if has_more && text.last() == Some(&b'\r') {
+            text.pop();
+            self.waiting_return = true;
+        }
+        for at in 0..text.len() {
+            if text[at] == b'\r' && text.get(at + 1) != Some(&b'\n') {
+                text[at] = b'\n';
+            }
+        }
+    }
+}
+
+/// UTF-8 from what a file holds, and the bytes of a last character that is not whole.
+fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
+    let unit = match encoding {
+        Encoding::Utf8 | Encoding::Latin1 | Encoding::Arrays => return (raw, Vec::new()),
+        Encoding::Utf16LittleEndian => u16::from_le_bytes,
+        Encoding::Utf16BigEndian => u16::from_be_bytes,
+    };
+    let pairs = raw.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    let mut units: Vec<u16> = pairs.collect();
+    let is_first_half = |unit: &u16| (0xd800..0xdc00).contains(unit);
+    if units.last().is_some_and(is_first_half) {
+        units.pop();
+    }
+    let rest = raw.split_off(2 * units.len());
+    let text: String = char::decode_utf16(units)
+        .map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER))
+        .collect();
+    (text.into_bytes(), rest)
+}
+
+fn has_bare_returns(text: &[u8]) -> bool {
+    let follows = |at: usize| text.get(at + 1);
+    memchr::memchr_iter(b'\r', text).any(|at| follows(at).is_some_and(|&next| next != b'\n'))
+}
+
+/// The encoding of a file that starts so and the length of its byte order mark, or what the file is instead of text.
+fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), &'static str> {
+    if let Some(what) = other_kind(head) {
+        return Err(what);
+    }
+    if head.starts_with(BYTE_ORDER_MARK) {
+        return Ok((Encoding::Utf8, BYTE_ORDER_MARK.len()));
+    }
+    if head.starts_with(b"\xff\xfe") {
+        return Ok((Encoding::Utf16LittleEndian, 2));
+    }
+    if head.starts_with(b"\xfe\xff") {
+        return Ok((Encoding::Utf16BigEndian, 2));
+    }
+    // Tables are digits, and every other byte of those is zero in UTF-16.
+    let zeros_from = |start: usize| {
+        head.iter()
+            .skip(start)
+            .step_by(2)
+            .filter(|b| **b == 0)
+            .count()
+    };
+    let (even, odd) = (zeros_from(0), zeros_from(1));
+    let is_most_of_half = |zeros: usize| zeros > 4 && zeros * 20 > head.len() * 9;
+    if even == 0 && is_most_of_half(odd) {
+        return Ok((Encoding::Utf16LittleEndian, 0));
+    }
+    if odd == 0 && is_most_of_half(even) {
+        return Ok((Encoding::Utf16BigEndian, 0));
+    }
+    let is_control = |byte: &&u8| **byte < b' ' && !b"\t\n\x0b\x0c\r\x1b".contains(byte);
+    let n_controls = head.iter().filter(is_control).count();
+    if n_controls * BYTES_PER_CONTROL_CHARACTER > head.len() {
+        return Err("binary data");
+    }
+    let is_utf8 = match std::str::from_utf8(head) {
+        Ok(_) => true,
+        // The head may end in the middle of a character.
+        Err(error) => error.error_len().is_none(),
+    };
+    Ok((
+        if is_utf8 {
+            Encoding::Utf8
+        } else {
+            Encoding::Latin1
+        },
+        0,
+    ))
+}
+
+/// What a file that starts so is, if its first bytes name another kind of file.
+fn other_kind(head: &[u8]) -> Option<&'static str> {
+    const SIGNATURES: [(&[u8], &str); 14] = [
+        (b"\x1f\x8b", "a gzip archive"),
+        (b"PK\x03\x04", "a zip archive or a spreadsheet"),
+        (b"\x89HDF", "an HDF5 file"),
+        (b"\xd0\xcf\x11\xe0", "a spreadsheet of an old kind"),
+        (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
+        (b"BZh", "a bzip2 archive"),
+        (b"\xfd7zXZ", "an xz archive"),
+        (b"7z\xbc\xaf", "a 7-Zip archive"),
+        (b"#ROSBAG", "a ROS recording"),
+        (b"TDSm", "a TDMS file"),
+        (b"SQLite format", "a database"),
+        (b"ARROW1", "an Arrow file"),
+        (b"%PDF", "a PDF document"),
+        (b"\x89PNG", "a picture"),
+    ];
+    let named = SIGNATURES.iter().find(|(start, _)| head.starts_with(start));
+    named.map(|&(_, what)| what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(content: &[u8]) -> tempfile::NamedTempFile {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), content).unwrap();
+        file
+    }
+
+    fn utf16(text: &str, bytes: fn(u16) -> [u8; 2]) -> Vec<u8> {
+        text.encode_utf16().flat_map(bytes).collect()
+    }
+
+    /// The text of a file with this content, and its encoding, read in steps of this many bytes.
+    fn read(content: &[u8], step: usize) -> (String, Encoding) {
+        let mut text = Text::open(file(content).path(), None).unwrap();
+        let mut all = Vec::new();
+        while text.read_into(&mut all, step).unwrap() {}
+        (String::from_utf8(all).unwrap(), text.encoding())
+    }
+
+    #[test]
+    fn every_encoding_gives_the_same_text() {
+        let text = "t [µs],S1,Fx\r\n0,1,2 𝄞\n";
+        let with_mark = format!("\u{feff}{text}");
+        for step in 1..40 {
+            for (content, encoding) in [
+                (text.as_bytes().to_vec(), Encoding::Utf8),
+                (with_mark.as_bytes().to_vec(), Encoding::Utf8),
+                (
+                    utf16(&with_mark, u16::to_le_bytes),
+                    Encoding::Utf16LittleEndian,
+                ),
+                (
+                    utf16(&with_mark, u16::to_be_bytes),
+                    Encoding::Utf16BigEndian,
+                ),
+                (utf16(text, u16::to_le_bytes), Encoding::Utf16LittleEndian),
+                (utf16(text, u16::to_be_bytes), Encoding::Utf16BigEndian),
+            ] {
+                assert_eq!(read(&content, step), (text.to_owned(), encoding), "{step}");
+            }
+        }
+    }
+
+    #[test]
+    fn bare_returns_end_lines() {
+        for step in 1..20 {
+            let (text, _) = read(b"t,S1\r0,1\r\n0,2\n\r0,3\r", step);
+            assert_eq!(text, "t,S1\n0,1\r\n0,2\n\n0,3\n", "{step}");
+        }
+    }
+
+    #[test]
+    fn a_limit_is_kept() {
+        let mut text = Text::open(file(b"t,S1\n0,1\n").path(), Some(6)).unwrap();
+        let mut all = Vec::new();
+        while text.read_into(&mut all, 4).unwrap() {}
+        assert_eq!((all.as_slice(), text.file_bytes()), (&b"t,S1\n0"[..], 6));
+    }
+
+    #[test]
+    fn what_is_not_text_is_named() {
+        for (content, what) in [
+            (&b"\x1f\x8b\x08rest"[..], "a gzip archive"),
+            (b"PK\x03\x04rest", "a zip archive or a spreadsheet"),
+            (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+            (b"t,S1\n0,\0", "binary data"),
+            (b"\x7fELF\x02\x01\x01", "binary data"),
+        ] {
+            let error = Text::open(file(content).path(), None).unwrap_err();
+            assert!(matches!(error, FileError::NotText { what: told, .. } if told == what));
+        }
+        let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
+        assert_eq!(encoding_of(&few_zeros), Ok((Encoding::Utf8, 0)));
+        assert_eq!(encoding_of(b"t,F [N\xb7m]\n"), Ok((Encoding::Latin1, 0)));
+    }
+}

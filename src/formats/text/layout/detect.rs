@@ -1,0 +1,318 @@
+//! How a table is written, found by looking at its first lines.
+
+use super::super::ati;
+use super::super::cells::{Cells, decimal_comma_number, delimiter_of_header, is_skipped, number};
+use super::super::times::TimeForm;
+use super::{Line, first_lines, names, unbracketed};
+use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
+use crate::formats::text::{Decimal, Delimiter, Preamble, TextLayout};
+
+/// A header stands among so many first lines.
+const HEADER_LIMIT: usize = 60;
+
+/// Finds out how a table is written. `None` without a line that is neither blank nor a comment.
+pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
+    let all = first_lines(head, 0);
+    let lines: Vec<Line> = all
+        .iter()
+        .copied()
+        .filter(|line| !is_skipped(line.text))
+        .collect();
+    let first = lines.first()?;
+    if let Some(preamble) = ati::Preamble::of(all.iter().map(|line| line.text)) {
+        return Some(TextLayout {
+            skip_rows: preamble.n_lines,
+            header: true,
+            preamble: Some(Preamble::AtiNetFt),
+            ..TextLayout::default()
+        });
+    }
+    let delimiter = delimiter_of_rows(&lines);
+    let is_first_row = |at: usize| is_first_row(&lines[at..], delimiter);
+    // Names that are understood settle it; otherwise the header is what stands above the first row.
+    let by_names = || {
+        let is_header = |line: &Line| is_understood(line.text) && !holds_only_values(line.text);
+        lines.iter().take(HEADER_LIMIT).position(is_header)
+    };
+    let starts_with_row = is_first_row(0);
+    let first_row = (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at));
+    let header = if starts_with_row {
+        None
+    } else {
+        by_names().or_else(|| match first_row {
+            Some(row) => header_above(&lines, row, delimiter),
+            None => Some(0),
+        })
+    };
+    Some(match header {
+        Some(at) => {
+            let own = delimiter_of_header(lines[at].text);
+            let delimiter = if fits_rows(&lines[at..], own) {
+                own
+            } else {
+                delimiter
+            };
+            let units = lines.get(at + 1);
+            TextLayout {
+                delimiter,
+                decimal: decimal_of(&lines[at + 1..], delimiter),
+                skip_rows: if at == 0 {
+                    0
+                } else {
+                    lines[at].number as usize - 1
+                },
+                header: true,
+                units_row: units.is_some_and(|line| is_units_row(line.text, delimiter)),
+                preamble: None,
+            }
+        }
+        None => {
+            let row = &lines[first_row.unwrap_or(0)];
+            TextLayout {
+                delimiter,
+                decimal: decimal_of(&lines, delimiter),
+                skip_rows: if row.number == first.number {
+                    0
+                } else {
+                    row.number as usize - 1
+                },
+                ..TextLayout::default()
+            }
+        }
+    })
+}
+
+/// Whether a cell holds a number or a time.
+fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
+    number(cell).is_some()
+        || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
+        || TimeForm::of_all([cell].into_iter()).is_some()
+}
+
+/// Whether a line is a row already, whatever its delimiter would be.
+fn holds_only_values(text: &[u8]) -> bool {
+    Delimiter::ALL.into_iter().any(|delimiter| {
+        Cells::new(text, delimiter).all(|cell| cell.is_empty() || is_value(cell, delimiter))
+    })
+}
+
+/// The delimiter that makes the most values of the lines, and the least of anything else.
+fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
+    let score = |delimiter: Delimiter| -> usize {
+        let of_line = |line: &Line| {
+            let (n_values, n_others) = counts(line.text, delimiter);
+            n_values.saturating_sub(2 * n_others)
+        };
+        lines.iter().map(of_line).sum()
+    };
+    use Delimiter::{Comma, Semicolon, Spaces, Tab};
+    // `max_by_key` takes the last of equals.
+    let candidates = [Spaces, Tab, Semicolon, Comma];
+    candidates
+        .into_iter()
+        .max_by_key(|&d| score(d))
+        .unwrap_or(Comma)
+}
+
+/// How many cells of a line are values, and how many hold something else.
+fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
+    let filled = Cells::new(text, delimiter).filter(|cell| !cell.is_empty());
+    filled.fold((0, 0), |(n_values, n_others), cell| {
+        if is_value(cell, delimiter) {
+            (n_values + 1, n_others)
+        } else {
+            (n_values, n_others + 1)
+        }
+    })
+}
+
+/// Whether the first of these lines is a row, judged by the two that follow it: the same number of cells, mostly values,
+/// and values wherever the next line has them.
+fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
+    let cells = |line: &Line| -> Vec<bool> {
+        let is_value = |cell: &[u8]| cell.is_empty() || is_value(cell, delimiter);
+        Cells::new(line.text, delimiter).map(is_value).collect()
+    };
+    let is_rowlike = |line: &Line| {
+        let (n_values, n_others) = counts(line.text, delimiter);
+        n_values > n_others
+    };
+    let Some(first) = lines.first() else {
+        return false;
+    };
+    let of_first = cells(first);
+    let mut following = lines[1..].iter().take(2);
+    let is_like = |line: &Line| {
+        let of_line = cells(line);
+        is_rowlike(line)
+            && of_line.len() == of_first.len()
+            && of_line
+                .iter()
+                .zip(&of_first)
+                .all(|(later, first)| *first || !later)
+    };
+    is_rowlike(first) && following.all(is_like)
+}
+
+/// Whether the line names a time, and a gauge or a load.
+fn is_understood(text: &[u8]) -> bool {
+    let cells = names(text, delimiter_of_header(text));
+    let kinds: Vec<Kind> = cells
+        .iter()
+        .filter_map(|cell| ColumnName::parse(cell).kind)
+        .collect();
+    kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
+}
+
+/// Whether the rows below the first of these lines, the header, have cells by this delimiter.
+fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
+    let Some(row) = lines
+        .iter()
+        .skip(1)
+        .find(|line| holds_only_values(line.text))
+    else {
+        return true;
+    };
+    let (n_values, n_others) = counts(row.text, delimiter);
+    n_values > n_others
+}
+
+/// The line above row `row` that has a cell for each column, if there is one; a line of units is passed over.
+fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
+    let n_cells = |at: usize| names(lines[at].text, delimiter).len();
+    let above = row.checked_sub(1)?;
+    let header = match above.checked_sub(1) {
+        Some(higher) if is_units_row(lines[above].text, delimiter) => higher,
+        _ => above,
+    };
+    let is_as_wide = n_cells(header).abs_diff(n_cells(row)) <= 1 && n_cells(header) > 1;
+    is_as_wide.then_some(header)
+}
+
+/// Whether a line below the header holds units: at least one that is known, and no values.
+fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
+    let cells = names(text, delimiter);
+    let (n_values, _) = counts(text, delimiter);
+    n_values == 0 && cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
+}
+
+/// A comma, if it stands inside of numbers and a point in none.
+fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
+    if !delimiter.allows_decimal_comma() {
+        return Decimal::Point;
+    }
+    let cells = || {
+        lines
+            .iter()
+            .flat_map(|line| Cells::new(line.text, delimiter))
+    };
+    let has_comma = cells().any(|cell| decimal_comma_number(cell).is_some());
+    let has_point = || cells().any(|cell| cell.contains(&b'.') && number(cell).is_some());
+    if has_comma && !has_point() {
+        Decimal::Comma
+    } else {
+        Decimal::Point
+    }
+}
+
+/// The names in the last comment above the first row, if it has one for each column and they are understood.
+pub(super) fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec<String>> {
+    let row = all.iter().position(|line| !is_skipped(line.text))?;
+    let n_cells = Cells::new(all[row].text, delimiter).count();
+    let is_filled = |line: &&Line| !line.text.trim_ascii().is_empty();
+    let text = all[..row].iter().rev().find(is_filled)?.text;
+    let text = text.trim_ascii_start();
+    let text = &text[text.iter().take_while(|byte| **byte == b'#').count()..];
+    let is_named = is_understood(text) && !holds_only_values(text);
+    let cells = names(text.trim_ascii_start(), delimiter_of_header(text));
+    (is_named && cells.len() == n_cells).then_some(cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::locate;
+    use super::*;
+    use crate::formats::text::Delimiter::{Comma, Semicolon, Spaces, Tab};
+
+    fn text(text: &str) -> TextLayout {
+        detect(text.as_bytes()).unwrap()
+    }
+
+    #[test]
+    fn delimiter_and_decimal_mark_are_found() {
+        for (content, delimiter, decimal) in [
+            ("t,S1\n0,1\n1,2\n", Comma, Decimal::Point),
+            ("t;S1\n0;1\n1;2.5\n", Semicolon, Decimal::Point),
+            ("t;S1\n0;1\n1;2,5\n", Semicolon, Decimal::Comma),
+            ("t\tS1\n0\t1,5\n", Tab, Decimal::Comma),
+            ("t S1\n0 1,5\n", Spaces, Decimal::Comma),
+            ("0,5;1,5\n1;2\n", Semicolon, Decimal::Comma),
+            ("0,5\t1,5\n", Tab, Decimal::Comma),
+            ("1, 2, 3\n4, 5, 6\n", Comma, Decimal::Point),
+            (
+                "a;b\n2024-01-01 10:00:00,5;1,5\n2024-01-01 10:00:01,5;1,5\n",
+                Semicolon,
+                Decimal::Comma,
+            ),
+            (
+                "Time, raw;Value, raw\n1;2\n3;4\n",
+                Semicolon,
+                Decimal::Point,
+            ),
+        ] {
+            let found = text(content);
+            assert_eq!(
+                (found.delimiter, found.decimal),
+                (delimiter, decimal),
+                "{content}"
+            );
+        }
+    }
+
+    #[test]
+    fn header_units_and_preamble_are_told_apart() {
+        for (content, skip_rows, header, units_row) in [
+            ("t,S1\n0,1\n", 0, true, false),
+            ("# note\nt,S1\n0,1\n", 0, true, false),
+            ("t,S1\ns,mV/V\n0,1\n", 0, true, true),
+            ("Clock,Strain\n[s],[mV/V]\n0,1\n1,2\n", 0, true, true),
+            ("Logger 5\nStart: today\n\nt,S1\n0,1\n", 3, true, false),
+            ("Logger 5\nA,B,C\n1,2,3\n4,5,6\n", 1, true, false),
+            ("Logger 5\n1,2,3\n4,5,6\n", 1, false, false),
+            ("1,2,3\n4,5,6\n", 0, false, false),
+            ("1,2,on\n4,5,off\n", 0, false, false),
+            ("t,1,2\n0,3,4\n1,5,6\n", 0, true, false),
+            ("Dear diary,\ntoday I measured.\n", 0, true, false),
+        ] {
+            let found = text(content);
+            let told = (found.skip_rows, found.header, found.units_row);
+            assert_eq!(told, (skip_rows, header, units_row), "{content}");
+        }
+        assert_eq!(detect(b"# a\n\n"), None);
+    }
+
+    #[test]
+    fn a_comment_names_all_columns_or_none() {
+        for content in [
+            "# t S1 S2 Fx\nab  1 2 3\n0c\n0 1 2 3\n0",
+            "# t S1 S2 Fx\nab  S1 S2 Fx\nac\n0 1 2",
+        ] {
+            let layout = detect(content.as_bytes()).unwrap();
+            assert!(!layout.header);
+            let head = locate(content.as_bytes(), &layout).unwrap();
+            assert_eq!(head.names_in_comment, [""; 0], "{content}");
+        }
+    }
+
+    #[test]
+    fn a_comment_may_name_the_columns() {
+        let in_comment = |content: &[u8]| {
+            let layout = detect(content).unwrap();
+            assert!(!layout.header);
+            locate(content, &layout).unwrap().names_in_comment
+        };
+        let named = in_comment(b"# run 3\n# t S1 Fx\n0 1 2\n1 2 3\n");
+        assert_eq!(named, ["t", "S1", "Fx"]);
+        assert!(in_comment(b"# a note\n0 1 2\n").is_empty());
+    }
+}

@@ -1,0 +1,260 @@
+//! Where the table stands in its file, and how its text is cut: found by looking, or as a map says.
+//!
+//! Guarantees: looking never fails; what it finds depends on the first lines alone, not on how they are read.
+
+mod detect;
+
+use std::borrow::Cow;
+
+pub(crate) use detect::detect;
+
+use super::ati;
+use super::cells::{Cells, is_skipped};
+use super::{Delimiter, Preamble, TextLayout};
+use crate::formats::Cell;
+use crate::formats::column_name::ColumnName;
+use crate::formats::csv::unguarded;
+
+/// How many lines besides comments are looked at.
+const LINES_LOOKED_AT: usize = 200;
+
+/// One line of the start of a file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<'a> {
+    /// Counted from 1.
+    pub(crate) number: u64,
+    /// Where the next line starts.
+    pub(crate) end: usize,
+    /// Without its end.
+    pub(crate) text: &'a [u8],
+}
+
+/// All lines up to the last that is looked at, the first `n_skipped` of which do not count.
+fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
+    let mut lines = Vec::new();
+    let mut start = 0;
+    let mut n_significant = 0;
+    while start < head.len() && n_significant < LINES_LOOKED_AT {
+        let end = memchr::memchr(b'\n', &head[start..]).map_or(head.len(), |at| start + at);
+        let text = head[start..end].trim_ascii_end();
+        start = head.len().min(end + 1);
+        n_significant += usize::from(lines.len() >= n_skipped && !is_skipped(text));
+        lines.push(Line {
+            number: lines.len() as u64 + 1,
+            end: start,
+            text,
+        });
+    }
+    lines
+}
+
+/// Where a table stands in its file, as a layout says.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Head {
+    /// The header's line, or that of the first row.
+    pub(crate) line: u64,
+    /// The header's cells; none without a header.
+    pub(crate) names: Vec<String>,
+    /// Without a header: the columns' names, if a comment above the rows has one for each.
+    pub(crate) names_in_comment: Vec<String>,
+    /// The cells of the units row; none without one.
+    pub(crate) units: Vec<String>,
+    /// How many columns most of the first rows have; the header's number where there is a header.
+    pub(crate) n_columns: usize,
+    /// How many lines stand before the first that may be a row.
+    pub(crate) n_lines: u64,
+    /// Where that line starts.
+    pub(crate) n_bytes: usize,
+    pub(crate) ati: Option<ati::Preamble>,
+    /// Which column the file itself says is the clock of the reference.
+    pub(crate) reference_time: Option<usize>,
+}
+
+impl Head {
+    /// A column's name in the header, understood.
+    pub(crate) fn name(&self, index: usize) -> Option<ColumnName> {
+        self.names.get(index).map(|name| ColumnName::parse(name))
+    }
+
+    /// A column's unit in the header, or in the units row.
+    pub(crate) fn unit(&self, index: usize) -> Option<String> {
+        let in_units_row = || {
+            let unit = unbracketed(self.units.get(index)?);
+            (!unit.is_empty()).then(|| unit.to_owned())
+        };
+        let in_header = self.name(index).and_then(|name| name.unit);
+        in_header.or_else(in_units_row)
+    }
+}
+
+/// Finds the table; `None` if there is no line for its header, or for its first row.
+pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
+    let all = first_lines(head, layout.skip_rows);
+    let ati = match layout.preamble {
+        Some(Preamble::AtiNetFt) => Some(ati::Preamble::of(all.iter().map(|line| line.text))?),
+        None => None,
+    };
+    let n_skipped = ati
+        .as_ref()
+        .map_or(layout.skip_rows, |preamble| preamble.n_lines);
+    let mut rows = all
+        .iter()
+        .skip(n_skipped)
+        .filter(|line| !is_skipped(line.text))
+        .peekable();
+    let delimiter = layout.delimiter;
+    let mut start = Head {
+        n_lines: n_skipped as u64,
+        n_bytes: n_skipped
+            .checked_sub(1)
+            .map_or(Some(0), |last| Some(all.get(last)?.end))?,
+        ati,
+        ..Head::default()
+    };
+    if layout.header {
+        let header = rows.next()?;
+        start.line = header.number;
+        start.names = names(header.text, delimiter);
+        start.n_columns = start.names.len();
+        let last = if layout.units_row {
+            let units = rows.next()?;
+            start.units = names(units.text, delimiter);
+            units
+        } else {
+            header
+        };
+        (start.n_lines, start.n_bytes) = (last.number, last.end);
+    } else {
+        start.line = rows.peek()?.number;
+        start.n_columns = most_frequent(rows.map(|line| Cells::new(line.text, delimiter).count()));
+        // The first line need not be as wide as the table.
+        start.names_in_comment = detect::names_in_comment(&all, delimiter)
+            .filter(|names| names.len() == start.n_columns)
+            .unwrap_or_default();
+    }
+    Some(start)
+}
+
+/// The cells of the first rows.
+pub(crate) fn first_rows<'a>(
+    head: &'a [u8],
+    layout: &TextLayout,
+    start: &Head,
+) -> Vec<Vec<Cell<'a>>> {
+    first_lines(&head[start.n_bytes..], 0)
+        .iter()
+        .filter_map(|line| Some(layout.row(line.text)?.collect()))
+        .collect()
+}
+
+/// The first of the most frequent numbers; 0 without any.
+fn most_frequent(numbers: impl Iterator<Item = usize>) -> usize {
+    let mut counts: Vec<(usize, usize)> = Vec::new();
+    for number in numbers {
+        match counts.iter_mut().find(|(known, _)| *known == number) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((number, 1)),
+        }
+    }
+    let most = counts.iter().map(|&(_, count)| count).max();
+    let first = counts.iter().find(|&&(_, count)| Some(count) == most);
+    first.map_or(0, |&(number, _)| number)
+}
+
+/// A header's cells. Where whitespace is the delimiter, a unit in brackets stays with its name; cells without a name at
+/// the end are left out.
+fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
+    let text = decoded(text);
+    let mut cells: Vec<String> = Vec::new();
+    let mut is_open = false;
+    for cell in Cells::new(text.as_bytes(), delimiter) {
+        let cell = String::from_utf8_lossy(cell).replace("\"\"", "\"");
+        let cell = unguarded(&cell).to_owned();
+        let last_bracket = cell.rfind(['[', '(', ']', ')']);
+        let opens = last_bracket.map(|at| cell[at..].starts_with(['[', '(']));
+        match cells.last_mut() {
+            Some(last)
+                if delimiter == Delimiter::Spaces && (cell.starts_with(['[', '(']) || is_open) =>
+            {
+                last.push(' ');
+                last.push_str(&cell);
+                is_open = opens.unwrap_or(is_open);
+            }
+            _ => {
+                is_open = opens.unwrap_or(false);
+                cells.push(cell);
+            }
+        }
+    }
+    while cells.last().is_some_and(String::is_empty) {
+        cells.pop();
+    }
+    cells
+}
+
+/// UTF-8, or else Latin-1: then every byte is its own character.
+fn decoded(text: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(text) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => text.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}
+
+/// A unit without the brackets that it may stand in.
+fn unbracketed(cell: &str) -> &str {
+    let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
+    inside('[', ']')
+        .or_else(|| inside('(', ')'))
+        .unwrap_or(cell)
+        .trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::text::Delimiter::Semicolon;
+
+    /// As our own tables are written, lest a spreadsheet take a name for a formula.
+    #[test]
+    fn a_guarded_name_is_read_as_it_was() {
+        let found = names(b"t,'=S1 [V],\"'@S,2\",'S3", Delimiter::Comma);
+        assert_eq!(found, ["t", "=S1 [V]", "@S,2", "'S3"]);
+    }
+
+    #[test]
+    fn a_bracket_that_is_never_closed_takes_all_that_follows() {
+        let cells = |text: &str| names(text.as_bytes(), Delimiter::Spaces);
+        assert_eq!(cells("t (m s) S1 [V ] x"), ["t (m s)", "S1 [V ]", "x"]);
+        let text = format!("t [s] S1 (V{}", " a".repeat(300_000));
+        assert_eq!(cells(&text).len(), 2);
+    }
+
+    #[test]
+    fn a_table_is_found_where_the_layout_says() {
+        let head = b"x\nA;B [N]\n[s];[N]\n# c\n1;2\n3;4\n";
+        let layout = TextLayout {
+            delimiter: Semicolon,
+            skip_rows: 1,
+            header: true,
+            units_row: true,
+            ..TextLayout::default()
+        };
+        let start = locate(head, &layout).unwrap();
+        assert_eq!((start.line, start.n_lines), (2, 3));
+        assert_eq!(start.names, ["A", "B [N]"]);
+        assert_eq!(start.units, ["[s]", "[N]"]);
+        assert!(head[start.n_bytes..].starts_with(b"# c"));
+        let headerless = TextLayout {
+            skip_rows: 4,
+            header: false,
+            ..layout.clone()
+        };
+        let start = locate(head, &headerless).unwrap();
+        assert_eq!((start.line, start.n_lines, start.n_columns), (5, 4, 2));
+        let beyond = TextLayout {
+            skip_rows: 9,
+            ..layout
+        };
+        assert!(locate(head, &beyond).is_none());
+    }
+}

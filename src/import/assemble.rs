@@ -1,0 +1,355 @@
+//! Recordings from rows: the times settled, what is odd noted, cut where a recording ends.
+
+use std::path::Path;
+
+use super::error::at;
+use super::join;
+use super::load::Loaded;
+use super::plan::{Plan, TimeScale, Use};
+use super::rows::Rows;
+use super::two_clocks::Table;
+use super::warning::{Finding, LoadWarning, Trouble};
+use super::{ReadError, TableError, timeline};
+use crate::recording::units::TimeUnit;
+use crate::recording::{Recording, Source};
+
+/// More cuts mean that the times are no times; so many recordings would only fill the memory.
+const RECORDING_LIMIT: usize = 50_000;
+
+/// Why no row is usable.
+pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
+    let n_full_rows = rows.n_skipped - rows.findings.short_rows();
+    let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
+    let mut culprits = rows
+        .bad_cells
+        .iter()
+        .enumerate()
+        .filter(|(_, n_bad)| is_culprit(n_bad))
+        .map(|(index, _)| index);
+    if let (Some(index), None) = (culprits.next(), culprits.next()) {
+        return at(path, plan.line)(TableError::NoNumberInColumn {
+            what: plan.uses[index].noun(),
+            column: index + 1,
+            name: plan.names[index].clone(),
+        });
+    }
+    let skips_row = |warning: &LoadWarning| warning.finding.skips_row();
+    let warnings = rows.findings.into_warnings(path);
+    match warnings.into_iter().find(skips_row) {
+        Some(first) => ReadError::NoUsableRow {
+            first: Box::new(first),
+        },
+        None => at(path, plan.line)(TableError::NoRows),
+    }
+}
+
+/// Brings the times to seconds; a unit that only the values tell is noted.
+pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
+    let per_second = match (plan.time_scale, plan.time_column) {
+        (TimeScale::ByValues, Some(column)) => {
+            let unit = timeline::unit_by_values(&rows.times);
+            if unit != TimeUnit::Seconds {
+                let finding = Finding::AssumedTimeUnit {
+                    column: column + 1,
+                    name: plan.names[column].clone(),
+                    unit,
+                };
+                rows.findings.note(plan.line, finding);
+            }
+            unit.per_second()
+        }
+        (TimeScale::ByValues, None) => 1.0,
+        (TimeScale::PerSecond(per_second), _) => per_second,
+    };
+    if per_second != 1.0 {
+        for time in &mut rows.times {
+            *time /= per_second;
+        }
+    }
+    if plan.is_time_of_day() {
+        count_days(&mut rows.times);
+    }
+    // Less than one a second makes times longer, at the very end too long.
+    if per_second < 1.0
+        && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
+    {
+        let column = plan.time_column.unwrap_or_default();
+        let finding = Finding::Cell {
+            column: column + 1,
+            name: plan.names[column].clone(),
+            value: rows.times[row].to_string(),
+            trouble: Trouble::NotFinite,
+        };
+        rows.findings.note(rows.line_of(row), finding);
+        let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
+        rows.retain(|row| is_finite[row]);
+    }
+}
+
+/// A clock that tells no day starts anew at midnight; its times become those since the first midnight.
+fn count_days(times: &mut [f64]) {
+    const DAY_SECS: f64 = 86_400.0;
+    let mut midnight = 0.0;
+    let mut before = f64::NEG_INFINITY;
+    for time in times {
+        if *time + midnight < before - 0.5 * DAY_SECS {
+            midnight += DAY_SECS;
+        }
+        *time += midnight;
+        before = *time;
+    }
+}
+
+/// Puts the means of bursts in place of their samples.
+pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
+    let bursts = join::bursts(&rows.times, within_secs);
+    let (n_before, n_after) = (rows.times.len(), bursts.len());
+    if n_before == n_after {
+        return;
+    }
+    let mut times = std::mem::take(&mut rows.times);
+    let mut gauges = std::mem::take(&mut rows.gauges);
+    let mut loads = std::mem::take(&mut rows.loads);
+    join::average(&mut times, 1, &bursts);
+    join::average(&mut gauges, plan.gauge_names.len(), &bursts);
+    join::average(&mut loads, plan.axes.len(), &bursts);
+    rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
+    (rows.times, rows.gauges, rows.loads) = (times, gauges, loads);
+    rows.findings
+        .note(plan.line, Finding::AveragedBursts { n_before, n_after });
+}
+
+/// Notes a reference whose values stay for some samples and then change, again and again.
+pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
+    if let Some(samples_each) = timeline::held_for(&rows.loads, plan.axes.len()) {
+        let finding = Finding::HeldReference { samples_each };
+        rows.findings.note(plan.line, finding);
+    }
+}
+
+/// Notes what is odd, and cuts the rows into recordings, where nothing else is said at steps longer than `gap_secs`.
+pub(super) fn recordings(table: Table, gap_secs: Option<f64>) -> Result<Loaded, ReadError> {
+    let Table {
+        path,
+        plan,
+        mut rows,
+    } = table;
+    note_constant_gauges(&plan, &mut rows);
+    let cuts = timeline::cuts(&rows.times, gap_secs);
+    if cuts.starts.len() >= RECORDING_LIMIT {
+        let column = plan.time_column.unwrap_or_default();
+        let line = rows.line_of(cuts.starts[0]);
+        return Err(at(&path, line)(TableError::TooManyRecordings {
+            count: cuts.starts.len(),
+            column: column + 1,
+            name: plan.names[column].clone(),
+        }));
+    }
+    cuts.note(&mut rows);
+    let findings = std::mem::take(&mut rows.findings);
+    Ok(Loaded {
+        recordings: cut(&path, plan, rows, &cuts.starts),
+        warnings: findings.into_warnings(&path),
+        map: None,
+    })
+}
+
+fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
+    if rows.times.len() < 2 {
+        return;
+    }
+    let n_gauges = plan.gauge_names.len();
+    let is_gauge = |index: &usize| matches!(plan.uses[*index], Use::Gauge { .. });
+    let columns = (0..plan.uses.len()).filter(is_gauge);
+    for (gauge, column) in columns.enumerate() {
+        let value = rows.gauges[gauge];
+        let mut values = rows.gauges[gauge..].iter().step_by(n_gauges);
+        if values.all(|other| *other == value) {
+            let finding = Finding::ConstantGauge {
+                column: column + 1,
+                name: plan.gauge_names[gauge].clone(),
+                value,
+            };
+            rows.findings.note(plan.line, finding);
+        }
+    }
+}
+
+fn cut(path: &Path, plan: Plan, rows: Rows, starts: &[usize]) -> Vec<Recording> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = |part: usize| {
+        if starts.is_empty() {
+            stem.to_string()
+        } else {
+            format!("{stem} #{part}")
+        }
+    };
+    let parts = |values, width| {
+        let starts: Vec<usize> = starts.iter().map(|start| start * width).collect();
+        let mut parts = Vec::with_capacity(starts.len() + 1);
+        cut_values(values, 0, &starts, &mut parts);
+        parts
+    };
+    // One list after the other, so that never more than half of one is there twice.
+    let times = parts(rows.times, 1);
+    let gauges = parts(rows.gauges, plan.gauge_names.len());
+    let loads = parts(rows.loads, plan.axes.len());
+    let mut recordings = Vec::with_capacity(times.len());
+    for ((times, gauges), loads) in times.into_iter().zip(gauges).zip(loads) {
+        let recording = Recording::new(
+            name(recordings.len() + 1),
+            Source::File(path.to_owned()),
+            times,
+            plan.gauge_names.clone(),
+            gauges,
+            plan.axes.clone(),
+            loads,
+        )
+        .expect("rows are finite and of one width, and each recording's times never go back");
+        recordings.push(recording.with_gauge_units(plan.gauge_units.clone()));
+    }
+    recordings
+}
+
+/// Cuts `values`, the first of which is number `offset`, before each of the `starts`. The shorter side of a cut is
+/// copied, and what is left given back, so that little memory is needed.
+fn cut_values(mut values: Vec<f64>, offset: usize, starts: &[usize], parts: &mut Vec<Vec<f64>>) {
+    let middle = starts.len() / 2;
+    let Some(start) = starts.get(middle) else {
+        values.shrink_to_fit();
+        parts.push(values);
+        return;
+    };
+    let at = start - offset;
+    let (first, rest) = if at > values.len() / 2 {
+        let rest = values.split_off(at);
+        values.shrink_to_fit();
+        (values, rest)
+    } else {
+        let first = values[..at].to_vec();
+        values.drain(..at);
+        values.shrink_to_fit();
+        (first, values)
+    };
+    cut_values(first, offset, &starts[..middle], parts);
+    cut_values(rest, *start, &starts[middle + 1..], parts);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::super::tests::TestFile;
+    use super::*;
+
+    fn load(text: &str) -> (Vec<Recording>, Vec<Finding>) {
+        let loaded = TestFile::new(text).read().unwrap();
+        let findings = loaded.warnings.into_iter().map(|warning| warning.finding);
+        (loaded.recordings, findings.collect())
+    }
+
+    #[test]
+    fn seconds_stay_exactly_as_written() {
+        let (recordings, findings) = load("time,S1\n0.1,1\n0.30000000000000004,2\n");
+        assert_eq!(recordings[0].times(), [0.1, 0.300_000_000_000_000_04]);
+        assert_eq!(findings, []);
+    }
+
+    #[test]
+    fn an_assumed_time_unit_is_told() {
+        let (recordings, findings) = load("S1,time\n1,0\n2,3\n4,6\n");
+        assert_eq!(recordings[0].times(), [0.0, 0.003, 0.006]);
+        let told = Finding::AssumedTimeUnit {
+            column: 2,
+            name: "time".into(),
+            unit: TimeUnit::Milliseconds,
+        };
+        assert_eq!(findings, [told]);
+        let (recordings, findings) = load("S1,time_s\n1,0\n2,3\n4,6\n");
+        assert_eq!(recordings[0].times(), [0.0, 3.0, 6.0]);
+        assert_eq!(findings, []);
+    }
+
+    /// The same three samples with the day and without: without, the day is counted from the first.
+    #[test]
+    fn a_time_of_day_goes_on_past_midnight() {
+        let rows = ["23:59:59.5,1", "0:00:00,2", "00:00:00.5,4"];
+        let (recordings, findings) = load(&format!("time,S1\n{}\n", rows.join("\n")));
+        assert_eq!(recordings.len(), 1);
+        assert_eq!(recordings[0].times(), [86_399.5, 86_400.0, 86_400.5]);
+        assert_eq!(findings, []);
+        let days = ["2025-03-04", "2025-03-05", "2025-03-05"];
+        let dated: Vec<String> = days
+            .iter()
+            .zip(rows)
+            .map(|(d, row)| format!("{d},{row}"))
+            .collect();
+        let (recordings, _) = load(&format!("date,time,S1\n{}\n", dated.join("\n")));
+        let times = recordings[0].times();
+        assert_eq!([times[1] - times[0], times[2] - times[1]], [0.5, 0.5]);
+    }
+
+    #[test]
+    fn a_constant_gauge_is_told_and_stays() {
+        let (recordings, findings) = load("S1,S2,t,S3\n7,1,0,2\n7,2,0.1,2\n");
+        assert_eq!(recordings[0].n_gauges(), 3);
+        let constant = |column, name: &str, value| Finding::ConstantGauge {
+            column,
+            name: name.into(),
+            value,
+        };
+        let told = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
+        assert_eq!(findings, told);
+        assert_eq!(load("t,S1\n0,1\n").1, []);
+    }
+
+    #[test]
+    fn a_pause_or_a_step_back_starts_a_recording() {
+        let text = "t,S1,Fx\n0,1,1\n0.1,2,2\n0.2,3,3\n9,4,4\n\n9.1,5,5\n0,6,6\n0,7,7\n";
+        let loaded = TestFile::new(text).read().unwrap();
+        let names: Vec<_> = loaded.recordings.iter().map(Recording::name).collect();
+        assert_eq!(names, ["run #1", "run #2", "run #3"]);
+        assert_eq!(loaded.recordings[1].times(), [9.0, 9.1]);
+        assert_eq!(loaded.recordings[2].loads(), [6.0, 7.0]);
+        let [cut, repeat] = &loaded.warnings[..] else {
+            panic!("two warnings: {:?}", loaded.warnings)
+        };
+        assert_eq!((cut.first_line, cut.last_line, cut.count), (5, 8, 2));
+        let told = Finding::NewRecording {
+            from_secs: 0.2,
+            to_secs: 9.0,
+        };
+        assert_eq!(cut.finding, told);
+        assert_eq!((repeat.first_line, repeat.count), (9, 1));
+        assert_eq!(repeat.finding, Finding::RepeatedTime { time_secs: 0.0 });
+    }
+
+    #[test]
+    fn thousands_of_cuts_are_one_warning() {
+        let mut text = String::from("t,S1\n");
+        for row in 0..20_000 {
+            writeln!(text, "{},{row}", row % 2).unwrap();
+        }
+        let (recordings, findings) = load(&text.replace("t,", "t_s,"));
+        assert_eq!((recordings.len(), findings.len()), (10_000, 1));
+        assert_eq!(recordings[4_321].gauges(), [8_642.0, 8_643.0]);
+        assert_eq!(recordings[9_999].name(), "run #10000");
+    }
+
+    #[test]
+    fn times_that_are_none_are_an_error() {
+        let mut text = String::from("# count\nt,S1\n");
+        for row in 0..60_000 {
+            writeln!(text, "{},{row}", 60_000 - row).unwrap();
+        }
+        let error = TestFile::new(text).read().unwrap_err();
+        assert!(matches!(
+            error,
+            ReadError::Table {
+                line: 4,
+                source: TableError::TooManyRecordings { count: 59_999, .. },
+                ..
+            }
+        ));
+    }
+}

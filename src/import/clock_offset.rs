@@ -1,0 +1,370 @@
+//! How far apart two clocks are, judged by what was measured: only an estimate, for a person to accept or not.
+//!
+//! The gauges follow the load, so the right offset is the one at which they explain most of it. For each offset the
+//! share of the reference's variance that a linear combination of the gauges explains (R²) is what cross-correlation
+//! gives once the gauges are made orthogonal.
+
+use serde::Serialize;
+
+use super::join::Series;
+use crate::recording::median;
+
+/// So many points at least are needed on each clock.
+const FEWEST_SAMPLES: usize = 16;
+/// Points of the first, coarse search, over the longer of the two.
+const COARSE_POINTS: f64 = 1024.0;
+/// Points of the second search at most.
+const FINE_POINTS: f64 = 16_384.0;
+/// The clocks may be apart by this share of what both have in common.
+const LARGEST_SHARE: f64 = 0.2;
+/// Repeated loadings fit nearly as well many times. So the smallest offset is taken whose unexplained share comes this
+/// near to the smallest: by this much, or by half of it.
+const NEARLY_AS_GOOD: f64 = 0.01;
+/// A gauge of which less than this is its own adds nothing.
+const SMALLEST_SHARE: f64 = 1e-9;
+
+/// How far apart two clocks seem to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ClockOffset {
+    /// Added to the reference's times it makes them those of the gauges (s).
+    pub offset_secs: f64,
+    /// The share of the reference that the gauges explain then, 0 to 1, over all axes.
+    pub explained: f64,
+    /// The same share as the clocks are.
+    pub explained_without: f64,
+}
+
+/// Estimates what must be added to the reference's times.
+///
+/// Both runs must overlap by half of the shorter one; where they do not, their starts are laid upon each other first.
+/// From there, offsets up to a fifth of what they have in common are tried. A gauge that lags behind its load looks like
+/// an offset too, so this is no proof of one. `None` where a time goes back, or either side is too short or constant.
+#[must_use]
+pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
+    let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
+    let shorter = gauge_span.length().min(reference_span.length());
+    let is_apart = gauge_span.common(reference_span, 0.0).length() < 0.5 * shorter;
+    let base = if is_apart {
+        gauge_span.start - reference_span.start
+    } else {
+        0.0
+    };
+    let common = gauge_span.common(reference_span, base);
+    let step = median_step(gauges.times)?.max(median_step(reference.times)?);
+    let coarse_step = step.max(common.length() / COARSE_POINTS);
+    let reach = (LARGEST_SHARE * common.length() / coarse_step) as usize;
+    let coarse = Grids::new(gauges, reference, base, common, coarse_step, reach)?;
+    let best = coarse.nearest_good_lag();
+
+    let fine_step = step.max(common.length() / FINE_POINTS);
+    let ratio = coarse_step / fine_step;
+    let centre = (best as f64 * ratio).round() as isize;
+    let around = (2.0 * ratio).ceil() as isize;
+    let reach = centre.unsigned_abs() + around as usize + 1;
+    let fine = Grids::new(gauges, reference, base, common, fine_step, reach)?;
+    let lags = centre - around..=centre + around;
+    let best = lags.max_by(|a, b| fine.explained(*a).total_cmp(&fine.explained(*b)))?;
+    Some(ClockOffset {
+        offset_secs: base + (best as f64 + fine.peak_beside(best)) * fine_step,
+        explained: fine.explained(best),
+        explained_without: if is_apart { 0.0 } else { fine.explained(0) },
+    })
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    start: f64,
+    end: f64,
+}
+
+impl Span {
+    /// From first to last; `None` if there is too little, or time goes back.
+    fn of(times: &[f64]) -> Option<Self> {
+        let (start, end) = (*times.first()?, *times.last()?);
+        let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && end > start;
+        is_usable.then_some(Self { start, end })
+    }
+
+    fn length(self) -> f64 {
+        self.end - self.start
+    }
+
+    /// What it shares with another one that comes `later`; of negative length if that is nothing.
+    fn common(self, other: Self, later: f64) -> Self {
+        Self {
+            start: self.start.max(other.start + later),
+            end: self.end.min(other.end + later),
+        }
+    }
+}
+
+fn median_step(times: &[f64]) -> Option<f64> {
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
+    median(steps.filter(|step| *step > 0.0))
+}
+
+/// Gauges and reference on one grid of times.
+struct Grids {
+    /// Each with mean 0 and sum of squares 1, and orthogonal to all others, over the middle of what both have in common.
+    gauges: Vec<Vec<f64>>,
+    /// As they are, over all of it: `reach` points more than the gauges before and after.
+    axes: Vec<Vec<f64>>,
+    reach: usize,
+}
+
+impl Grids {
+    /// `None` if the middle is too short, or all gauges or all axes are constant.
+    fn new(
+        gauges: Series,
+        reference: Series,
+        base: f64,
+        common: Span,
+        step: f64,
+        reach: usize,
+    ) -> Option<Self> {
+        let n = (common.length() / step).floor() as usize + 1;
+        let n_middle = n.checked_sub(2 * reach).filter(|n| *n >= FEWEST_SAMPLES)?;
+        let mut orthogonal: Vec<Vec<f64>> = Vec::new();
+        for column in 0..gauges.width {
+            let start = common.start + reach as f64 * step;
+            let mut values = on_grid(gauges, column, start, step, n_middle);
+            let before = centre(&mut values);
+            for known in &orthogonal {
+                let share = dot(known, &values);
+                for (value, other) in values.iter_mut().zip(known) {
+                    *value -= share * other;
+                }
+            }
+            let own = dot(&values, &values);
+            if own > SMALLEST_SHARE * before {
+                values.iter_mut().for_each(|value| *value /= own.sqrt());
+                orthogonal.push(values);
+            }
+        }
+        let is_live = |values: &Vec<f64>| values.iter().any(|value| *value != values[0]);
+        let axes: Vec<Vec<f64>> = (0..reference.width)
+            .map(|axis| on_grid(reference, axis, common.start - base, step, n))
+            .filter(is_live)
+            .collect();
+        (!orthogonal.is_empty() && !axes.is_empty()).then_some(Self {
+            gauges: orthogonal,
+            axes,
+            reach,
+        })
+    }
+
+    /// The share of the reference that the gauges explain if it comes `lag` steps later, the mean over the axes.
+    fn explained(&self, lag: isize) -> f64 {
+        let start = self.reach.saturating_add_signed(-lag);
+        let of_axis = |axis: &Vec<f64>| -> f64 {
+            let mut signal = axis[start..start + self.gauges[0].len()].to_vec();
+            let energy = centre(&mut signal);
+            let by_gauge = |gauge: &Vec<f64>| dot(gauge, &signal).powi(2);
+            let explained: f64 = self.gauges.iter().map(by_gauge).sum();
+            if energy > 0.0 {
+                (explained / energy).min(1.0)
+            } else {
+                0.0
+            }
+        };
+        self.axes.iter().map(of_axis).sum::<f64>() / self.axes.len() as f64
+    }
+
+    /// The smallest lag that is nearly as good as the best, moved to the top of its hill.
+    fn nearest_good_lag(&self) -> isize {
+        let reach = self.reach as isize;
+        let explained: Vec<f64> = (-reach..=reach).map(|lag| self.explained(lag)).collect();
+        let at = |lag: isize| {
+            explained
+                .get((reach + lag) as usize)
+                .copied()
+                .unwrap_or(0.0)
+        };
+        let best = explained.iter().copied().fold(0.0, f64::max);
+        let is_good = |lag: &isize| best - at(*lag) <= NEARLY_AS_GOOD.max(0.5 * (1.0 - best));
+        let mut lag = (0..=reach)
+            .flat_map(|lag| [lag, -lag])
+            .find(is_good)
+            .unwrap_or(0);
+        while let Some(next) = [lag - 1, lag + 1]
+            .into_iter()
+            .find(|next| at(*next) > at(lag))
+        {
+            lag = next;
+        }
+        lag
+    }
+
+    /// Where, as a share of a step, the top of the parabola through a best lag and its neighbours lies.
+    fn peak_beside(&self, best: isize) -> f64 {
+        let [left, top, right] = [best - 1, best, best + 1].map(|lag| self.explained(lag));
+        let curvature = left - 2.0 * top + right;
+        if curvature < 0.0 {
+            (0.5 * (left - right) / curvature).clamp(-0.5, 0.5)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Subtracts the mean; gives the sum of squares that is left.
+fn centre(values: &mut [f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    for value in values.iter_mut() {
+        *value -= mean;
+    }
+    dot(values, values)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// One column of a series at `n` times a step apart: the mean around each time where there are several samples, else
+/// on the line between two.
+fn on_grid(series: Series, column: usize, start: f64, step: f64, n: usize) -> Vec<f64> {
+    const FEWEST_FOR_MEAN: usize = 4;
+    let value = |k: usize| series.values[k * series.width + column];
+    let last = series.times.len() - 1;
+    let mut next = 0;
+    let at_time = |k| {
+        let time = start + k as f64 * step;
+        while next < last && series.times[next] <= time {
+            next += 1;
+        }
+        let from = series.times[..next].partition_point(|other| *other < time - 0.5 * step);
+        let around = from..next + series.times[next..].partition_point(|t| *t < time + 0.5 * step);
+        if around.len() >= FEWEST_FOR_MEAN {
+            let n_around = around.len() as f64;
+            return around.map(value).sum::<f64>() / n_around;
+        }
+        let before = next.saturating_sub(1);
+        let gap = series.times[next] - series.times[before];
+        if gap > 0.0 {
+            let share = ((time - series.times[before]) / gap).clamp(0.0, 1.0);
+            value(before) + (value(next) - value(before)) * share
+        } else {
+            value(next)
+        }
+    };
+    (0..n).map(at_time).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two loads that never repeat within the run.
+    fn loads(t: f64) -> [f64; 2] {
+        let first = (0.9 * t).sin() + (0.41 * t + 1.0).sin() + 0.3 * (2.3 * t).cos();
+        [first, (0.7 * t).cos() - (0.23 * t).sin()]
+    }
+
+    /// Three gauges that mix the loads, every `step` seconds with some jitter, and both loads at other times on a clock
+    /// that is `late` seconds behind.
+    fn run(step: f64, late: f64) -> [(Vec<f64>, Vec<f64>); 2] {
+        let times = |step: f64, phase: f64| -> Vec<f64> {
+            let jitter = |k: f64| 0.2 * step * (7.0 * k).sin();
+            (0..(120.0 / step) as usize)
+                .map(|k| 5.0 + phase + k as f64 * step + jitter(k as f64))
+                .collect()
+        };
+        let gauge_times = times(step, 0.0);
+        let mix = |&t: &f64| {
+            let [a, b] = loads(t);
+            [a + 0.5 * b, 2.0 * b - a, 0.1 * a + 100.0]
+        };
+        let gauges = gauge_times.iter().flat_map(mix).collect();
+        let reference_times = times(0.7 * step, 0.31 * step);
+        let reference = reference_times.iter().flat_map(|&t| loads(t)).collect();
+        let on_their_clock = reference_times.iter().map(|t| t - late).collect();
+        [(gauge_times, gauges), (on_their_clock, reference)]
+    }
+
+    fn estimated(step: f64, late: f64) -> ClockOffset {
+        let [(gauge_times, gauges), (times, reference)] = run(step, late);
+        let series = |times, values, width| Series {
+            times,
+            values,
+            width,
+        };
+        estimate(
+            series(&gauge_times, &gauges, 3),
+            series(&times, &reference, 2),
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_known_shift_is_found_within_a_tenth_of_a_sample() {
+        for step in [0.01, 0.1, 0.3] {
+            for late in [-9.0, -0.37, 0.0, 0.049, 3.1] {
+                let found = estimated(step, late);
+                let error = (found.offset_secs - late).abs();
+                assert!(error < 0.1 * step, "{step} s, {late} s: {found:?}");
+                assert!(found.explained > 0.98, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn clocks_of_different_epochs_are_laid_upon_each_other_first() {
+        let found = estimated(0.1, 1.7e9);
+        assert!((found.offset_secs - 1.7e9).abs() < 0.01, "{found:?}");
+        assert_eq!(found.explained_without, 0.0);
+    }
+
+    #[test]
+    fn what_the_shift_gains_is_told() {
+        let found = estimated(0.1, 0.4);
+        assert!(
+            found.explained_without < found.explained - 0.05,
+            "{found:?}"
+        );
+        let none = estimated(0.1, 0.0);
+        assert!(
+            (none.explained_without - none.explained).abs() < 1e-3,
+            "{none:?}"
+        );
+    }
+
+    /// A load that repeats each 10 s fits as well 10 s later; the offset near 0 is meant.
+    #[test]
+    fn of_many_fitting_offsets_the_smallest_is_taken() {
+        let times: Vec<f64> = (0..2000).map(|k| 0.1 * f64::from(k)).collect();
+        let load = |t: f64| (0.2 * std::f64::consts::PI * t).sin();
+        let gauges: Vec<f64> = times
+            .iter()
+            .map(|t| load(*t) + 0.01 * (0.3 * t).sin())
+            .collect();
+        let reference: Vec<f64> = times.iter().map(|t| load(t + 0.5)).collect();
+        let series = |values| Series {
+            times: &times,
+            values,
+            width: 1,
+        };
+        let found = estimate(series(&gauges), series(&reference)).unwrap();
+        assert!((found.offset_secs - 0.5).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn nothing_to_compare_gives_nothing() {
+        let times: Vec<f64> = (0..50).map(f64::from).collect();
+        let flat = vec![1.0; 50];
+        let series = |times, values| Series {
+            times,
+            values,
+            width: 1,
+        };
+        let live = times.clone();
+        assert_eq!(estimate(series(&times, &flat), series(&times, &live)), None);
+        assert_eq!(estimate(series(&times, &live), series(&times, &flat)), None);
+        assert_eq!(
+            estimate(series(&times[..9], &live[..9]), series(&times, &live)),
+            None
+        );
+        let back: Vec<f64> = times.iter().rev().copied().collect();
+        assert_eq!(estimate(series(&back, &live), series(&times, &live)), None);
+        assert_eq!(estimate(series(&[], &[]), series(&[], &[])), None);
+    }
+}

@@ -1,0 +1,256 @@
+//! Why a file gives no recording, in one sentence each.
+
+use std::path::{Path, PathBuf};
+
+use super::warning::LoadWarning;
+use crate::formats::FileError;
+use crate::import::map::{ColumnKey, ColumnRole, MapError};
+use crate::progress::Cancelled;
+use crate::recording::{Axis, TareError};
+use crate::shown::{listed, shown};
+
+/// The way out where names settle too little.
+const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
+/// The way out where a map does not fit.
+const OTHER_MAP: &str = "take another map, or none; `loopscope inspect` shows what the file holds";
+
+/// What is wrong with a table, at one of its lines. Columns are counted from 1.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum TableError {
+    #[error(
+        "no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #, or say what they are in a column map ({HOW_TO_MAP})"
+    )]
+    HeaderIsNumbers,
+    #[error(
+        "no time column among {}; name one t or time, with its unit, e.g. t_ms, or say in a column map which it is ({HOW_TO_MAP})",
+        listed(names)
+    )]
+    NoTime { names: Vec<String> },
+    #[error(
+        "no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1), or say in a column map which they are ({HOW_TO_MAP})",
+        listed(names)
+    )]
+    NoGauges { names: Vec<String> },
+    #[error(
+        "{count} gauge columns where at most {limit} are supported: {}",
+        listed(names)
+    )]
+    TooManyGauges {
+        count: usize,
+        limit: usize,
+        names: Vec<String>,
+    },
+    #[error(
+        "columns {first} and {second} are both gauge {}; give each its own name",
+        shown(name)
+    )]
+    DuplicateGauge {
+        name: String,
+        first: usize,
+        second: usize,
+    },
+    #[error("columns {first} and {second} are both {}; rename the one that is not the reference", axis.symbol())]
+    DuplicateAxis {
+        axis: Axis,
+        first: usize,
+        second: usize,
+    },
+    #[error(
+        "column {column} ({}) has the unknown unit {}; understood here: {known}",
+        shown(name),
+        shown(unit)
+    )]
+    UnknownUnit {
+        column: usize,
+        name: String,
+        unit: String,
+        known: &'static str,
+    },
+    #[error(
+        "no reference load among {}; name its columns Fx, Fy and so on, or say in a column map which they are ({HOW_TO_MAP})",
+        listed(names)
+    )]
+    NoLoads { names: Vec<String> },
+    #[error(
+        "a log of ATI's Net F/T: it holds the reference load, but no gauges; name it as \"reference\" in the column map of the file with the gauges"
+    )]
+    ReferenceAlone,
+    #[error(
+        "column {column} ({}) counts samples, but nothing says how many make a second; add \"sample_rate_hz\" to the column map",
+        shown(name)
+    )]
+    NoSampleRate { column: usize, name: String },
+    #[error("columns {first} and {second} are both \"{role}\" in the column map; only one can be")]
+    RoleTwice {
+        role: ColumnRole,
+        first: usize,
+        second: usize,
+    },
+    #[error(
+        "the column map is for files with {expected} columns, this one has {actual}; {OTHER_MAP}"
+    )]
+    MapShape { expected: usize, actual: usize },
+    #[error(
+        "the column map is for another kind of file: column {column} is {} where {} is expected; {OTHER_MAP}",
+        shown(actual),
+        shown(expected)
+    )]
+    MapOtherName {
+        column: usize,
+        expected: String,
+        actual: String,
+    },
+    #[error(
+        "the column map needs a column {}, here are {}; {OTHER_MAP}",
+        shown(expected),
+        listed(names)
+    )]
+    MapNoColumn {
+        expected: String,
+        names: Vec<String>,
+    },
+    #[error(
+        "columns {first} and {second} are both called {}; list them in the column map by their numbers",
+        shown(name)
+    )]
+    MapSameNames {
+        name: String,
+        first: usize,
+        second: usize,
+    },
+    #[error(
+        "the column map speaks of column {column} twice, as {} and as {}; say once what it is",
+        quoted(first),
+        quoted(second)
+    )]
+    MapTwice {
+        column: usize,
+        first: ColumnKey,
+        second: ColumnKey,
+    },
+    #[error(
+        "the reference's time goes back from {from_secs} s to {to_secs} s; two clocks can be joined only where both go on, so cut the files there"
+    )]
+    ReferenceGoesBack { from_secs: f64, to_secs: f64 },
+    #[error("no rows follow the header")]
+    NoRows,
+    #[error(
+        "{what} {} (column {column}) has no number in any row; mend or delete the column",
+        shown(name)
+    )]
+    NoNumberInColumn {
+        what: &'static str,
+        column: usize,
+        name: String,
+    },
+    #[error(
+        "time jumps or goes back at {count} places, the first here; is column {column} ({}) the time?",
+        shown(name)
+    )]
+    TooManyRecordings {
+        count: usize,
+        column: usize,
+        name: String,
+    },
+}
+
+/// Why a file gives no recording. Lines are counted from 1.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum ReadError {
+    #[error("{}: {source}", path.display())]
+    File { path: PathBuf, source: FileError },
+    #[error("{}:{line}: {source}", path.display())]
+    Table {
+        path: PathBuf,
+        line: u64,
+        source: TableError,
+    },
+    #[error("{}: an array of {columns} columns without names; say what they are in a column map ({HOW_TO_MAP})", path.display())]
+    NoNames { path: PathBuf, columns: usize },
+    #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
+    NoHeader { path: PathBuf },
+    #[error(transparent)]
+    Tare(#[from] TareError),
+    #[error("the column map: {0}")]
+    Map(#[from] MapError),
+    #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; {OTHER_MAP}", path.display())]
+    TooShortForMap { path: PathBuf, what: &'static str },
+    #[error("{}: the name of the file holds none of the mounts {}, or two of them; name it after one, or make a column \"mount\"", path.display(), listed(mounts))]
+    NoMount { path: PathBuf, mounts: Vec<String> },
+    #[error("{}: a weight is found by the forces on it: map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
+    NothingToWeigh { path: PathBuf },
+    #[error("{}: gravity keeps its direction in the sensor's frame, so a weight cannot be told from an offset; turn the sensor", path.display())]
+    NeverTurned { path: PathBuf },
+    #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, set \"clock_offset_secs\" under \"join\" in the column map (`loopscope inspect` estimates it)", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    ClocksApart {
+        path: PathBuf,
+        reference_path: PathBuf,
+        gauges: (f64, f64),
+        reference: (f64, f64),
+    },
+    #[error("{first} - and no other row is usable either")]
+    NoUsableRow { first: Box<LoadWarning> },
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl ReadError {
+    /// Whether somebody who says what the columns are would get past it.
+    #[must_use]
+    pub const fn wants_a_map(&self) -> bool {
+        use TableError::{
+            DuplicateAxis, DuplicateGauge, HeaderIsNumbers, NoGauges, NoSampleRate, NoTime,
+            TooManyGauges, UnknownUnit,
+        };
+        matches!(
+            self,
+            Self::Table {
+                source: HeaderIsNumbers
+                    | NoTime { .. }
+                    | NoGauges { .. }
+                    | TooManyGauges { .. }
+                    | DuplicateGauge { .. }
+                    | DuplicateAxis { .. }
+                    | UnknownUnit { .. }
+                    | NoSampleRate { .. },
+                ..
+            }
+        )
+    }
+}
+
+/// A table is not as it should be.
+pub(super) fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
+    move |source| ReadError::Table {
+        path: path.to_owned(),
+        line,
+        source,
+    }
+}
+
+/// A file could not be read.
+pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
+    move |error| match error {
+        FileError::Cancelled => ReadError::Cancelled,
+        source => ReadError::File {
+            path: path.to_owned(),
+            source,
+        },
+    }
+}
+
+impl From<Cancelled> for ReadError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// What a map calls a column.
+fn quoted(key: &ColumnKey) -> String {
+    match key {
+        ColumnKey::Number(number) => number.to_string(),
+        ColumnKey::Name(name) => format!("\"{}\"", shown(name)),
+    }
+}

@@ -1,0 +1,60 @@
+//! Loads to a weight where it is not known.
+
+use std::path::Path;
+
+use super::ReadError;
+use super::load::Reading;
+use super::plan::Side;
+use super::two_clocks;
+use super::weigh::rotations;
+use crate::import::map::{ColumnMap, ColumnRole};
+use crate::import::pose::{self, WeightEstimate};
+use crate::progress::Progress;
+use crate::recording::Axis;
+
+/// Finds the weight that a sensor carries in a recording with both its pose and a measured load, on one clock.
+///
+/// Least squares with an offset of the reference; the map's `weight` may say what gravity and angles are, its mass does
+/// not matter.
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read by the map, has no pose or no forces, or the sensor was never turned.
+pub fn estimate_weight(
+    path: &Path,
+    map: &ColumnMap,
+    progress: &Progress,
+) -> Result<WeightEstimate, ReadError> {
+    map.check()?;
+    let reading = Reading::whole(progress);
+    let (path, side) = match &map.reference {
+        Some(file) => (two_clocks::reference_path(path, file), Side::ReferenceFile),
+        None if map.has_two_clocks() => (path.to_owned(), Side::SecondClock),
+        None if map.table.has_role(ColumnRole::Gauge) => (path.to_owned(), Side::Both),
+        None => (path.to_owned(), Side::ReferenceFile),
+    };
+    let opened = reading.open(&path)?;
+    let weight = map.weight.clone().unwrap_or_default();
+    let mut table = reading.table(&path, opened, map.reference_table(), side, Some(&weight))?;
+    let axes = table.plan.axes.clone();
+    let slots = |wanted: &[Axis]| -> Option<Vec<usize>> {
+        let slot = |axis: &Axis| axes.iter().position(|other| other == axis);
+        wanted.iter().map(slot).collect()
+    };
+    let (Some(plan), Some(forces)) = (table.plan.pose.clone(), slots(&Axis::ALL[..3])) else {
+        return Err(ReadError::NothingToWeigh { path });
+    };
+    let rotations = rotations(&mut table, &plan, &weight);
+    let part = |slots: &[usize]| -> Vec<[f64; 3]> {
+        let rows = table.rows.loads.chunks_exact(axes.len());
+        rows.map(|row| std::array::from_fn(|i| row[slots[i]]))
+            .collect()
+    };
+    let moments = slots(&Axis::ALL[3..]).map(|slots| part(&slots));
+    pose::estimate_weight(
+        &rotations,
+        &part(&forces),
+        moments.as_deref(),
+        weight.gravity,
+    )
+    .ok_or(ReadError::NeverTurned { path })
+}

@@ -1,0 +1,105 @@
+//! What columns may be where their names do not say it: a proposal for a person to look through.
+
+use super::super::names::{Guess, form_of_column};
+use super::columns::{ColumnReport, Content};
+use super::question::Question;
+use crate::formats::Cell;
+use crate::formats::column_name::is_load_unit;
+use crate::formats::text::Head;
+use crate::formats::text::times::TimeForm;
+use crate::import::map::{ColumnRole, ColumnRule, Header};
+
+/// More are no gauges of one sensor.
+const GAUGE_LIMIT: usize = 64;
+
+/// Adds a time, and gauges, to a map that has none, and says what a person has to decide.
+pub(super) fn fill_in(
+    guess: &mut Guess,
+    head: &Head,
+    rows: &[Vec<Cell<'_>>],
+    reports: &[ColumnReport],
+) -> Vec<Question> {
+    let mut questions = Vec::new();
+    let keys = Header::of(head);
+    let mut is_free = vec![true; reports.len()];
+    for (index, _) in &guess.rules {
+        is_free[*index] = false;
+    }
+    let needs_time = !guess.has_role(ColumnRole::Time);
+    let needs_gauges = !guess.has_role(ColumnRole::Gauge);
+    let is_load = |(_, rule): &(usize, ColumnRule)| matches!(rule.is, ColumnRole::Load(_));
+    let has_loads = guess.rules.iter().any(is_load);
+    let mut add = |(index, rule): (usize, ColumnRule), is_free: &mut [bool]| {
+        is_free[index] = false;
+        guess.rules.push((index, rule));
+    };
+    let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
+        report.runs_like_clock && is_free[report.number - 1]
+    };
+    if needs_time {
+        match reports.iter().find(|report| is_clock(report, &is_free)) {
+            Some(clock) => {
+                for rule in times(&keys, rows, clock.number - 1) {
+                    add(rule, &mut is_free);
+                }
+            }
+            None => questions.push(Question::Time),
+        }
+    }
+    let clocks: Vec<usize> = reports
+        .iter()
+        .filter(|report| is_clock(report, &is_free))
+        .map(|report| report.number)
+        .collect();
+    if !clocks.is_empty() {
+        questions.push(Question::ReferenceClock(clocks));
+    }
+    if needs_gauges {
+        let proposed: Vec<usize> = reports
+            .iter()
+            .filter(|report| may_be_gauge(report) && is_free[report.number - 1])
+            .map(|report| report.number)
+            .take(GAUGE_LIMIT)
+            .collect();
+        for index in proposed.iter().map(|number| number - 1) {
+            let rule = ColumnRule::new(keys.key(index), ColumnRole::Gauge);
+            add((index, rule), &mut is_free);
+        }
+        if !proposed.is_empty() {
+            questions.push(Question::Gauges {
+                proposed,
+                has_loads,
+            });
+        }
+    }
+    guess.rules.sort_by_key(|(index, _)| *index);
+    questions
+}
+
+fn may_be_gauge(report: &ColumnReport) -> bool {
+    let changes = report.min < report.max;
+    let is_load = report.unit.as_deref().is_some_and(is_load_unit);
+    report.content == Content::Numbers && changes && !report.runs_like_clock && !is_load
+}
+
+/// The rules that make column `index` the time, and a date beside a time of day part of it.
+fn times(keys: &Header<'_>, rows: &[Vec<Cell<'_>>], index: usize) -> Vec<(usize, ColumnRule)> {
+    let form = form_of_column(rows, index);
+    let rule = |index, is, form: Option<TimeForm>| {
+        let rule = ColumnRule {
+            unit: form.map(|form| form.name().to_owned()),
+            ..ColumnRule::new(keys.key(index), is)
+        };
+        (index, rule)
+    };
+    let mut rules = vec![rule(index, ColumnRole::Time, form)];
+    let before = index.checked_sub(1);
+    if form == Some(TimeForm::TimeOfDay)
+        && let Some((date, form)) =
+            before.and_then(|date| Some((date, form_of_column(rows, date)?)))
+        && form != TimeForm::TimeOfDay
+    {
+        rules.push(rule(date, ColumnRole::Date, Some(form)));
+    }
+    rules
+}

@@ -1,0 +1,169 @@
+//! What stands in each column.
+
+use serde::Serialize;
+
+use super::super::names::form_of_column;
+use crate::formats::Cell;
+use crate::formats::text::Head;
+use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
+
+/// How many values are shown.
+const SHOWN_VALUES: usize = 3;
+/// With so many steps up out of a hundred, and none down, numbers run like a clock.
+const CLOCK_STEPS_PERCENT: usize = 60;
+/// Fewer rows tell nothing about a clock.
+const FEWEST_CLOCK_ROWS: usize = 3;
+
+/// One column as it was found, by the first rows of its file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ColumnReport {
+    /// Counted from 1.
+    pub number: usize,
+    /// As the header writes it, which is how a map names it; empty without a header.
+    pub header: String,
+    /// As the header writes it, without a bracketed unit; empty without a header.
+    pub name: String,
+    /// As the header or the row of units says it.
+    pub unit: Option<String>,
+    /// What stands in it.
+    pub content: Content,
+    /// The first cells.
+    pub first: Vec<String>,
+    /// The smallest number.
+    pub min: Option<f64>,
+    /// The largest number.
+    pub max: Option<f64>,
+    /// Whether the numbers, or the dates, never go back and mostly go on.
+    pub runs_like_clock: bool,
+    /// What the map says that it is.
+    pub is: ColumnRole,
+}
+
+impl ColumnReport {
+    /// Whether what the map takes from the column stands in it.
+    pub(super) fn can_be_what_it_is(&self) -> bool {
+        match self.is {
+            ColumnRole::Ignore | ColumnRole::Status | ColumnRole::Mount => true,
+            ColumnRole::Date => self.content == Content::Times,
+            ColumnRole::Time => self.runs_like_clock,
+            // Beside faster gauges it stands still for most rows.
+            ColumnRole::TimeReference => {
+                matches!(self.content, Content::Numbers | Content::Times)
+            }
+            ColumnRole::Gauge | ColumnRole::Load(_) | ColumnRole::Pose(_) => {
+                self.content == Content::Numbers
+            }
+        }
+    }
+}
+
+/// What most cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum Content {
+    Numbers,
+    Times,
+    Text,
+    Nothing,
+}
+
+impl Content {
+    /// What people call it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Numbers => "numbers",
+            Self::Times => "times",
+            Self::Text => "text",
+            Self::Nothing => "nothing",
+        }
+    }
+}
+
+/// A report on each column.
+pub(super) fn reports(table: &TableMap, head: &Head, rows: &[Vec<Cell<'_>>]) -> Vec<ColumnReport> {
+    let n_columns = rows
+        .iter()
+        .map(Vec::len)
+        .max()
+        .unwrap_or(0)
+        .max(head.n_columns);
+    let header = Header::of(head);
+    let mut rules: Vec<Option<&ColumnRule>> = vec![None; n_columns];
+    for rule in &table.columns {
+        if let Some(slot) = header
+            .index(&rule.column)
+            .ok()
+            .and_then(|index| rules.get_mut(index))
+        {
+            slot.get_or_insert(rule);
+        }
+    }
+    (0..n_columns)
+        .map(|index| {
+            let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
+            let filled = || cells().filter(|cell| !cell.is_empty());
+            let value = |cell: Cell<'_>| {
+                let value = match cell {
+                    Cell::Number(value) => Some(value),
+                    Cell::Text(text) => table.text.number(text).map(|(value, _)| value),
+                };
+                value.filter(|value| value.is_finite())
+            };
+            let numbers: Vec<f64> = filled().filter_map(value).collect();
+            let form = form_of_column(rows, index);
+            let content = if filled().next().is_none() {
+                Content::Nothing
+            } else if numbers.len() * 2 > filled().count() {
+                Content::Numbers
+            } else if form.is_some() {
+                Content::Times
+            } else {
+                Content::Text
+            };
+            let times = || match (content, form) {
+                (Content::Times, Some(form)) => filled()
+                    .filter_map(|cell| form.secs(cell.written()?))
+                    .collect(),
+                _ => numbers.clone(),
+            };
+            let rule = rules[index];
+            ColumnReport {
+                number: index + 1,
+                header: head.names.get(index).cloned().unwrap_or_default(),
+                name: head.name(index).map_or_else(String::new, |name| name.name),
+                unit: rule
+                    .and_then(|rule| rule.unit.clone())
+                    .or_else(|| head.unit(index)),
+                content,
+                first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
+                min: numbers.iter().copied().reduce(f64::min),
+                max: numbers.iter().copied().reduce(f64::max),
+                runs_like_clock: runs_like_clock(&times()),
+                is: rule.map_or(ColumnRole::Ignore, |rule| rule.is),
+            }
+        })
+        .collect()
+}
+
+fn runs_like_clock(times: &[f64]) -> bool {
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let n_up = steps().filter(|step| *step > 0.0).count();
+    times.len() >= FEWEST_CLOCK_ROWS
+        && steps().all(|step| step >= 0.0)
+        && n_up * 100 >= steps().count() * CLOCK_STEPS_PERCENT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clocks_go_on_and_never_back() {
+        assert!(runs_like_clock(&[0.0, 0.1, 0.1, 0.2, 0.3]));
+        assert!(!runs_like_clock(&[0.0, 0.1, 0.05, 0.2, 0.3]));
+        assert!(!runs_like_clock(&[0.0, 0.0, 0.0, 0.2, 0.3]));
+        assert!(!runs_like_clock(&[0.0, 1.0]));
+    }
+}

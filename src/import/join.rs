@@ -1,0 +1,259 @@
+//! Two clocks become one: what a reference is at the times of the gauges.
+//!
+//! Guarantees: nothing is made up. Outside of the reference's times, and further from its samples than the limit, there
+//! is no value.
+
+use std::ops::Range;
+
+use super::map::JoinMethod;
+
+/// Values on their own clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Series<'a> {
+    /// When (s); never going back.
+    pub times: &'a [f64],
+    /// Row-major, `width` for each time.
+    pub values: &'a [f64],
+    /// How many values belong to one time.
+    pub width: usize,
+}
+
+/// Brings a reference to other times.
+///
+/// Interpolation bridges no step longer than `limit_secs`; the nearest sample may be no further away than that, the one
+/// before no older.
+///
+/// **Shapes** one entry per time; `None` where there is no reference, else `width` values are appended to the second
+/// list, row-major.
+#[must_use]
+pub fn at_times(
+    times: &[f64],
+    reference: Series,
+    method: JoinMethod,
+    limit_secs: f64,
+) -> (Vec<bool>, Vec<f64>) {
+    let mut values = Vec::with_capacity(times.len() * reference.width);
+    let has_value = times
+        .iter()
+        .map(|&time| {
+            let n_before = values.len();
+            if let Some(Blend {
+                first,
+                second,
+                share,
+            }) = blend_at(time, reference.times, method, limit_secs)
+            {
+                let row = |k: usize| &reference.values[k * reference.width..][..reference.width];
+                let between = |(a, b): (&f64, &f64)| {
+                    if share == 0.0 {
+                        *a
+                    } else {
+                        a + (b - a) * share
+                    }
+                };
+                values.extend(row(first).iter().zip(row(second)).map(between));
+            }
+            // The difference of the largest numbers is none.
+            if values[n_before..].iter().any(|value| !value.is_finite()) {
+                values.truncate(n_before);
+            }
+            values.len() > n_before
+        })
+        .collect();
+    (has_value, values)
+}
+
+/// A value between two samples: this share of the way from the first to the second.
+#[derive(Clone, Copy, Debug)]
+struct Blend {
+    first: usize,
+    second: usize,
+    share: f64,
+}
+
+fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Option<Blend> {
+    let next = known.partition_point(|other| *other <= time);
+    let before = next.checked_sub(1);
+    let only = |index| Blend {
+        first: index,
+        second: index,
+        share: 0.0,
+    };
+    let distance = |index: &usize| (time - known[*index]).abs();
+    let is_near = |index: &usize| distance(index) <= limit_secs;
+    match method {
+        JoinMethod::Hold => before.filter(is_near).map(only),
+        JoinMethod::Nearest => {
+            let next = Some(next).filter(|next| *next < known.len());
+            let nearest = match (before, next) {
+                (Some(before), Some(next)) if distance(&next) < distance(&before) => Some(next),
+                (before, next) => before.or(next),
+            };
+            nearest.filter(is_near).map(only)
+        }
+        JoinMethod::Interpolate => {
+            let first = before?;
+            let step = known.get(next).map(|after| after - known[first]);
+            if time == known[first] {
+                Some(only(first))
+            } else {
+                step.filter(|step| *step <= limit_secs).map(|step| Blend {
+                    first,
+                    second: next,
+                    share: (time - known[first]) / step,
+                })
+            }
+        }
+    }
+}
+
+/// Stretches of samples that follow each other no later than `within_secs`; together they are all samples.
+#[must_use]
+pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
+    let mut bursts: Vec<Range<usize>> = Vec::new();
+    for at in 0..times.len() {
+        match bursts.last_mut() {
+            Some(burst) if (0.0..=within_secs).contains(&(times[at] - times[at - 1])) => {
+                burst.end = at + 1;
+            }
+            _ => bursts.push(at..at + 1),
+        }
+    }
+    bursts
+}
+
+/// The means of stretches that follow each other, in place of the values.
+///
+/// **Shapes** values row-major with `width` columns, one row per sample before, one per stretch after.
+pub fn average(values: &mut Vec<f64>, width: usize, stretches: &[Range<usize>]) {
+    for (at, stretch) in stretches.iter().enumerate() {
+        for column in 0..width {
+            let first = values[stretch.start * width + column];
+            // As differences from the first value: sums of large times would lose digits.
+            let later = |k: usize| values[k * width + column] - first;
+            let n = stretch.len() as f64;
+            let mut mean = first + stretch.clone().map(later).sum::<f64>() / n;
+            if !mean.is_finite() {
+                mean = stretch
+                    .clone()
+                    .map(|k| values[k * width + column] / n)
+                    .sum();
+            }
+            values[at * width + column] = mean;
+        }
+    }
+    values.truncate(stretches.len() * width);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TIMES: [f64; 4] = [1.0, 2.0, 4.0, 10.0];
+    const VALUES: [f64; 4] = [10.0, 20.0, 40.0, 0.0];
+
+    fn joined(times: &[f64], method: JoinMethod, limit_secs: f64) -> Vec<Option<f64>> {
+        let reference = Series {
+            times: &TIMES,
+            values: &VALUES,
+            width: 1,
+        };
+        let (has_value, values) = at_times(times, reference, method, limit_secs);
+        let mut values = values.into_iter();
+        let joined = has_value
+            .iter()
+            .map(|has| has.then(|| values.next().unwrap()));
+        joined.collect()
+    }
+
+    #[test]
+    fn interpolation_never_leaves_the_reference_nor_bridges_a_long_step() {
+        let times = [0.9, 1.0, 1.5, 2.0, 3.5, 4.0, 5.0, 10.0, 10.1];
+        let of = |limit| joined(&times, JoinMethod::Interpolate, limit);
+        let near = [
+            None,
+            Some(10.0),
+            Some(15.0),
+            Some(20.0),
+            Some(35.0),
+            Some(40.0),
+        ];
+        assert_eq!(of(3.0)[..6], near);
+        assert_eq!(of(3.0)[6..], [None, Some(0.0), None]);
+        assert!((of(6.0)[6].unwrap() - 40.0 * 5.0 / 6.0).abs() < 1e-12);
+        assert_eq!(of(0.5)[2..4], [None, Some(20.0)]);
+    }
+
+    #[test]
+    fn the_nearest_sample_must_be_near() {
+        let times = [0.4, 0.5, 1.4, 1.6, 3.0, 3.1, 6.0, 10.5];
+        let values = joined(&times, JoinMethod::Nearest, 0.5);
+        let expected = [
+            None,
+            Some(10.0),
+            Some(10.0),
+            Some(20.0),
+            None,
+            None,
+            None,
+            Some(0.0),
+        ];
+        assert_eq!(values, expected);
+        // Halfway between two, the earlier one.
+        assert_eq!(joined(&[3.0], JoinMethod::Nearest, 1.0), [Some(20.0)]);
+    }
+
+    #[test]
+    fn a_held_value_gets_old() {
+        let times = [0.9, 1.0, 1.9, 5.0, 6.1, 12.0];
+        let values = joined(&times, JoinMethod::Hold, 2.0);
+        assert_eq!(
+            values,
+            [None, Some(10.0), Some(10.0), Some(40.0), None, Some(0.0)]
+        );
+    }
+
+    #[test]
+    fn all_values_of_a_time_come_along() {
+        let reference = Series {
+            times: &[0.0, 1.0],
+            values: &[1.0, -1.0, 2.0, -2.0],
+            width: 2,
+        };
+        let (has_value, values) =
+            at_times(&[0.5, 2.0, 1.0], reference, JoinMethod::Interpolate, 1.0);
+        assert_eq!(has_value, [true, false, true]);
+        assert_eq!(values, [1.5, -1.5, 2.0, -2.0]);
+    }
+
+    #[test]
+    fn without_a_reference_there_is_no_value() {
+        let none = Series {
+            times: &[],
+            values: &[],
+            width: 3,
+        };
+        for method in [
+            JoinMethod::Interpolate,
+            JoinMethod::Nearest,
+            JoinMethod::Hold,
+        ] {
+            assert_eq!(at_times(&[1.0], none, method, 9.0), (vec![false], vec![]));
+        }
+    }
+
+    #[test]
+    fn bursts_become_their_means() {
+        let mut times = vec![0.0, 0.1, 0.2, 1.0, 1.1, 0.5, 3.0];
+        let bursts = bursts(&times, 0.11);
+        assert_eq!(bursts, [0..3, 3..5, 5..6, 6..7]);
+        let mut values = vec![
+            1.0, 0.0, 2.0, 0.0, 6.0, 3.0, 4.0, 1.0, 5.0, 2.0, 7.0, 7.0, 8.0, 8.0,
+        ];
+        average(&mut times, 1, &bursts);
+        average(&mut values, 2, &bursts);
+        assert!((times[0] - 0.1).abs() < 1e-15 && (times[1] - 1.05).abs() < 1e-15);
+        assert_eq!(times[2..], [0.5, 3.0]);
+        assert_eq!(values, [3.0, 1.0, 4.5, 1.5, 7.0, 7.0, 8.0, 8.0]);
+    }
+}

@@ -1,0 +1,222 @@
+//! From a path to recordings: what to read, in which order, and what is done to it before it is cut.
+
+use std::path::Path;
+
+use super::error::{at, of_file};
+use super::plan::{Plan, Side};
+use super::rows::Rows;
+use super::two_clocks::{self, Table};
+use super::warning::{Finding, LoadWarning};
+use super::{ReadError, TableError, assemble, names, weigh};
+use crate::formats::text::Decimal;
+use crate::formats::{self, Opened, Part};
+use crate::import::map::{ColumnMap, TableMap, WeightMap};
+use crate::progress::Progress;
+use crate::recording::Recording;
+
+/// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
+pub(super) const BLOCK_BYTES: usize = 1 << 18;
+
+/// What a file held, and what a person should know about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// At least one, in file order.
+    pub recordings: Vec<Recording>,
+    /// One per kind, in the order of their first lines.
+    pub warnings: Vec<LoadWarning>,
+    /// By which map the file was read, if not by its names.
+    pub map: Option<Box<ColumnMap>>,
+}
+
+/// How files are read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading<'a> {
+    pub(super) progress: &'a Progress,
+    pub(super) block_bytes: usize,
+    /// Read only so much of each file.
+    pub(super) limit_bytes: Option<u64>,
+}
+
+/// Gauges and reference before they are joined, and notes on the map that was made for them.
+#[derive(Debug)]
+pub(super) struct Sides {
+    pub(super) gauges: Table,
+    /// `None` if there is only one clock.
+    pub(super) reference: Option<Table>,
+    map: ColumnMap,
+}
+
+impl<'a> Reading<'a> {
+    /// Whole files.
+    pub(super) fn whole(progress: &'a Progress) -> Self {
+        Self {
+            progress,
+            block_bytes: BLOCK_BYTES,
+            limit_bytes: None,
+        }
+    }
+
+    pub(super) fn open(&self, path: &Path) -> Result<Opened, ReadError> {
+        let opened = formats::open(path, self.block_bytes, self.limit_bytes, self.progress);
+        opened.map_err(of_file(path))
+    }
+
+    /// Reads a file by a map; without one, by its names.
+    pub(super) fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
+        let mut loaded = self.sides(path, map)?.joined()?;
+        loaded.map = map.map(|map| Box::new(map.clone()));
+        Ok(loaded)
+    }
+
+    /// Reads gauges and reference.
+    pub(super) fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
+        let opened = self.open(path)?;
+        let (map, notes) = match map {
+            Some(map) => {
+                map.check()?;
+                if let Some(weight) = &map.weight {
+                    weight.check_complete(map.reference_table())?;
+                }
+                (map.clone(), Vec::new())
+            }
+            None => by_names(path, &opened)?,
+        };
+        let side = if map.has_two_clocks() {
+            Side::Gauges
+        } else {
+            Side::Both
+        };
+        let notes: Vec<Finding> = about(&opened).chain(notes).collect();
+        let weight = map.weight.as_ref();
+        let mut gauges = self.table(path, opened, &map.table, side, weight)?;
+        if let Some(weight) = weight {
+            weigh::weigh(&mut gauges, weight)?;
+        }
+        for note in notes {
+            gauges.rows.findings.note(gauges.plan.line, note);
+        }
+        if let Some(within_secs) = map.average_bursts_secs {
+            assemble::average_bursts(&gauges.plan, &mut gauges.rows, within_secs);
+        }
+        let reference = self.reference(path, &map)?;
+        if reference.is_none() {
+            assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
+        }
+        Ok(Sides {
+            gauges,
+            reference,
+            map,
+        })
+    }
+
+    fn reference(&self, path: &Path, map: &ColumnMap) -> Result<Option<Table>, ReadError> {
+        let (path, table, side) = match &map.reference {
+            Some(file) => {
+                let path = two_clocks::reference_path(path, file);
+                (path, &file.table, Side::ReferenceFile)
+            }
+            None if map.has_two_clocks() => (path.to_owned(), &map.table, Side::SecondClock),
+            None => return Ok(None),
+        };
+        let opened = self.open(&path)?;
+        self.progress.add_total(opened.read_bytes());
+        let weight = map.weight.as_ref();
+        let mut reference = self.table(&path, opened, table, side, weight)?;
+        if let Some(weight) = weight {
+            weigh::weigh(&mut reference, weight)?;
+        }
+        two_clocks::check_reference(&reference)?;
+        assemble::note_held_reference(&reference.plan, &mut reference.rows);
+        Ok(Some(reference))
+    }
+
+    pub(super) fn table(
+        &self,
+        path: &Path,
+        opened: Opened,
+        table: &TableMap,
+        side: Side,
+        weight: Option<&WeightMap>,
+    ) -> Result<Table, ReadError> {
+        let head = opened.head(&table.text).ok_or_else(|| {
+            let what = match (opened.kind(), table.text.header) {
+                (Some(_), _) => "named columns",
+                (None, true) => "lines to skip and a header",
+                (None, false) => "lines to skip and rows",
+            };
+            let path = path.to_owned();
+            ReadError::TooShortForMap { path, what }
+        })?;
+        let plan = Plan::new(table, &head, side, weight).map_err(at(path, head.line))?;
+        let mut rows = Rows::starting_after(head.n_lines);
+        let parse = |part: Part<'_>| Rows::parse(part, &plan);
+        let read = opened.read(&head, self.progress, parse, |parts, share| {
+            rows.append_all(parts, share, &plan);
+        });
+        read.map_err(of_file(path))?;
+        assemble::settle_times(&plan, &mut rows);
+        if rows.times.is_empty() {
+            return Err(assemble::why_nothing_is_usable(path, &plan, rows));
+        }
+        Ok(Table {
+            path: path.to_owned(),
+            plan,
+            rows,
+        })
+    }
+}
+
+/// The map that the names of a file make, and what is to be said about it.
+fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Finding>), ReadError> {
+    let no_header = || ReadError::NoHeader {
+        path: path.to_owned(),
+    };
+    let mut text = opened.layout().ok_or_else(no_header)?;
+    let head = opened.head(&text).ok_or_else(no_header)?;
+    if opened.kind().is_some() && !text.header {
+        return Err(ReadError::NoNames {
+            path: path.to_owned(),
+            columns: head.n_columns,
+        });
+    }
+    if !text.header && head.names_in_comment.is_empty() {
+        return Err(at(path, head.line)(TableError::HeaderIsNumbers));
+    }
+    let guess = names::by_names(&text, &head, &opened.first_rows(&text, &head));
+    // Nobody has said that commas are decimal points: then each is told.
+    text.decimal = Decimal::Point;
+    let table = guess.table(&text, &head);
+    Ok((ColumnMap::of_table(table), guess.notes))
+}
+
+/// What the file itself gives reason to say.
+fn about(opened: &Opened) -> impl Iterator<Item = Finding> {
+    let names = opened.left_out().to_vec();
+    let left_out = (!names.is_empty()).then_some(Finding::LeftOut { names });
+    let ends_early = opened.ends_early().then_some(Finding::EndsEarly);
+    left_out.into_iter().chain(ends_early)
+}
+
+impl Sides {
+    /// Brings the reference to the gauges' times, and cuts the result into recordings.
+    pub(super) fn joined(self) -> Result<Loaded, ReadError> {
+        let Self {
+            mut gauges,
+            reference,
+            map,
+        } = self;
+        let mut warnings: Vec<LoadWarning> = Vec::new();
+        if let Some(mut reference) = reference {
+            two_clocks::join(&mut gauges, &mut reference, &map.join)?;
+            warnings = reference.rows.findings.into_warnings(&reference.path);
+        }
+        let mut loaded = assemble::recordings(gauges, map.gap_secs)?;
+        if let Some(tare) = map.tare {
+            let recordings = loaded.recordings.into_iter();
+            let tared = recordings.map(|recording| Ok(recording.tared(tare)?.0));
+            loaded.recordings = tared.collect::<Result<_, ReadError>>()?;
+        }
+        loaded.warnings.append(&mut warnings);
+        Ok(loaded)
+    }
+}

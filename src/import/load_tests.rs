@@ -1,0 +1,614 @@
+//! Files read by maps: what is joined, left out, and refused.
+
+use std::path::{Path, PathBuf};
+
+use super::load::Reading;
+use super::*;
+use crate::import::map::ColumnMap;
+use crate::progress::Progress;
+use crate::recording::{Axis, Recording};
+
+/// A folder with files.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn with(files: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, content) in files {
+            std::fs::write(folder.path().join(name), content).unwrap();
+        }
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn read(&self, name: &str, map: &ColumnMap) -> Result<Loaded, ReadError> {
+        read(&self.path(name), Some(map), &[], &Progress::default())
+    }
+}
+
+/// A map from what differs in its JSON.
+#[track_caller]
+fn map(parts: &str) -> ColumnMap {
+    let text = format!("{{ \"format\": \"loopscope column map\", \"version\": 1, {parts} }}");
+    ColumnMap::from_json(text.as_bytes()).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// What reading one file by one map gives.
+fn read_one(content: &str, parts: &str) -> Result<Loaded, ReadError> {
+    Folder::with(&[("run.csv", content)]).read("run.csv", &map(parts))
+}
+
+#[track_caller]
+fn single(loaded: Result<Loaded, ReadError>) -> (Recording, Vec<Finding>) {
+    let mut loaded = loaded.unwrap();
+    assert_eq!(loaded.recordings.len(), 1, "{:?}", loaded.warnings);
+    let findings = loaded.warnings.into_iter().map(|warning| warning.finding);
+    (loaded.recordings.remove(0), findings.collect())
+}
+
+const HEADERLESS: &str = r#""table": { "shape": { "columns": 4 }, "text": { "delimiter": "semicolon", "decimal": "comma" },
+    "columns": [
+        { "column": 1, "is": "time", "unit": "ms" },
+        { "column": 4, "is": "gauge", "unit": "mV/V", "scale": -2 },
+        { "column": 2, "is": "Fz", "unit": "kN", "scale": -1, "counts_per_unit": 4 } ] }"#;
+
+#[test]
+fn a_headerless_file_is_read_by_numbers_units_and_signs() {
+    let (recording, findings) = single(read_one("0;1,5;x;3\n10;-2;y;4,25\n", HEADERLESS));
+    assert_eq!(recording.times(), [0.0, 0.01]);
+    assert_eq!(recording.gauge_names(), ["S1"]);
+    assert_eq!(recording.gauge_units(), ["mV/V"]);
+    assert_eq!(recording.gauges(), [-6.0, -8.5]);
+    assert_eq!(
+        (recording.axes(), recording.loads()),
+        (&[Axis::Fz][..], &[-375.0, 500.0][..])
+    );
+    assert_eq!(findings, []);
+}
+
+/// With a decimal comma, 1.500 may be fifteen hundred: it is not guessed.
+#[test]
+fn a_point_among_decimal_commas_is_no_number() {
+    let (recording, findings) = single(read_one("0;1;x;3\n5;1;x;1.500\n10;1;x;4\n", HEADERLESS));
+    assert_eq!(recording.n_samples(), 2);
+    assert!(
+        matches!(&findings[0], Finding::Cell { trouble: Trouble::NotANumber, column: 4, value, .. } if value == "1.500")
+    );
+}
+
+#[test]
+fn times_can_be_counted_at_a_rate() {
+    let parts = r#""table": { "shape": { "columns": 1 }, "sample_rate_hz": 4, "columns": [{ "column": 1, "is": "gauge" }] }"#;
+    let (recording, findings) = single(read_one("1\n2\n\n# note\nx\n4\n", parts));
+    // The row that is no number still took its time; the blank line and the comment did not.
+    assert_eq!(recording.times(), [0.0, 0.25, 0.75]);
+    assert_eq!(findings.len(), 1);
+    let in_blocks = |block_bytes| {
+        let folder = Folder::with(&[("run.csv", "1\n2\n\n# note\nx\n4\n")]);
+        let progress = Progress::default();
+        let reading = Reading {
+            block_bytes,
+            ..Reading::whole(&progress)
+        };
+        reading
+            .load(&folder.path("run.csv"), Some(&map(parts)))
+            .unwrap()
+    };
+    assert_eq!(in_blocks(1).recordings[0].times(), recording.times());
+}
+
+#[test]
+fn a_column_can_count_samples() {
+    let parts = |rate: &str| {
+        format!(
+            r#""table": {{ "shape": {{ "columns": 2 }}, {rate} "columns": [
+            {{ "column": 1, "is": "time", "unit": "samples" }}, {{ "column": 2, "is": "gauge" }}] }}"#
+        )
+    };
+    let (recording, _) = single(read_one(
+        "7,1\n8,2\n10,3\n",
+        &parts("\"sample_rate_hz\": 2,"),
+    ));
+    assert_eq!(recording.times(), [3.5, 4.0, 5.0]);
+    let error = read_one("7,1\n", &parts("")).unwrap_err();
+    assert!(matches!(
+        error,
+        ReadError::Table {
+            source: TableError::NoSampleRate { column: 1, .. },
+            ..
+        }
+    ));
+}
+
+#[test]
+fn dates_are_read_from_one_column_and_from_two() {
+    let two = r#""table": { "shape": { "columns": 3, "names": ["Date", "Time", "S1"] }, "text": { "header": true }, "columns": [
+        { "column": "Date", "is": "date", "unit": "d/m/y" }, { "column": "Time", "is": "time", "unit": "h:m:s" },
+        { "column": "S1", "is": "gauge" }] }"#;
+    let (recording, _) = single(read_one(
+        "Date,Time,S1\n9.9.2001,1:46:39.5,1\n9.9.2001,1:46:40,2\n",
+        two,
+    ));
+    assert_eq!(recording.times(), [999_999_999.5, 1e9]);
+    // By their names and looks the same without a map.
+    let folder = Folder::with(&[
+        (
+            "two.csv",
+            "Date,Time,S1\n2001-09-09,1:46:39.5,1\n2001-09-09,1:46:40,2\n",
+        ),
+        (
+            "one.csv",
+            "time,S1\n2001-09-09T01:46:39.5Z,1\n2001-09-09T01:46:40Z,2\n2001-09-09,x\n",
+        ),
+    ]);
+    for name in ["two.csv", "one.csv"] {
+        let loaded = read(&folder.path(name), None, &[], &Progress::default()).unwrap();
+        assert_eq!(loaded.recordings[0].times(), recording.times(), "{name}");
+    }
+}
+
+#[test]
+fn a_units_row_is_read_by_names() {
+    let folder = Folder::with(&[(
+        "run.csv",
+        "Export of 1 May\n\ntime;S1;Fx\n[ms];[mV/V];[kN]\n0;1;2\n10;3;4\n",
+    )]);
+    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
+    let recording = &loaded.recordings[0];
+    assert_eq!(
+        (recording.times(), recording.loads()),
+        (&[0.0, 0.01][..], &[2000.0, 4000.0][..])
+    );
+    assert_eq!(recording.gauge_units(), ["mV/V"]);
+    let told = loaded.warnings[0].to_string();
+    assert!(
+        told.ends_with("run.csv:3: 2 lines above the table are skipped"),
+        "{told}"
+    );
+}
+
+const TWO_CLOCKS: &str = r#""table": { "shape": { "columns": 4 }, "columns": [
+    { "column": 1, "is": "time", "unit": "s" }, { "column": 2, "is": "gauge" },
+    { "column": 3, "is": "time_reference", "unit": "ms" }, { "column": 4, "is": "Fx" }] }"#;
+
+#[test]
+fn a_reference_on_its_own_clock_is_brought_to_the_gauges() {
+    // The reference ends earlier, so its columns do too; the last gauge samples have none.
+    let text = "0,1,125,10\n0.25,2,375,30\n0.5,3,625,50\n0.75,4,,\n1,5,,\n";
+    let join = |join: &str| {
+        single(read_one(
+            text,
+            &format!("{TWO_CLOCKS}, \"join\": {{ {join} }}"),
+        ))
+    };
+    let seen = |recording: &Recording| (recording.times().to_vec(), recording.loads().to_vec());
+    let (recording, findings) = join("");
+    assert_eq!(recording.gauges(), [2.0, 3.0]);
+    assert_eq!(seen(&recording), (vec![0.25, 0.5], vec![20.0, 40.0]));
+    assert_eq!(findings, [Finding::NoReferenceThen { time_secs: 0.0 }]);
+    let (held, _) = join(r#""method": "hold", "limit_secs": 0.15"#);
+    assert_eq!(seen(&held), (vec![0.25, 0.5, 0.75], vec![10.0, 30.0, 50.0]));
+    let (shifted, _) = join(r#""clock_offset_secs": -0.125"#);
+    assert_eq!(
+        seen(&shifted),
+        (vec![0.0, 0.25, 0.5], vec![10.0, 30.0, 50.0])
+    );
+}
+
+const TWO_FILES: &str = r#""table": { "shape": { "columns": 2 }, "columns": [
+        { "column": 1, "is": "time", "unit": "s" }, { "column": 2, "is": "gauge" }] },
+    "reference": { "file": "{stem}_ref.csv", "table": { "shape": { "columns": 2 }, "columns": [
+        { "column": 1, "is": "time", "unit": "s" }, { "column": 2, "is": "Fx", "dropouts": [-1] }] } }"#;
+
+#[test]
+fn a_reference_file_is_joined_without_its_dropouts() {
+    let folder = Folder::with(&[
+        ("a.csv", "0,1\n1,2\n2,3\n"),
+        ("a_ref.csv", "0,0\n0.5,-1\n1,10\n2,20\n"),
+    ]);
+    let progress = Progress::default();
+    let loaded = read(&folder.path("a.csv"), Some(&map(TWO_FILES)), &[], &progress).unwrap();
+    assert_eq!(loaded.recordings[0].loads(), [0.0, 10.0, 20.0]);
+    let [dropout] = &loaded.warnings[..] else {
+        panic!("{:?}", loaded.warnings)
+    };
+    assert!(dropout.path.ends_with("a_ref.csv") && dropout.first_line == 2);
+    assert!(matches!(
+        dropout.finding,
+        Finding::Cell {
+            trouble: Trouble::Dropout,
+            column: 2,
+            ..
+        }
+    ));
+    // The second file is counted too: all that was added to the total is done, and the first file besides.
+    progress.add_total(std::fs::metadata(folder.path("a.csv")).unwrap().len());
+    assert_eq!(progress.fraction(), Some(1.0));
+}
+
+#[test]
+fn clocks_that_cannot_be_joined_are_an_error_that_says_why() {
+    let told = |reference: &str| {
+        let folder = Folder::with(&[("a.csv", "0,1\n1,2\n"), ("a_ref.csv", reference)]);
+        folder
+            .read("a.csv", &map(TWO_FILES))
+            .unwrap_err()
+            .to_string()
+    };
+    let apart = told("100,1\n101,2\n");
+    assert!(
+        apart.contains("the gauges run from 0 s to 1 s, the reference in"),
+        "{apart}"
+    );
+    assert!(apart.contains("clock_offset_secs"), "{apart}");
+    let back = told("0,1\n1,2\n0.5,3\n");
+    assert!(
+        back.contains("a_ref.csv:3: the reference's time goes back from 1 s to 0.5 s"),
+        "{back}"
+    );
+    assert!(told("0,-1\n1,-1\n").contains("a_ref.csv:1: column 2 (Fx) holds -1"));
+    let folder = Folder::with(&[("a.csv", "0,1\n1,2\n")]);
+    let gone = folder.read("a.csv", &map(TWO_FILES)).unwrap_err();
+    assert!(
+        gone.to_string().contains("a_ref.csv: cannot be read"),
+        "{gone}"
+    );
+}
+
+#[test]
+fn bursts_become_means_where_the_map_says_so() {
+    let parts = format!("{HEADERLESS}, \"average_bursts_secs\": 0.002");
+    let text = "0;1;;1\n1;2;;2\n2;3;;3\n\n100;4;;4\n101;6;;6\n";
+    let (recording, findings) = single(read_one(text, &parts));
+    assert_eq!(recording.times(), [0.001, 0.1005]);
+    assert_eq!(recording.gauges(), [-4.0, -10.0]);
+    assert_eq!(recording.loads(), [-500.0, -1250.0]);
+    let averaged = Finding::AveragedBursts {
+        n_before: 5,
+        n_after: 2,
+    };
+    assert_eq!(findings, [averaged]);
+}
+
+#[test]
+fn a_held_reference_is_told() {
+    let mut text = String::from("t_s,S1,Fx\n");
+    for k in 0..200 {
+        text.push_str(&format!("{},{},{}\n", k as f64 / 100.0, k, k / 4));
+    }
+    let folder = Folder::with(&[("run.csv", &text)]);
+    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
+    let told = loaded.warnings[0].to_string();
+    assert!(
+        told.contains("changes only every 4 samples and is held"),
+        "{told}"
+    );
+}
+
+const NET_FT: &str = "Start Time: Nov 5, 2026, 3:00:00 PM\nRDT Sample Rate: 100\nForce Units: N\n\
+    Counts per Unit Force: 1000\nTorque Units: N-mm\nCounts per Unit Torque: 10\n\
+    Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time\n\
+    0, 500, 9, 1000, 0, -2000, 10000, 0, 0, \"Nov 5, 2026, 3:00:01 PM\"\n\
+    80000002, 501, 9, 9999, 9, 9, 9, 9, 9, \"Nov 5, 2026, 3:00:01 PM\"\n\
+    10000, 502, 9, 3000, 0, -2000, 30000, 0, 0, \"Nov 5, 2026, 3:00:01 PM\"\n";
+
+#[test]
+fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
+    let folder = Folder::with(&[
+        ("run.csv", "t_s,S1\n5,1\n5.01,2\n5.02,3\n"),
+        ("ati.csv", NET_FT),
+    ]);
+    let progress = Progress::default();
+    let inspection = inspect::inspect(&folder.path("ati.csv"), inspect::Known::Nothing, &progress);
+    let proposed = inspection.unwrap().map.table;
+    let gauges = inspect::inspect(&folder.path("run.csv"), inspect::Known::Nothing, &progress);
+    let map = ColumnMap {
+        reference: Some(crate::import::map::ReferenceFile {
+            file: "ati.csv".to_owned(),
+            table: proposed,
+        }),
+        ..gauges.unwrap().map
+    };
+    let (recording, findings) = single(folder.read("run.csv", &map));
+    assert_eq!(recording.axes(), Axis::ALL);
+    assert_eq!(recording.times(), [5.0, 5.01, 5.02]);
+    let on_axis = |axis| {
+        recording
+            .loads()
+            .iter()
+            .skip(axis)
+            .step_by(6)
+            .copied()
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(on_axis(0)[1..], [2.0, 3.0]);
+    assert_eq!(on_axis(2), [-2.0, -2.0, -2.0]);
+    assert_eq!(on_axis(3), [1.0, 2.0, 3.0]);
+    assert!(
+        matches!(&findings[..], [Finding::Cell { trouble: Trouble::StatusError, value, .. }] if value == "80000002")
+    );
+    let alone = read(&folder.path("ati.csv"), None, &[], &progress).unwrap_err();
+    assert!(
+        matches!(
+            alone,
+            ReadError::Table {
+                line: 7,
+                source: TableError::ReferenceAlone,
+                ..
+            }
+        ),
+        "{alone}"
+    );
+}
+
+#[test]
+fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
+    let named = r#""table": { "shape": { "columns": 3, "names": ["t", "A", "B"] }, "text": { "header": true }, "columns": [
+        { "column": "t", "is": "time" }, { "column": "A", "is": "gauge" }, { "column": 3, "is": "Fx" }] }"#;
+    for (content, parts, told) in [
+        (
+            "1;2;3\n",
+            HEADERLESS,
+            "run.csv:1: the column map is for files with 4 columns, this one has 3",
+        ),
+        (
+            "1,2,3,4\n",
+            HEADERLESS,
+            "is for files with 4 columns, this one has 1",
+        ),
+        (
+            "t,A,B,C\n0,1,2,3\n",
+            named,
+            "is for files with 3 columns, this one has 4",
+        ),
+        (
+            "t,X,B\n0,1,2\n",
+            named,
+            "the column map needs a column A, here are t, X, B",
+        ),
+        ("t,A,C\n0,1,2\n", named, "column 3 is C where B is expected"),
+        ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both called A"),
+        (
+            "# nothing\n",
+            named,
+            "the start of this file does not have them",
+        ),
+        ("t,A,B\n", named, "no rows follow"),
+        (
+            "0;a;b;c\n",
+            HEADERLESS,
+            "run.csv:1: column 2 (Fz) holds \"a\", which is not a number",
+        ),
+    ] {
+        let error = read_one(content, parts).unwrap_err().to_string();
+        assert!(error.contains(told), "{content}: {error}");
+    }
+    let more_columns = read_one(
+        "x,t,A\n0,1,2\n",
+        &named.replace(", { \"column\": 3, \"is\": \"Fx\" }", ""),
+    );
+    assert_eq!(more_columns.unwrap().recordings[0].gauges(), [2.0]);
+}
+
+/// A column has a name and a number; two rules that call it by one each are two rules for one column.
+#[test]
+fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
+    let parts = |columns: &str| {
+        format!(
+            r#""table": {{ "shape": {{ "columns": 4 }}, "text": {{ "header": true }}, "columns": [
+            {{ "column": "t [s]", "is": "time" }}, {{ "column": "S1", "is": "gauge" }}, {columns}] }}"#
+        )
+    };
+    for (columns, number, keys) in [
+        (
+            r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#,
+            4,
+            "as \"Fx [N]\" and as 4",
+        ),
+        (
+            r#"{ "column": 4, "is": "ignore" }, { "column": "Fx [N]", "is": "Fx" }"#,
+            4,
+            "as 4 and as \"Fx [N]\"",
+        ),
+        (
+            r#"{ "column": 2, "is": "gauge", "name": "again" }"#,
+            2,
+            "as \"S1\" and as 2",
+        ),
+        (
+            r#"{ "column": 1, "is": "time_reference" }, { "column": 4, "is": "Fx" }"#,
+            1,
+            "as \"t [s]\" and as 1",
+        ),
+        (
+            r#"{ "column": "S1", "is": "Fx" }"#,
+            2,
+            "as \"S1\" and as \"S1\"",
+        ),
+    ] {
+        let text = "t [s],S1,S2,Fx [N]\n0,1,2,3\n0.1,2,3,4\n";
+        let error = read_one(text, &parts(columns)).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                ReadError::Table {
+                    source: TableError::MapTwice { .. },
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        let told = error.to_string();
+        let place = format!("run.csv:1: the column map speaks of column {number} twice, {keys}");
+        assert!(told.contains(&place), "{told}");
+    }
+    let both_known = parts(r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#)
+        .replace(
+            "\"columns\": 4",
+            "\"columns\": 4, \"names\": [\"t [s]\", \"S1\", \"S2\", \"Fx [N]\"]",
+        );
+    let text = format!("{{ \"format\": \"loopscope column map\", \"version\": 1, {both_known} }}");
+    let at_once = ColumnMap::from_json(text.as_bytes())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        at_once.contains("column 4 is listed twice, as \"Fx [N]\" and as 4"),
+        "{at_once}"
+    );
+}
+
+#[test]
+fn a_map_made_by_a_program_is_checked_too() {
+    let mut wrong = map(HEADERLESS);
+    wrong.table.columns[0].scale = f64::NAN;
+    let folder = Folder::with(&[("run.csv", "0;1;x;3\n")]);
+    let error = folder.read("run.csv", &wrong).unwrap_err();
+    assert!(matches!(error, ReadError::Map(_)), "{error}");
+}
+
+#[test]
+fn as_many_lines_are_skipped_as_the_map_says() {
+    let preamble = "a line of a long preamble\n".repeat(700);
+    let parts = HEADERLESS.replace("\"decimal\"", "\"skip_rows\": 700, \"decimal\"");
+    let (recording, _) = single(read_one(&format!("{preamble}0;1;x;3\n10;2;x;4\n"), &parts));
+    assert_eq!(recording.gauges(), [-6.0, -8.0]);
+}
+
+/// The largest numbers there are, blended, averaged and stretched: left out, never infinite.
+#[test]
+fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
+    let slow = r#""table": { "shape": { "columns": 2 }, "sample_rate_hz": 0.1, "columns": [
+        { "column": 1, "is": "time", "unit": "samples" }, { "column": 2, "is": "gauge" }] }"#;
+    let (recording, findings) = single(read_one("1,1\n2,2\n1.5e308,3\n", slow));
+    assert_eq!(recording.times(), [10.0, 20.0]);
+    assert!(matches!(
+        findings[0],
+        Finding::Cell {
+            trouble: Trouble::NotFinite,
+            column: 1,
+            ..
+        }
+    ));
+    assert!(read_one("1.5e308,1\n", slow).is_err());
+    let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
+    assert!(matches!(blended, ReadError::ClocksApart { .. }));
+    let averaged = format!("{HEADERLESS}, \"average_bursts_secs\": 1");
+    let (recording, _) = single(read_one("0;0;;8e307\n1;0;;-8e307\n", &averaged));
+    assert_eq!(recording.gauges(), [0.0]);
+}
+
+#[test]
+fn roles_that_exclude_each_other_are_named() {
+    let with = |columns: &str| {
+        let parts =
+            format!(r#""table": {{ "shape": {{ "columns": 4 }}, "columns": [{columns}] }}"#);
+        read_one("1,2,3,4\n", &parts).unwrap_err().to_string()
+    };
+    let time = r#"{ "column": 1, "is": "time" }"#;
+    let twice = with(&format!(r#"{time}, {{ "column": 2, "is": "time" }}"#));
+    assert!(
+        twice.contains("columns 1 and 2 are both \"time\""),
+        "{twice}"
+    );
+    assert!(with(time).contains("no gauge column among 4 columns without names"));
+    assert!(with(r#"{ "column": 1, "is": "gauge" }"#).contains("no time column"));
+    let same = r#"{ "column": 2, "is": "gauge", "name": "a" }, { "column": 3, "is": "gauge", "name": "a" }"#;
+    assert!(with(&format!("{time}, {same}")).contains("columns 2 and 3 are both gauge a"));
+    let unit = r#"{ "column": 2, "is": "gauge" }, { "column": 3, "is": "Fx", "unit": "kg" }"#;
+    assert!(with(&format!("{time}, {unit}")).contains("column 3 (Fx) has the unknown unit kg"));
+    let clock = r#"{ "column": 2, "is": "gauge" }, { "column": 3, "is": "time_reference" }"#;
+    assert!(with(&format!("{time}, {clock}")).contains("no reference load among"));
+}
+
+/// What each map proposes for its own file reads that file.
+#[test]
+fn a_proposed_map_reads_its_file_like_its_names_do() {
+    for content in [
+        "t,S1,Fx [kN]\n0,1,2\n0.1,3,4\n",
+        "Logger\nt_ms;S1;S1;Fx\n0;1,5;2;3\n10;1;2;3,5\n",
+        "time [s]  S1 (mV / V)  note\n0 1 x\n1 2 y\n",
+        "# t S1\n0 1\n1 2\n",
+    ] {
+        let folder = Folder::with(&[("run.csv", content)]);
+        let path = folder.path("run.csv");
+        let inspected = inspect::inspect(&path, inspect::Known::Nothing, &Progress::default());
+        let inspection = inspected.unwrap();
+        match read(&path, None, &[], &Progress::default()) {
+            Ok(loaded) => {
+                let mapped = folder.read("run.csv", &inspection.map).unwrap();
+                assert_eq!(mapped.recordings, loaded.recordings, "{content}");
+                assert_eq!(inspection.check.error, None, "{content}");
+            }
+            Err(error) => assert_eq!(inspection.check.error, Some(error.to_string())),
+        }
+    }
+}
+
+/// What a map was made for is seen by the header; without one by how the file is cut and what stands in its columns.
+#[test]
+fn a_map_is_for_files_that_look_like_its_own() {
+    let rows = "0;1,5;2;3\n10;-2;1;4,25\n20;2,5;0;3\n30;1,5;1;5\n";
+    let own = |content: &str| {
+        let folder = Folder::with(&[("run.csv", content)]);
+        let path = folder.path("run.csv");
+        let inspected = inspect::inspect(&path, inspect::Known::Nothing, &Progress::default());
+        inspected.unwrap().map
+    };
+    let maps = [own(rows), own(&format!("a;b [N];c;d\n{rows}"))];
+    let found = |content: &str| {
+        let folder = Folder::with(&[("run.csv", content)]);
+        let found = inspect::map_for(&folder.path("run.csv"), &maps, &Progress::default());
+        found
+            .unwrap()
+            .map(|map| maps.iter().position(|other| other == map).unwrap())
+    };
+    let fewer = rows.replace("0;1,5", "5;1,5").replace("10;", "15;");
+    assert_eq!(found(&fewer), Some(0));
+    assert_eq!(found(&format!("a;b [N];c;d\n{fewer}")), Some(1));
+    for other in [
+        rows.replace(';', "\t"),
+        rows.replace(',', "."),
+        format!("Logger 7\n\n{rows}"),
+        rows.replace("10;", "-10;"),
+        rows.replace(";3\n", ";on\n").replace(";5\n", ";off\n"),
+        rows.replace('\n', ";1\n"),
+        format!("a;b [kN];c;d\n{rows}"),
+        format!("b [N];a;c;d\n{rows}"),
+        "a;b [N];c\n0;1;2\n10;1;2\n".to_owned(),
+    ] {
+        assert_eq!(found(&other), None, "{other}");
+    }
+}
+
+#[test]
+fn inspection_says_what_names_do_not() {
+    let content = "5;0;10,5;7\n6;0,5;10,5;8\n5;1;10,5;9\n7;1,5;10,5;7\n";
+    let folder = Folder::with(&[("run.csv", content)]);
+    let path: &Path = &folder.path("run.csv");
+    let inspection = inspect::inspect(path, inspect::Known::Nothing, &Progress::default()).unwrap();
+    let roles: Vec<&str> = inspection
+        .table
+        .columns
+        .iter()
+        .map(|column| column.is.name())
+        .collect();
+    assert_eq!(roles, ["gauge", "time", "ignore", "gauge"]);
+    assert_eq!(
+        (inspection.table.about_rows, inspection.table.line),
+        (4, Some(1))
+    );
+    assert_eq!(inspection.table.columns[0].max, Some(7.0));
+    assert_eq!(inspection.questions.len(), 1);
+    let check = &inspection.check;
+    assert_eq!(
+        (check.error.as_ref(), check.recordings[0].n_samples),
+        (None, 4)
+    );
+    assert_eq!(
+        (check.gauges.len(), check.recordings[0].rate_hz),
+        (2, Some(2.0))
+    );
+}

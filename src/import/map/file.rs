@@ -1,0 +1,371 @@
+//! Column maps as JSON: short enough to be read and changed by hand.
+//!
+//! Guarantees: what is written reads back the same; a map that was read can be used, or there is an error that names
+//! the part to change.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::line_per_item::LinePerItem;
+use super::{
+    Attitude, ColumnKey, ColumnMap, ColumnRule, Header, Join, KeyError, MapError, MapFileError,
+    ReferenceFile, TableMap, WeightMap,
+};
+use crate::recording::Tare;
+use crate::small_file::read_small;
+
+const FORMAT: &str = "loopscope column map";
+const VERSION: u32 = 1;
+/// A map is short; whatever is longer is something else, and would only fill the memory.
+const MAP_BYTES_LIMIT: u64 = 4 << 20;
+
+/// What any version of the format starts with.
+#[derive(Deserialize)]
+struct Start {
+    #[serde(default)]
+    format: serde_json::Value,
+    #[serde(default)]
+    version: u64,
+}
+
+/// A map as it stands in its file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MapFile {
+    format: String,
+    version: u32,
+    table: TableMap,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reference: Option<ReferenceFile>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    join: Option<Join>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    weight: Option<WeightMap>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    tare: Option<Tare>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    average_bursts_secs: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gap_secs: Option<f64>,
+}
+
+impl From<ColumnMap> for MapFile {
+    fn from(map: ColumnMap) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            join: map.has_two_clocks().then_some(map.join),
+            table: map.table,
+            reference: map.reference,
+            weight: map.weight,
+            tare: map.tare,
+            average_bursts_secs: map.average_bursts_secs,
+            gap_secs: map.gap_secs,
+        }
+    }
+}
+
+impl TryFrom<MapFile> for ColumnMap {
+    type Error = MapError;
+
+    fn try_from(file: MapFile) -> Result<Self, MapError> {
+        let map = Self {
+            table: file.table,
+            reference: file.reference,
+            join: file.join.unwrap_or_default(),
+            weight: file.weight,
+            tare: file.tare,
+            average_bursts_secs: file.average_bursts_secs,
+            gap_secs: file.gap_secs,
+        };
+        map.check()?;
+        Ok(map)
+    }
+}
+
+impl ColumnMap {
+    /// Reads and checks the map in a file.
+    ///
+    /// # Errors
+    /// [`MapFileError`] if the file cannot be read or its map cannot be used.
+    pub fn read(path: &Path) -> Result<Self, MapFileError> {
+        let io_error = |source| MapFileError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
+        Self::from_json(&text).map_err(|source| MapFileError::Map {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// Understands and checks a map.
+    ///
+    /// # Errors
+    /// [`MapError`] if this is no map of a known version, or one that cannot be used.
+    pub fn from_json(text: &[u8]) -> Result<Self, MapError> {
+        if text.trim_ascii_start().first() != Some(&b'{') {
+            return Err(MapError::NotAMap);
+        }
+        let start: Start = serde_json::from_slice(text)?;
+        if start.format != FORMAT {
+            return Err(MapError::Format {
+                found: start.format.to_string(),
+                expected: FORMAT,
+            });
+        }
+        if start.version != u64::from(VERSION) {
+            return Err(MapError::Version {
+                found: start.version,
+                known: VERSION,
+            });
+        }
+        let file: MapFile = serde_json::from_slice(text)?;
+        Self::try_from(file)
+    }
+
+    /// Writes the map as JSON, one line a column.
+    ///
+    /// # Errors
+    /// What the writer returns.
+    pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
+        let file = MapFile::from(self.clone());
+        let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
+        file.serialize(&mut writer)?;
+        writeln!(out)
+    }
+
+    /// Whether the map's numbers and columns make sense on their own.
+    ///
+    /// # Errors
+    /// [`MapError`] naming the first part that does not.
+    pub fn check(&self) -> Result<(), MapError> {
+        self.table.check()?;
+        if let Some(reference) = &self.reference {
+            let name = Path::new(&reference.file).file_name();
+            if reference.file.trim().is_empty() || name.is_none() {
+                return Err(MapError::ReferenceName {
+                    file: reference.file.clone(),
+                });
+            }
+            reference.table.check()?;
+        }
+        Attitude::of_table(self.reference_table())?;
+        if let Some(weight) = &self.weight {
+            weight.check(self.reference_table())?;
+        }
+        if let Some(limit) = self.join.limit_secs {
+            must("join.limit_secs", limit, "0 or more", |x| x >= 0.0)?;
+        }
+        let offset = self.join.clock_offset_secs;
+        must("join.clock_offset_secs", offset, "finite", f64::is_finite)?;
+        if let Some(Tare::Stretch(from, to)) = self.tare {
+            let is_after = |x: f64| 0.0 <= from && from <= x && x.is_finite();
+            must(
+                "the end of \"tare\"",
+                to,
+                "no less than its start, and that 0 or more",
+                is_after,
+            )?;
+        }
+        if let Some(within) = self.average_bursts_secs {
+            must("average_bursts_secs", within, "0 or more", |x| x >= 0.0)?;
+        }
+        if let Some(gap) = self.gap_secs {
+            must("gap_secs", gap, "greater than 0", |x| {
+                x > 0.0 && x.is_finite()
+            })?;
+        }
+        Ok(())
+    }
+}
+
+impl TableMap {
+    fn check(&self) -> Result<(), MapError> {
+        let (columns, names) = (self.shape.columns, self.shape.names.len());
+        if names > 0 && names != columns {
+            return Err(MapError::ShapeNames { columns, names });
+        }
+        if let Some(rate) = self.sample_rate_hz {
+            let is_rate = |x: f64| x > 0.0 && x.is_finite();
+            must("sample_rate_hz", rate, "greater than 0", is_rate)?;
+        }
+        for rule in &self.columns {
+            self.check_rule(rule)?;
+        }
+        // As far as the map itself knows the header: what its names mean in a file is seen there.
+        let header = Header::new(self.shape.names.iter().map(String::as_str));
+        match header.rules(self) {
+            Err(KeyError::ListedTwice {
+                index,
+                first,
+                second,
+            }) => Err(MapError::ListedTwice {
+                number: index + 1,
+                first,
+                second,
+            }),
+            Ok(_) | Err(KeyError::Missing { .. } | KeyError::SameNames { .. }) => Ok(()),
+        }
+    }
+
+    fn check_rule(&self, rule: &ColumnRule) -> Result<(), MapError> {
+        match &rule.column {
+            &ColumnKey::Number(number) if !(1..=self.shape.columns).contains(&number) => {
+                return Err(MapError::NoSuchColumn {
+                    number,
+                    columns: self.shape.columns,
+                });
+            }
+            ColumnKey::Name(name) if !self.text.header => {
+                return Err(MapError::NameWithoutHeader { name: name.clone() });
+            }
+            _ => {}
+        }
+        let of = |what| format!("{what} of column {}", rule.column);
+        let is_scale = |x: f64| x != 0.0 && x.is_finite();
+        must(of("\"scale\""), rule.scale, "finite and not 0", is_scale)?;
+        let is_count = |x: f64| x > 0.0 && x.is_finite();
+        let counts = rule.counts_per_unit;
+        must(
+            of("\"counts_per_unit\""),
+            counts,
+            "greater than 0",
+            is_count,
+        )
+    }
+}
+
+pub(super) fn must(
+    what: impl Into<String>,
+    value: f64,
+    must: &'static str,
+    holds: impl Fn(f64) -> bool,
+) -> Result<(), MapError> {
+    if holds(value) {
+        return Ok(());
+    }
+    Err(MapError::Number {
+        what: what.into(),
+        value,
+        must,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::text::{Delimiter, TextLayout};
+    use crate::import::map::{ColumnRole, JoinMethod, Shape};
+    use crate::recording::Axis;
+
+    fn two_files() -> ColumnMap {
+        let rule = |number, is| ColumnRule::new(ColumnKey::Number(number), is);
+        let table = |columns, rules| TableMap {
+            shape: Shape {
+                columns,
+                names: Vec::new(),
+            },
+            text: TextLayout {
+                delimiter: Delimiter::Semicolon,
+                ..TextLayout::default()
+            },
+            sample_rate_hz: Some(12.5),
+            columns: rules,
+        };
+        let load = ColumnRule {
+            unit: Some("kN".to_owned()),
+            scale: -1.0,
+            dropouts: vec![-1.0],
+            ..rule(5, ColumnRole::Load(Axis::Fz))
+        };
+        ColumnMap {
+            table: table(
+                4,
+                vec![rule(1, ColumnRole::Time), rule(2, ColumnRole::Gauge)],
+            ),
+            reference: Some(ReferenceFile {
+                file: "states.csv".to_owned(),
+                table: table(5, vec![rule(1, ColumnRole::Time), load]),
+            }),
+            join: Join {
+                method: JoinMethod::Nearest,
+                limit_secs: Some(0.1),
+                clock_offset_secs: -2.5,
+            },
+            weight: None,
+            tare: Some(Tare::Stretch(0.0, 1.5)),
+            average_bursts_secs: Some(0.001),
+            gap_secs: Some(2.25),
+        }
+    }
+
+    fn json(map: &ColumnMap) -> String {
+        let mut text = Vec::new();
+        map.write_json(&mut text).unwrap();
+        String::from_utf8(text).unwrap()
+    }
+
+    #[test]
+    fn what_is_written_reads_back_the_same() {
+        let map = two_files();
+        assert_eq!(ColumnMap::from_json(json(&map).as_bytes()).unwrap(), map);
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_named() {
+        let whole = json(&two_files());
+        for (from, to, word) in [
+            (FORMAT, "something", "its \"format\" is \"something\""),
+            ("\"version\": 1", "\"version\": 9", "version 9"),
+            ("\"column\": 2", "\"column\": 7", "column 7 does not exist"),
+            ("\"column\": 2", "\"column\": 0", "column 0 does not exist"),
+            ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),
+            ("\"column\": 2", "\"column\": \"S1\"", "there is no header"),
+            ("\"gauge\"", "\"gage\"", "a column cannot be \"gage\""),
+            ("\"Fz\"", "\"pose_x\"", "not how the sensor is turned"),
+            ("\"Fz\"", "\"pose_qx\"", "no column \"pose_qw\""),
+            ("\"semicolon\"", "\"colon\"", "`colon`"),
+            (
+                "\"scale\": -1.0",
+                "\"scale\": 0",
+                "\"scale\" of column 5 is 0",
+            ),
+            ("\"scale\": -1.0", "\"size\": 0", "unknown field `size`"),
+            ("12.5", "-12.5", "sample_rate_hz is -12.5"),
+            ("0.1", "-0.1", "join.limit_secs is -0.1"),
+            ("0.001", "-1", "average_bursts_secs is -1"),
+            ("2.25", "0", "gap_secs is 0"),
+            ("states.csv", "", "the reference's file is \"\""),
+            ("states.csv", "..", "the reference's file is \"..\""),
+            (
+                "\"columns\": 4",
+                "\"columns\": 4, \"names\": [\"t\"]",
+                "1 names",
+            ),
+            ("}", "", "JSON"),
+        ] {
+            assert!(whole.contains(from), "{from}: {whole}");
+            let edited = whole.replacen(from, to, 1);
+            let error = ColumnMap::from_json(edited.as_bytes()).unwrap_err();
+            let told = error.to_string();
+            assert!(told.contains(word), "{to}: {told}");
+        }
+    }
+
+    #[test]
+    fn a_map_that_is_no_file_or_no_map_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |path: &Path| ColumnMap::read(path).unwrap_err().to_string();
+        assert!(of(folder.path()).contains("not a file"));
+        assert!(of(&folder.path().join("gone.json")).contains("gone.json: cannot be read"));
+        let path = folder.path().join("a.json");
+        std::fs::write(&path, "t,S1\n").unwrap();
+        assert!(of(&path).contains("a.json: no JSON"));
+        std::fs::write(&path, "{}").unwrap();
+        assert!(of(&path).contains("not a column map"));
+    }
+}

@@ -1,0 +1,186 @@
+//! From what a map calls a column to where it stands in a file.
+//!
+//! Guarantees: a key becomes an index here and nowhere else, and no two rules speak of one column, whatever each calls it.
+
+use std::collections::HashMap;
+
+use super::{ColumnKey, ColumnRole, ColumnRule, TableMap};
+use crate::formats::text::Head;
+
+/// What the columns of a file are called; without a header it knows no name.
+#[derive(Clone, Debug)]
+pub struct Header<'a> {
+    names: Vec<&'a str>,
+    /// Where each name stands, and where it stands again.
+    places: HashMap<&'a str, (usize, Option<usize>)>,
+}
+
+/// Why a map's keys are not the columns of a file, each once. Indices count from 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum KeyError {
+    /// No column is called so.
+    Missing { name: String },
+    /// Two columns are called so.
+    SameNames {
+        name: String,
+        first: usize,
+        second: usize,
+    },
+    /// Two rules speak of one column.
+    ListedTwice {
+        index: usize,
+        first: ColumnKey,
+        second: ColumnKey,
+    },
+}
+
+impl<'a> Header<'a> {
+    /// The columns with these names, in file order; one without a name is known by its number alone.
+    pub fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let names: Vec<&str> = names.into_iter().collect();
+        let mut places = HashMap::new();
+        for (index, name) in names.iter().enumerate() {
+            if !name.is_empty() {
+                places
+                    .entry(*name)
+                    .and_modify(|(_, again): &mut (_, Option<usize>)| {
+                        again.get_or_insert(index);
+                    })
+                    .or_insert((index, None));
+            }
+        }
+        Self { names, places }
+    }
+
+    /// The columns of a table in a file.
+    pub(in crate::import) fn of(head: &'a Head) -> Self {
+        Self::new(head.names.iter().map(String::as_str))
+    }
+
+    /// How a rule names column `index`, from 0 on: as the header does, if that name is the only one.
+    pub fn key(&self, index: usize) -> ColumnKey {
+        match self
+            .names
+            .get(index)
+            .map(|name| (*name, self.places.get(name)))
+        {
+            Some((name, Some((_, None)))) => ColumnKey::Name(name.to_owned()),
+            _ => ColumnKey::Number(index + 1),
+        }
+    }
+
+    /// Which column a key means, from 0 on.
+    ///
+    /// # Errors
+    /// [`KeyError`] if it is a name that no column has, or more than one.
+    pub fn index(&self, key: &ColumnKey) -> Result<usize, KeyError> {
+        match key {
+            ColumnKey::Number(number) => Ok(number.saturating_sub(1)),
+            ColumnKey::Name(name) => match self.places.get(name.as_str()) {
+                Some(&(index, None)) => Ok(index),
+                Some(&(first, Some(second))) => Err(KeyError::SameNames {
+                    name: name.clone(),
+                    first,
+                    second,
+                }),
+                None => Err(KeyError::Missing { name: name.clone() }),
+            },
+        }
+    }
+
+    /// The rules of a table with the columns that they speak of, in file order.
+    ///
+    /// # Errors
+    /// [`KeyError`] if a rule's column is not there, or another rule speaks of it, too.
+    pub fn rules<'t>(&self, table: &'t TableMap) -> Result<Vec<(usize, &'t ColumnRule)>, KeyError> {
+        let with_index = |rule: &'t ColumnRule| Ok((self.index(&rule.column)?, rule));
+        let rules: Result<Vec<_>, _> = table.columns.iter().map(with_index).collect();
+        let mut rules = rules?;
+        rules.sort_by_key(|(index, _)| *index);
+        let twice = |pair: &&[(usize, &ColumnRule)]| pair[0].0 == pair[1].0;
+        match rules.windows(2).find(twice) {
+            None => Ok(rules),
+            Some(pair) => Err(KeyError::ListedTwice {
+                index: pair[0].0,
+                first: pair[0].1.column.clone(),
+                second: pair[1].1.column.clone(),
+            }),
+        }
+    }
+}
+
+impl TableMap {
+    /// The rule of column `index`, from 0 on; without one it is ignored.
+    #[must_use]
+    pub fn rule(&self, header: &Header<'_>, index: usize) -> ColumnRule {
+        let is_it = |rule: &&ColumnRule| header.index(&rule.column) == Ok(index);
+        let rule = self.columns.iter().find(is_it).cloned();
+        rule.unwrap_or_else(|| ColumnRule::new(header.key(index), ColumnRole::Ignore))
+    }
+
+    /// Makes this the only rule of column `index`, in its place or in the order of the columns.
+    pub fn set_rule(&mut self, header: &Header<'_>, index: usize, rule: ColumnRule) {
+        let is_it = |rule: &ColumnRule| header.index(&rule.column) == Ok(index);
+        let is_after = |rule: &ColumnRule| header.index(&rule.column).is_ok_and(|at| at > index);
+        let rules = &mut self.columns;
+        let at = rules.iter().position(is_it);
+        rules.retain(|rule| !is_it(rule));
+        if rule.is != ColumnRole::Ignore {
+            let at = at.or_else(|| rules.iter().position(is_after));
+            rules.insert(at.unwrap_or(rules.len()), rule);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_is_one_column_or_an_error_that_says_why() {
+        let header = Header::new(["t", "x", "", "x", "Fx [N]"]);
+        let named = |name: &str| header.index(&ColumnKey::Name(name.to_owned()));
+        assert_eq!(named("Fx [N]"), Ok(4));
+        assert_eq!(header.key(4), ColumnKey::Name("Fx [N]".to_owned()));
+        for without_a_name_of_its_own in [1, 2, 3, 9] {
+            let number = ColumnKey::Number(without_a_name_of_its_own + 1);
+            assert_eq!(header.key(without_a_name_of_its_own), number);
+        }
+        assert_eq!(header.index(&ColumnKey::Number(3)), Ok(2));
+        assert!(matches!(named("Fx"), Err(KeyError::Missing { .. })));
+        assert!(matches!(named(""), Err(KeyError::Missing { .. })));
+        let same = named("x").unwrap_err();
+        assert!(matches!(
+            same,
+            KeyError::SameNames {
+                first: 1,
+                second: 3,
+                ..
+            }
+        ));
+    }
+
+    #[test]
+    fn two_names_of_one_column_are_two_claims_on_it() {
+        let name = ColumnKey::Name("Fx [N]".to_owned());
+        let rule = |key: &ColumnKey| ColumnRule::new(key.clone(), ColumnRole::Ignore);
+        let mut table = TableMap {
+            columns: vec![rule(&name), rule(&ColumnKey::Number(1))],
+            ..TableMap::default()
+        };
+        let header = Header::new(["t", "Fx [N]"]);
+        let indices = |table: &TableMap| -> Vec<usize> {
+            let rules = header.rules(table).unwrap();
+            rules.into_iter().map(|(index, _)| index).collect()
+        };
+        assert_eq!(indices(&table), [0, 1]);
+        table.columns.push(rule(&ColumnKey::Number(2)));
+        let twice = KeyError::ListedTwice {
+            index: 1,
+            first: name,
+            second: ColumnKey::Number(2),
+        };
+        assert_eq!(header.rules(&table).unwrap_err(), twice);
+    }
+}

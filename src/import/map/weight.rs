@@ -1,0 +1,233 @@
+//! The weight whose load is computed from a pose, as a map says it.
+
+use serde::{Deserialize, Serialize};
+
+use super::file::must;
+use super::{ColumnRole, MapError, PosePart, TableMap};
+use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
+
+/// A weight on a sensor whose pose is known: the reference is computed, not measured.
+///
+/// | part | meaning |
+/// |---|---|
+/// | `mass_kg`, `centre_m` | the weight; not needed where `mounts` say it |
+/// | `mounts` | several weights, or places for one |
+/// | `gravity` | its pull in the world frame (m/s²); by default `[0, 0, -9.80665]`: z is up |
+/// | `angles` | what roll, pitch and yaw mean, if the pose is given by them |
+/// | `smoothing_secs` | the pose is smoothed over so long before its acceleration is taken |
+/// | `inertia` | whether the weight's own acceleration is part of its load |
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WeightMap {
+    /// How heavy it is (kg).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Where its centre of mass is, in the sensor's frame (m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centre_m: Option<[f64; 3]>,
+    /// Weights to choose from, by the `mount` column if there is one, else by the file's name.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mounts: Vec<Mount>,
+    /// How gravity pulls, in the world frame (m/s²).
+    pub gravity: [f64; 3],
+    /// What roll, pitch and yaw mean.
+    pub angles: Angles,
+    /// Over how long the pose is smoothed before its acceleration is taken (s).
+    pub smoothing_secs: f64,
+    /// Whether the weight's own acceleration is part of its load.
+    pub inertia: bool,
+}
+
+impl Default for WeightMap {
+    fn default() -> Self {
+        Self {
+            mass_kg: None,
+            centre_m: None,
+            mounts: Vec::new(),
+            gravity: [0.0, 0.0, -STANDARD_GRAVITY],
+            angles: Angles::default(),
+            smoothing_secs: 0.2,
+            inertia: false,
+        }
+    }
+}
+
+/// One weight, or one place for it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mount {
+    /// As the `mount` column says it, or as it stands in the names of files.
+    pub name: String,
+    /// How heavy it is (kg); by default as without mounts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Where its centre of mass is, in the sensor's frame (m); by default as without mounts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_m: Option<[f64; 3]>,
+}
+
+/// What roll, pitch and yaw mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Angles {
+    /// Roll about the world's x, then pitch about its y, then yaw about its z: `Rz(yaw) Ry(pitch) Rx(roll)`, as in ROS.
+    #[default]
+    FixedXyz,
+    /// Each about an axis that the ones before have turned: `Rx(roll) Ry(pitch) Rz(yaw)`.
+    IntrinsicXyz,
+}
+
+/// How a pose says how the sensor is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attitude {
+    /// A quaternion.
+    Quaternion,
+    /// Roll, pitch and yaw.
+    RollPitchYaw,
+    /// A rotation vector: an axis, as long as the angle.
+    RotationVector,
+    /// A rotation matrix.
+    Matrix,
+}
+
+impl Attitude {
+    const ALL: [Self; 4] = [
+        Self::Quaternion,
+        Self::RollPitchYaw,
+        Self::RotationVector,
+        Self::Matrix,
+    ];
+
+    /// Its columns, in the order of their numbers.
+    #[must_use]
+    pub const fn parts(self) -> &'static [PosePart] {
+        use PosePart::{
+            Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
+            Yaw,
+        };
+        match self {
+            Self::Quaternion => &[Qw, Qx, Qy, Qz],
+            Self::RollPitchYaw => &[Roll, Pitch, Yaw],
+            Self::RotationVector => &[Rx, Ry, Rz],
+            Self::Matrix => &[R11, R12, R13, R21, R22, R23, R31, R32, R33],
+        }
+    }
+
+    /// The columns of each, for messages.
+    #[must_use]
+    pub fn listed() -> String {
+        let of_attitude = |attitude: Self| {
+            let parts = attitude.parts();
+            let [first, last] = [parts[0], parts[parts.len() - 1]].map(ColumnRole::Pose);
+            format!("{first} to {last}")
+        };
+        let [first @ .., last] = Self::ALL.map(of_attitude);
+        format!("{} or {last}", first.join(", "))
+    }
+
+    /// The one whose columns a table has; `None` if it has no pose.
+    ///
+    /// # Errors
+    /// [`MapError`] if columns are missing, or there are more than one pose needs.
+    pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
+        let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
+        let begun = Self::ALL
+            .into_iter()
+            .filter(|attitude| attitude.parts().iter().any(has));
+        let begun: Vec<Self> = begun.collect();
+        match begun[..] {
+            [] if PosePart::POSITION.iter().any(has) => Err(MapError::NoAttitude),
+            [] => Ok(None),
+            [attitude] => match attitude.parts().iter().find(|part| !has(part)) {
+                None => Ok(Some(attitude)),
+                Some(missing) => Err(MapError::PoseIncomplete {
+                    missing: ColumnRole::Pose(*missing),
+                }),
+            },
+            [first, second, ..] => Err(MapError::TwoPoses {
+                first: ColumnRole::Pose(first.parts()[0]),
+                second: ColumnRole::Pose(second.parts()[0]),
+            }),
+        }
+    }
+}
+
+impl WeightMap {
+    /// The weight without mounts, if it is said.
+    fn own(&self) -> Option<Weight> {
+        Some(Weight {
+            mass_kg: self.mass_kg?,
+            centre_m: self.centre_m?,
+        })
+    }
+
+    /// The weights to choose from, with their names; a single one has none.
+    #[must_use]
+    pub fn weights(&self) -> Vec<(String, Weight)> {
+        let of_mount = |mount: &Mount| {
+            let weight = Weight {
+                mass_kg: mount.mass_kg.or(self.mass_kg).unwrap_or_default(),
+                centre_m: mount.centre_m.or(self.centre_m).unwrap_or_default(),
+            };
+            (mount.name.clone(), weight)
+        };
+        match self.own() {
+            Some(own) if self.mounts.is_empty() => vec![(String::new(), own)],
+            _ => self.mounts.iter().map(of_mount).collect(),
+        }
+    }
+
+    /// Whether loads can be computed by this: the weight is known, and nothing else says what the load is. To find the
+    /// weight in a recording, neither is needed.
+    ///
+    /// # Errors
+    /// [`MapError`] naming what is missing, or too much.
+    pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
+        let is_load = |rule: &&super::ColumnRule| matches!(rule.is, ColumnRole::Load(_));
+        if let Some(rule) = table.columns.iter().find(is_load) {
+            return Err(MapError::WeightAndLoad { role: rule.is });
+        }
+        if self.mounts.is_empty() && self.own().is_none() {
+            return Err(MapError::WeightUnknown {
+                mount: "\"weight\"".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    pub(super) fn check(&self, table: &TableMap) -> Result<(), MapError> {
+        if Attitude::of_table(table)?.is_none() {
+            return Err(MapError::WeightWithoutPose);
+        }
+        if self.mounts.is_empty() && table.has_role(ColumnRole::Mount) {
+            return Err(MapError::NoMounts);
+        }
+        for (at, mount) in self.mounts.iter().enumerate() {
+            let is_whole = mount.mass_kg.or(self.mass_kg).is_some()
+                && mount.centre_m.or(self.centre_m).is_some();
+            let is_new = self.mounts[..at].iter().all(|m| m.name != mount.name);
+            if mount.name.trim().is_empty() || !is_whole || !is_new {
+                return Err(MapError::WeightUnknown {
+                    mount: format!("mount \"{}\"", mount.name),
+                });
+            }
+        }
+        for (_, weight) in self.weights() {
+            must("weight.mass_kg", weight.mass_kg, "greater than 0", |x| {
+                x > 0.0 && x.is_finite()
+            })?;
+            for length in weight.centre_m {
+                must("weight.centre_m", length, "finite", f64::is_finite)?;
+            }
+        }
+        for pull in self.gravity {
+            must("weight.gravity", pull, "finite", f64::is_finite)?;
+        }
+        must(
+            "weight.smoothing_secs",
+            self.smoothing_secs,
+            "0 or more",
+            |x| x >= 0.0,
+        )
+    }
+}

@@ -1,0 +1,262 @@
+//! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
+
+use super::map::{ColumnRole, ColumnRule, Header, Shape, TableMap};
+use super::warning::Finding;
+use crate::formats::Cell;
+use crate::formats::column_name::{ColumnName, Kind};
+use crate::formats::text::times::TimeForm;
+use crate::formats::text::{Head, Preamble, TextLayout};
+
+/// What a column of days is called.
+const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
+
+/// What the columns of a table seem to be.
+#[derive(Clone, Debug)]
+pub(super) struct Guess {
+    /// Each with the column that it speaks of, from 0 on.
+    pub(super) rules: Vec<(usize, ColumnRule)>,
+    /// What the names leave out.
+    pub(super) notes: Vec<Finding>,
+}
+
+impl Guess {
+    /// The map of the table.
+    pub(super) fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
+        let rules = self.rules.iter();
+        TableMap {
+            shape: Shape {
+                columns: head.n_columns,
+                names: head.names.clone(),
+            },
+            text: text.clone(),
+            sample_rate_hz: None,
+            columns: rules.map(|(_, rule)| rule.clone()).collect(),
+        }
+    }
+
+    pub(super) fn has_role(&self, role: ColumnRole) -> bool {
+        self.rules.iter().any(|(_, rule)| rule.is == role)
+    }
+}
+
+/// Guesses by the names of a table, or by those in a comment above it, and by its first rows how times are written.
+pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -> Guess {
+    let names = if text.header {
+        &head.names
+    } else {
+        &head.names_in_comment
+    };
+    let columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
+    let times: Vec<usize> = (0..columns.len())
+        .filter(|&index| columns[index].kind == Some(Kind::Time))
+        .filter(|&index| head.reference_time != Some(index))
+        .collect();
+    let keys = Header::of(head);
+    let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
+    for (index, column) in columns.iter().enumerate() {
+        let is = match column.kind {
+            _ if head.reference_time == Some(index) => ColumnRole::TimeReference,
+            Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
+            Some(Kind::Gauge) => ColumnRole::Gauge,
+            Some(Kind::Load(axis)) => ColumnRole::Load(axis),
+            Some(Kind::Time) | None => continue,
+        };
+        let rule = ColumnRule {
+            unit: column.unit.clone().or_else(|| head.unit(index)),
+            name: (!text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
+            ..ColumnRule::new(keys.key(index), is)
+        };
+        rules.push((index, rule));
+    }
+    let mut ignored_times = times.get(1..).unwrap_or_default().to_vec();
+    if text.preamble == Some(Preamble::AtiNetFt) {
+        name_ati_columns(&mut rules, head, &keys);
+        ignored_times.clear();
+    } else if let Some(&time) = times.first() {
+        settle_time_form(&mut rules, &keys, names, time, rows);
+    }
+    let mut notes = notes(text, &rules, names, &times, &ignored_times);
+    notes.extend(date_order(&rules, names, rows));
+    Guess { rules, notes }
+}
+
+/// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
+fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &Header<'_>) {
+    rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
+    let column = |name: &str| head.names.iter().position(|other| other.starts_with(name));
+    if let Some(index) = column("RDT Sequence") {
+        let sequence = ColumnRule {
+            unit: Some("samples".to_owned()),
+            ..ColumnRule::new(keys.key(index), ColumnRole::Time)
+        };
+        rules.push((index, sequence));
+    }
+    if let Some(index) = column("Status") {
+        let status = ColumnRule::new(keys.key(index), ColumnRole::Status);
+        rules.push((index, status));
+    }
+}
+
+/// Where the time is no number, its form by its cells, and the day from its own column.
+fn settle_time_form(
+    rules: &mut Vec<(usize, ColumnRule)>,
+    keys: &Header<'_>,
+    names: &[String],
+    time: usize,
+    rows: &[Vec<Cell<'_>>],
+) {
+    let form = |index| form_of_column(rows, index);
+    let Some(time_form) = form(time) else {
+        return;
+    };
+    if let Some((_, rule)) = rules
+        .iter_mut()
+        .find(|(_, rule)| rule.is == ColumnRole::Time)
+        && rule.unit.is_none()
+    {
+        rule.unit = Some(time_form.name().to_owned());
+    }
+    let is_date = |name: &String| DATES.contains(&name.to_lowercase().as_str());
+    if time_form == TimeForm::TimeOfDay
+        && let Some(date) = names.iter().position(is_date)
+        && let Some(date_form) = form(date)
+    {
+        let rule = ColumnRule {
+            unit: Some(date_form.name().to_owned()),
+            ..ColumnRule::new(keys.key(date), ColumnRole::Date)
+        };
+        rules.push((date, rule));
+    }
+}
+
+/// Says where day and month could be the other way round.
+fn date_order(
+    rules: &[(usize, ColumnRule)],
+    names: &[String],
+    rows: &[Vec<Cell<'_>>],
+) -> Option<Finding> {
+    let is_day = |rule: &ColumnRule| [ColumnRole::Time, ColumnRole::Date].contains(&rule.is);
+    let days = rules.iter().filter(|(_, rule)| is_day(rule));
+    let mut days = days.filter_map(|&(index, _)| {
+        let form = form_of_column(rows, index)?;
+        let other = form.other_order(written(rows, index)?.into_iter())?;
+        Some(Finding::AssumedDateOrder {
+            column: index + 1,
+            name: names.get(index).cloned().unwrap_or_default(),
+            order: form.name(),
+            other: other.name(),
+        })
+    });
+    days.next()
+}
+
+/// What is written in the cells of a column that are not empty; `None` if some are numbers already.
+fn written<'a>(rows: &[Vec<Cell<'a>>], index: usize) -> Option<Vec<&'a [u8]>> {
+    let cells = rows.iter().filter_map(|row| row.get(index).copied());
+    let filled = cells.filter(|cell| !cell.is_empty());
+    filled.map(Cell::written).collect()
+}
+
+/// The form of a column whose cells are dates or times of day.
+pub(super) fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<TimeForm> {
+    TimeForm::of_all(written(rows, index)?.into_iter())
+}
+
+/// What the names leave out.
+fn notes(
+    text: &TextLayout,
+    rules: &[(usize, ColumnRule)],
+    names: &[String],
+    times: &[usize],
+    ignored_times: &[usize],
+) -> Vec<Finding> {
+    let mut notes = Vec::new();
+    if text.preamble.is_none() && text.skip_rows > 0 {
+        notes.push(Finding::SkippedPreamble {
+            n_lines: text.skip_rows,
+        });
+    }
+    if let (Some(&used), false) = (times.first(), ignored_times.is_empty()) {
+        notes.push(Finding::SeveralTimes {
+            used: names[used].clone(),
+            others: ignored_times
+                .iter()
+                .map(|&index| names[index].clone())
+                .collect(),
+        });
+    }
+    let mut is_told = vec![false; names.len()];
+    for index in rules.iter().map(|(index, _)| index).chain(ignored_times) {
+        is_told[*index] = true;
+    }
+    let ignored: Vec<String> = (0..names.len())
+        .filter(|&index| !is_told[index] && !names[index].is_empty())
+        .map(|index| names[index].clone())
+        .collect();
+    if !ignored.is_empty() {
+        notes.push(Finding::IgnoredColumns { names: ignored });
+    }
+    notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plan::Use;
+    use super::super::tests::plan_and_notes;
+    use super::*;
+    use crate::import::map::ColumnKey;
+    use crate::import::{ReadError, TableError};
+
+    #[test]
+    fn the_first_time_wins_and_the_rest_is_noted() {
+        let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
+        let gauge = Use::Gauge { factor: 1.0 };
+        assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
+        let several = Finding::SeveralTimes {
+            used: "stamp".into(),
+            others: vec!["time".into()],
+        };
+        let ignored = Finding::IgnoredColumns {
+            names: vec!["label".into()],
+        };
+        assert_eq!(notes, [several, ignored]);
+    }
+
+    /// So many that whatever grows faster than their number would not end.
+    #[test]
+    fn many_columns_are_understood_at_once() {
+        let header = |name: &str| {
+            let names = (0..20_000).map(|k| format!(",{name}{k}"));
+            format!("t{}", names.collect::<String>())
+        };
+        let (plan, notes) = plan_and_notes(&format!("{},S1", header("x"))).unwrap();
+        assert_eq!(plan.gauge_names, ["S1"]);
+        let Finding::IgnoredColumns { names } = &notes[0] else {
+            panic!("{notes:?}")
+        };
+        assert_eq!(names.len(), 20_000);
+        let error = plan_and_notes(&header("ch")).unwrap_err();
+        assert!(matches!(
+            error,
+            ReadError::Table {
+                source: TableError::TooManyGauges { count: 20_000, .. },
+                ..
+            }
+        ));
+    }
+
+    #[test]
+    fn a_repeated_name_is_listed_by_its_number() {
+        let head = Head {
+            names: ["t", "x", "x", ""].map(str::to_owned).to_vec(),
+            ..Head::default()
+        };
+        let keys = Header::of(&head);
+        let keys: Vec<_> = (0..4).map(|index| keys.key(index)).collect();
+        let number = ColumnKey::Number;
+        assert_eq!(
+            keys,
+            [ColumnKey::Name("t".into()), number(2), number(3), number(4)]
+        );
+    }
+}

@@ -1,0 +1,424 @@
+//! How a map becomes a plan, part by part, and what is refused on the way.
+
+use super::super::TableError;
+use super::{GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use crate::formats::text::Head;
+use crate::formats::text::ati::CountedUnit;
+use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
+use crate::import::map::{
+    Attitude, ColumnKey, ColumnRole, ColumnRule, Header, KeyError, PosePart, TableMap, WeightMap,
+};
+use crate::recording::{Axis, units};
+
+/// The columns that rules speak of, in file order.
+fn resolved<'a>(
+    table: &'a TableMap,
+    head: &Head,
+) -> Result<Vec<(usize, &'a ColumnRule)>, TableError> {
+    let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
+    let (expected, actual) = (table.shape.columns, head.n_columns);
+    if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
+        return Err(TableError::MapShape { expected, actual });
+    }
+    let header = Header::of(head);
+    let columns = header.rules(table).map_err(|error| match error {
+        KeyError::Missing { name } => TableError::MapNoColumn {
+            expected: name,
+            names: head.names.clone(),
+        },
+        KeyError::SameNames {
+            name,
+            first,
+            second,
+        } => TableError::MapSameNames {
+            name,
+            first: first + 1,
+            second: second + 1,
+        },
+        KeyError::ListedTwice {
+            index,
+            first,
+            second,
+        } => TableError::MapTwice {
+            column: index + 1,
+            first,
+            second,
+        },
+    })?;
+    let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
+    let mut other_names = by_number.filter_map(|(index, _)| {
+        let expected = table.shape.names.get(*index)?;
+        let actual = head.names.get(*index)?;
+        (expected != actual).then_some((*index, expected, actual))
+    });
+    match other_names.next() {
+        None => Ok(columns),
+        Some((index, expected, actual)) => Err(TableError::MapOtherName {
+            column: index + 1,
+            expected: expected.clone(),
+            actual: actual.clone(),
+        }),
+    }
+}
+
+/// What a plan is made from.
+pub(super) struct Making<'a> {
+    table: &'a TableMap,
+    head: &'a Head,
+    side: Side,
+    /// Each with its index in the file, in file order.
+    columns: Vec<(usize, &'a ColumnRule)>,
+}
+
+impl<'a> Making<'a> {
+    /// Finds the columns of a map in a file.
+    pub(super) fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
+        Ok(Self {
+            table,
+            head,
+            side,
+            columns: resolved(table, head)?,
+        })
+    }
+}
+
+impl Making<'_> {
+    fn with_role(&self, role: ColumnRole) -> impl Iterator<Item = (usize, &ColumnRule)> {
+        let columns = self.columns.iter().copied();
+        columns.filter(move |(_, rule)| rule.is == role)
+    }
+
+    /// The only column with this role, if there is one.
+    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &ColumnRule)>, TableError> {
+        let mut columns = self.with_role(role);
+        let first = columns.next();
+        match (first, columns.next()) {
+            (Some((first, _)), Some((second, _))) => Err(TableError::RoleTwice {
+                role,
+                first: first + 1,
+                second: second + 1,
+            }),
+            _ => Ok(first),
+        }
+    }
+
+    /// What columns are called where one was looked for.
+    fn all_names(&self) -> Vec<String> {
+        if self.head.names.is_empty() {
+            return vec![format!("{} columns without names", self.head.n_columns)];
+        }
+        self.head.names.clone()
+    }
+
+    /// The header's name of a column, without its unit.
+    fn bare_name(&self, index: usize) -> Option<String> {
+        self.head.name(index).map(|name| name.name)
+    }
+
+    /// A column's unit: that of the rule, else that of the header or the units row.
+    fn unit(&self, index: usize, rule: &ColumnRule) -> Option<String> {
+        rule.unit.clone().or_else(|| self.head.unit(index))
+    }
+
+    fn unknown_unit(
+        &self,
+        index: usize,
+        rule: &ColumnRule,
+        unit: &str,
+        known: &'static str,
+    ) -> TableError {
+        let name = self.bare_name(index).or(rule.name.clone());
+        TableError::UnknownUnit {
+            column: index + 1,
+            name: name.unwrap_or_else(|| rule.is.to_string()),
+            unit: unit.to_owned(),
+            known,
+        }
+    }
+
+    pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+        let n_columns = match self.head.names.len() {
+            0 => self.head.n_columns,
+            n_names => n_names,
+        };
+        let mut uses = vec![Use::Ignored; n_columns];
+        if self.side != Side::Gauges
+            && let Some((index, _)) = self.single(ColumnRole::Status)?
+        {
+            uses[index] = Use::Status;
+        }
+        let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
+        let rate = self.table.sample_rate_hz.or(ati_rate);
+        let Some((index, rule)) = self.single(self.side.time_role())? else {
+            return match rate {
+                Some(rate) => Ok((None, TimeScale::PerSecond(rate), uses)),
+                None if self.head.ati.is_some() && self.side == Side::Both => {
+                    Err(self.reference_alone())
+                }
+                None => Err(TableError::NoTime {
+                    names: self.all_names(),
+                }),
+            };
+        };
+        uses[index] = Use::Time;
+        let unit = self.unit(index, rule);
+        let unknown = |unit: &str| self.unknown_unit(index, rule, unit, TIME_SPELLINGS);
+        let scale = match unit
+            .as_deref()
+            .map(|unit| (unit, TimeSpelling::from_name(unit)))
+        {
+            None => TimeScale::ByValues,
+            Some((unit, None)) => return Err(unknown(unit)),
+            Some((_, Some(TimeSpelling::Number(unit)))) => TimeScale::PerSecond(unit.per_second()),
+            Some((_, Some(TimeSpelling::Samples))) => match rate {
+                Some(rate) => TimeScale::PerSecond(rate),
+                None => {
+                    return Err(TableError::NoSampleRate {
+                        column: index + 1,
+                        name: self.bare_name(index).unwrap_or_else(|| "time".to_owned()),
+                    });
+                }
+            },
+            Some((_, Some(TimeSpelling::Text(form)))) => {
+                uses[index] = Use::TimeText(form);
+                TimeScale::PerSecond(1.0)
+            }
+        };
+        self.date(&mut uses)?;
+        Ok((Some(index), scale, uses))
+    }
+
+    /// The column with the day, which adds to a time of day.
+    fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
+        if self.side.time_role() != ColumnRole::Time {
+            return Ok(());
+        }
+        if let Some((index, rule)) = self.single(ColumnRole::Date)? {
+            let form = match self.unit(index, rule) {
+                None => TimeForm::Date(DateOrder::YearMonthDay),
+                Some(unit) => match TimeSpelling::from_name(&unit) {
+                    Some(TimeSpelling::Text(form @ TimeForm::Date(_))) => form,
+                    _ => {
+                        return Err(self.unknown_unit(index, rule, &unit, "iso8601, d/m/y, m/d/y"));
+                    }
+                },
+            };
+            uses[index] = Use::TimeText(form);
+        }
+        Ok(())
+    }
+
+    pub(super) fn gauges(
+        &self,
+        uses: &mut [Use],
+    ) -> Result<(Vec<String>, Vec<String>), TableError> {
+        let (mut names, mut labels) = (Vec::new(), Vec::new());
+        if !self.side.has_gauges() {
+            return Ok((names, labels));
+        }
+        let count = self.with_role(ColumnRole::Gauge).count();
+        if count > GAUGE_LIMIT {
+            return Err(TableError::TooManyGauges {
+                count,
+                limit: GAUGE_LIMIT,
+                names: self.all_names(),
+            });
+        }
+        let mut indices: Vec<usize> = Vec::new();
+        for (index, rule) in self.with_role(ColumnRole::Gauge) {
+            let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
+            let name = rule.name.clone().or_else(in_header);
+            let name = name.unwrap_or_else(|| format!("S{}", names.len() + 1));
+            if let Some(first) = names.iter().position(|other| *other == name) {
+                return Err(TableError::DuplicateGauge {
+                    name,
+                    first: indices[first] + 1,
+                    second: index + 1,
+                });
+            }
+            uses[index] = Use::Gauge {
+                factor: rule.scale / rule.counts_per_unit,
+            };
+            indices.push(index);
+            names.push(name);
+            labels.push(self.unit(index, rule).unwrap_or_default());
+        }
+        match names.len() {
+            0 if self.head.ati.is_some() => Err(self.reference_alone()),
+            0 => Err(TableError::NoGauges {
+                names: self.all_names(),
+            }),
+            _ => Ok((names, labels)),
+        }
+    }
+
+    fn reference_alone(&self) -> TableError {
+        TableError::ReferenceAlone {}
+    }
+
+    /// The columns of a pose, if the load is computed from it.
+    pub(super) fn pose(
+        &self,
+        weight: Option<&WeightMap>,
+        uses: &mut [Use],
+    ) -> Result<Option<PosePlan>, TableError> {
+        let (Some(weight), true) = (weight, self.side.has_loads()) else {
+            return Ok(None);
+        };
+        // Whether it is whole was checked with the map.
+        let Ok(Some(attitude)) = Attitude::of_table(self.table) else {
+            return Ok(None);
+        };
+        let mut width = 0;
+        let mut place = |part: PosePart, uses: &mut [Use]| -> Result<bool, TableError> {
+            let Some((index, rule)) = self.single(ColumnRole::Pose(part))? else {
+                return Ok(false);
+            };
+            uses[index] = Use::Pose {
+                slot: width,
+                factor: self.pose_factor(part, index, rule)?,
+            };
+            width += 1;
+            Ok(true)
+        };
+        for part in attitude.parts() {
+            place(*part, uses)?;
+        }
+        let mut n_places = 0;
+        for part in PosePart::POSITION {
+            n_places += usize::from(place(part, uses)?);
+        }
+        let mount = self.single(ColumnRole::Mount)?.map(|(index, _)| {
+            uses[index] = Use::Mount { slot: width };
+            width += 1;
+            width - 1
+        });
+        Ok(Some(PosePlan {
+            attitude,
+            position: (n_places == 3).then_some(attitude.parts().len()),
+            mount,
+            mounts: weight
+                .mounts
+                .iter()
+                .map(|mount| mount.name.clone())
+                .collect(),
+            width,
+        }))
+    }
+
+    /// What one of a column's numbers is in rad or m.
+    fn pose_factor(
+        &self,
+        part: PosePart,
+        index: usize,
+        rule: &ColumnRule,
+    ) -> Result<f64, TableError> {
+        let (in_si, known) = match self.unit(index, rule) {
+            None => (Some(1.0), ""),
+            Some(unit) if part.is_angle() => (units::angle_in_radians(&unit), units::ANGLE_UNITS),
+            Some(unit) if PosePart::POSITION.contains(&part) => {
+                (units::length_in_metres(&unit), units::LENGTH_UNITS)
+            }
+            Some(_) => (Some(1.0), ""),
+        };
+        let unit = || self.unit(index, rule).unwrap_or_default();
+        let in_si = in_si.ok_or_else(|| self.unknown_unit(index, rule, &unit(), known))?;
+        Ok(in_si * rule.scale / rule.counts_per_unit)
+    }
+
+    pub(super) fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
+        let mut axes = Vec::new();
+        if !self.side.has_loads() {
+            return Ok(axes);
+        }
+        for axis in Axis::ALL {
+            let mut candidates = self.with_role(ColumnRole::Load(axis));
+            let Some((index, rule)) = candidates.next() else {
+                continue;
+            };
+            if let Some((second, _)) = candidates.next() {
+                return Err(TableError::DuplicateAxis {
+                    axis,
+                    first: index + 1,
+                    second: second + 1,
+                });
+            }
+            uses[index] = Use::Load {
+                slot: axes.len(),
+                factor: self.load_factor(axis, index, rule)?,
+            };
+            axes.push(axis);
+        }
+        if axes.is_empty() && self.side != Side::Both && !has_pose {
+            return Err(TableError::NoLoads {
+                names: self.all_names(),
+            });
+        }
+        Ok(axes)
+    }
+
+    /// What one of a column's numbers is in SI.
+    fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, TableError> {
+        let counted = self.counted_unit(axis);
+        let in_preamble = || counted.map(|counted| counted.unit.clone());
+        let in_si = match self.unit(index, rule).or_else(in_preamble) {
+            None => 1.0,
+            Some(unit) => axis_factor(axis, &unit)
+                .map_err(|known| self.unknown_unit(index, rule, &unit, known))?,
+        };
+        let counts = counted.map_or(1.0, |counted| counted.counts);
+        Ok(in_si * rule.scale / (counts * rule.counts_per_unit))
+    }
+
+    /// What the preamble says about an axis.
+    fn counted_unit(&self, axis: Axis) -> Option<&CountedUnit> {
+        let ati = self.head.ati.as_ref()?;
+        Some(if axis.is_force() {
+            &ati.force
+        } else {
+            &ati.moment
+        })
+    }
+
+    pub(super) fn names(&self, gauge_names: &[String], uses: &[Use]) -> Vec<String> {
+        let mut gauges = gauge_names.iter();
+        let mut name = |(index, usage): (usize, &Use)| {
+            let of_gauge = match usage {
+                Use::Gauge { .. } => gauges.next().cloned(),
+                _ => None,
+            };
+            let role = || {
+                let at = self
+                    .columns
+                    .binary_search_by_key(&index, |(index, _)| *index);
+                at.ok().map(|at| self.columns[at].1.is.to_string())
+            };
+            self.bare_name(index)
+                .or(of_gauge)
+                .or_else(role)
+                .unwrap_or_default()
+        };
+        uses.iter().enumerate().map(&mut name).collect()
+    }
+
+    pub(super) fn dropouts(&self, uses: &[Use]) -> Vec<Vec<f64>> {
+        let is_used = |index: usize| uses.get(index).is_some_and(|usage| *usage != Use::Ignored);
+        let mut dropouts = Vec::new();
+        for (index, rule) in &self.columns {
+            if !rule.dropouts.is_empty() && is_used(*index) {
+                dropouts.resize(uses.len(), Vec::new());
+                dropouts[*index] = rule.dropouts.clone();
+            }
+        }
+        dropouts
+    }
+}
+
+/// What one `unit` on `axis` is in SI, or the units that would be understood.
+fn axis_factor(axis: Axis, unit: &str) -> Result<f64, &'static str> {
+    if axis.is_force() {
+        units::force_in_newtons(unit).ok_or(units::FORCE_UNITS)
+    } else {
+        units::moment_in_newton_metres(unit).ok_or(units::MOMENT_UNITS)
+    }
+}

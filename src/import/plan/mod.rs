@@ -1,0 +1,265 @@
+//! What reading does with each column: a map, brought to one file and checked against it.
+//!
+//! Guarantees: exactly one source of time; where gauges are wanted 1 to 64 of them, where a reference is wanted one axis
+//! or more; each axis at most once; every unit known.
+
+mod making;
+
+use super::TableError;
+use crate::formats::text::times::TimeForm;
+use crate::formats::text::{Head, TextLayout};
+use crate::import::map::{Attitude, ColumnRole, TableMap, WeightMap};
+use crate::recording::Axis;
+use making::Making;
+
+/// More channels than any force/torque sensor has, few enough for normal equations to stay small.
+const GAUGE_LIMIT: usize = 64;
+
+/// What a column is used for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Use {
+    Ignored,
+    /// A number, part of the time.
+    Time,
+    /// A date or a time of day, part of the time.
+    TimeText(TimeForm),
+    /// Times `factor` it is as the map wants it.
+    Gauge {
+        factor: f64,
+    },
+    /// The reference load number `slot` in [`Axis`] order; times `factor` it is SI.
+    Load {
+        slot: usize,
+        factor: f64,
+    },
+    Status,
+    /// Number `slot` of a pose; times `factor` it is in SI.
+    Pose {
+        slot: usize,
+        factor: f64,
+    },
+    /// The name of a mount, whose place in the list becomes number `slot` of a pose.
+    Mount {
+        slot: usize,
+    },
+}
+
+impl Use {
+    /// Whether it is read as a number.
+    pub(super) const fn is_number(self) -> bool {
+        !matches!(self, Self::TimeText(_) | Self::Status | Self::Mount { .. })
+    }
+
+    /// What one of its numbers is as the map wants it.
+    #[inline(always)]
+    pub(super) const fn factor(self) -> f64 {
+        match self {
+            Self::Gauge { factor } | Self::Load { factor, .. } | Self::Pose { factor, .. } => {
+                factor
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// What a message calls such a column.
+    pub(super) fn noun(self) -> &'static str {
+        match self {
+            Self::Ignored | Self::Status | Self::Mount { .. } => "column",
+            Self::Pose { .. } => "pose",
+            Self::Time | Self::TimeText(_) => "time",
+            Self::Gauge { .. } => "gauge",
+            Self::Load { .. } => "reference",
+        }
+    }
+}
+
+/// Which part of a table is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    /// Everything: gauges and reference have one clock.
+    Both,
+    /// The gauges alone.
+    Gauges,
+    /// The reference, whose time is a second one in the file of the gauges.
+    SecondClock,
+    /// The reference, in a file of its own.
+    ReferenceFile,
+}
+
+impl Side {
+    fn has_gauges(self) -> bool {
+        matches!(self, Self::Both | Self::Gauges)
+    }
+
+    pub(super) fn has_loads(self) -> bool {
+        self != Self::Gauges
+    }
+
+    fn time_role(self) -> ColumnRole {
+        if self == Self::SecondClock {
+            ColumnRole::TimeReference
+        } else {
+            ColumnRole::Time
+        }
+    }
+}
+
+/// Where times come from and what they count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum TimeScale {
+    /// So many make one second.
+    PerSecond(f64),
+    /// By their values.
+    ByValues,
+}
+
+/// What is done with each column of a file.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// The header's line, or that of the first row.
+    pub(super) line: u64,
+    pub(super) text: TextLayout,
+    /// One per column, in file order.
+    pub(super) uses: Vec<Use>,
+    /// One per column, as a message calls it.
+    pub(super) names: Vec<String>,
+    /// Per column, which values mean that there is none; empty if no column has any.
+    pub(super) dropouts: Vec<Vec<f64>>,
+    pub(super) time_scale: TimeScale,
+    /// Without one, rows are counted.
+    pub(super) time_column: Option<usize>,
+    /// In file order.
+    pub(super) gauge_names: Vec<String>,
+    /// Labels; empty where there is none.
+    pub(super) gauge_units: Vec<String>,
+    /// In [`Axis`] order.
+    pub(super) axes: Vec<Axis>,
+    /// Where the load is computed.
+    pub(super) pose: Option<PosePlan>,
+    /// Whether a row may hold nothing for this side.
+    pub(super) may_be_blank: bool,
+}
+
+/// The numbers of a pose, as they stand beside each other: how the sensor is turned, where it is, what it carries.
+#[derive(Clone, Debug)]
+pub(super) struct PosePlan {
+    pub(super) attitude: Attitude,
+    /// Where the three numbers of the position stand, if they are there.
+    pub(super) position: Option<usize>,
+    /// Where the number of the mount stands, if it is there.
+    pub(super) mount: Option<usize>,
+    /// The mounts' names.
+    pub(super) mounts: Vec<String>,
+    pub(super) width: usize,
+}
+
+impl PosePlan {
+    /// No pose has more numbers: a matrix, a position, a mount.
+    pub(super) const WIDTH_LIMIT: usize = 13;
+}
+
+impl Plan {
+    /// Whether times say when in a day, but not on which.
+    pub(super) fn is_time_of_day(&self) -> bool {
+        let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
+        let is_clock = |usage: &Use| *usage == Use::TimeText(TimeForm::TimeOfDay);
+        self.uses.iter().any(is_clock) && !self.uses.iter().any(is_date)
+    }
+
+    /// How many numbers of a pose are kept of each row.
+    pub(super) fn pose_width(&self) -> usize {
+        self.pose.as_ref().map_or(0, |pose| pose.width)
+    }
+
+    /// Brings a map to the file whose table starts so.
+    pub(super) fn new(
+        table: &TableMap,
+        head: &Head,
+        side: Side,
+        weight: Option<&WeightMap>,
+    ) -> Result<Self, TableError> {
+        let making = Making::new(table, head, side)?;
+        let (time_column, time_scale, mut uses) = making.times()?;
+        let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
+        let pose = making.pose(weight, &mut uses)?;
+        let axes = making.loads(pose.is_some(), &mut uses)?;
+        let names = making.names(&gauge_names, &uses);
+        Ok(Self {
+            line: head.line,
+            text: table.text.clone(),
+            dropouts: making.dropouts(&uses),
+            uses,
+            names,
+            time_scale,
+            time_column,
+            gauge_names,
+            gauge_units,
+            axes,
+            pose,
+            may_be_blank: matches!(side, Side::Gauges | Side::SecondClock),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ReadError;
+    use super::super::tests::{plan_and_notes, plan_of_names};
+    use super::*;
+
+    #[test]
+    fn loads_come_in_axis_order_and_gauges_in_file_order() {
+        let (plan, notes) = plan_and_notes("Tz_Nmm,S2,t,Fx [kN],S1 [mV/V]").unwrap();
+        assert_eq!(plan.axes, [Axis::Fx, Axis::Mz]);
+        assert_eq!(plan.gauge_names, ["S2", "S1"]);
+        assert_eq!(plan.gauge_units, ["", "mV/V"]);
+        let load = |slot, factor| Use::Load { slot, factor };
+        assert_eq!(plan.uses[0], load(1, 1e-3));
+        assert_eq!(plan.uses[3], load(0, 1e3));
+        assert_eq!(plan.time_scale, TimeScale::ByValues);
+        assert!(notes.is_empty());
+    }
+
+    #[test]
+    fn a_bracketed_unit_stays_with_its_name_between_blanks() {
+        let plan = plan_of_names("time [ms]  S1 (mV / V)  Mx (N mm)");
+        assert_eq!(plan.time_scale, TimeScale::PerSecond(1e3));
+        assert_eq!(plan.names, ["time", "S1", "Mx"]);
+        assert_eq!(plan.axes, [Axis::Mx]);
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_an_error_that_says_where() {
+        let message = |text: &str| plan_and_notes(text).unwrap_err().to_string();
+        assert!(
+            message("0,1.5,\"2\"").starts_with("a.csv:1: no header: the first line holds only")
+        );
+        assert!(message("0,5;1,5").contains("only numbers"));
+        assert!(message("S1,Fx").contains("no time column among S1, Fx"));
+        assert!(message("t,Fx,a\tb").contains("no gauge column among t, Fx, a\\tb"));
+        let unit = message("t,S1,Fx [stone]");
+        assert!(unit.contains("column 3 (Fx) has the unknown unit stone; understood here: N, kN"));
+        assert!(message("t,S1,Mx (N)").contains("unknown unit N; understood here: N·m"));
+        assert!(message("t [min],S1").contains("unknown unit min; understood here: s, ms"));
+        assert!(message("t,S1,Fx,ATI_Fx").contains("columns 3 and 4 are both Fx"));
+        assert!(message("t,S1 [V],x,S1 [mV]").contains("columns 2 and 4 are both gauge S1"));
+    }
+
+    #[test]
+    fn sixty_four_gauges_are_the_limit() {
+        let gauges = |n: usize| (0..n).map(|k| format!(",ch{k}")).collect::<String>();
+        assert_eq!(
+            plan_of_names(&format!("t{}", gauges(64))).gauge_names.len(),
+            64
+        );
+        let error = plan_and_notes(&format!("t{}", gauges(70))).unwrap_err();
+        assert!(matches!(
+            error,
+            ReadError::Table {
+                source: TableError::TooManyGauges { count: 70, .. },
+                ..
+            }
+        ));
+        assert!(error.to_string().ends_with("ch6 and 63 more"));
+    }
+}

@@ -1,0 +1,450 @@
+//! Loads from poses: what a weight of known mass does to a sensor whose attitude is known (the paper's Calc.), and the
+//! weight from poses and a measured load.
+//!
+//! Guarantees: a pose that is no rotation is never used; without inertia the force never exceeds the weight's pull.
+
+use crate::import::map::{Angles, Attitude};
+use crate::recording::kinetics::{
+    Rotation, Weight, load_of_pull, pull_in_sensor, rotation_from_quaternion,
+    rotation_from_roll_pitch_yaw, rotation_from_vector,
+};
+
+/// A matrix whose rows are this far from being at right angles and of length 1 is no rotation.
+const ROTATION_TOLERANCE: f64 = 0.02;
+/// Poses within the smoothing time at least, so that a curve through them has a bend.
+const FEWEST_POSES: usize = 5;
+/// Gravity must turn this far in the sensor's frame (variance of its direction) to weigh anything.
+const LEAST_TURNING: f64 = 1e-3;
+/// The least product of variances along two directions, to find a centre of mass.
+const LEAST_TURNING_TWICE: f64 = 1e-6;
+
+/// How a sensor stands at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// How it is turned.
+    pub rotation: Rotation,
+    /// Where it is in the world (m); the origin where that is not known.
+    pub position_m: [f64; 3],
+}
+
+/// The rotation that such numbers mean, in the order of [`Attitude::parts`]; angles in rad. `None` if they are none.
+#[must_use]
+pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<Rotation> {
+    let rotation = match (attitude, numbers) {
+        (Attitude::Quaternion, &[w, x, y, z]) => rotation_from_quaternion([w, x, y, z])?,
+        (Attitude::RotationVector, &[x, y, z]) => rotation_from_vector([x, y, z]),
+        (Attitude::RollPitchYaw, &[roll, pitch, yaw]) => match angles {
+            Angles::FixedXyz => rotation_from_roll_pitch_yaw(roll, pitch, yaw),
+            // Turning about turned axes is turning about fixed ones in the other order, the other way round.
+            Angles::IntrinsicXyz => {
+                transposed(&rotation_from_roll_pitch_yaw_reversed(roll, pitch, yaw))
+            }
+        },
+        (Attitude::Matrix, &[a, b, c, d, e, f, g, h, i]) => [[a, b, c], [d, e, f], [g, h, i]],
+        _ => return None,
+    };
+    is_rotation(&rotation).then_some(rotation)
+}
+
+/// `(Rx(roll) Ry(pitch) Rz(yaw))ᵀ`, which is `Rz(-yaw) Ry(-pitch) Rx(-roll)`.
+fn rotation_from_roll_pitch_yaw_reversed(roll: f64, pitch: f64, yaw: f64) -> Rotation {
+    rotation_from_roll_pitch_yaw(-roll, -pitch, -yaw)
+}
+
+fn transposed(rotation: &Rotation) -> Rotation {
+    std::array::from_fn(|i| std::array::from_fn(|j| rotation[j][i]))
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn is_rotation(rotation: &Rotation) -> bool {
+    let [x, y, z] = rotation;
+    let is = |value: f64, expected: f64| (value - expected).abs() <= ROTATION_TOLERANCE;
+    let handedness = x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0])
+        + x[2] * (y[0] * z[1] - y[1] * z[0]);
+    [x, y, z].into_iter().all(|row| is(dot(row, row), 1.0))
+        && is(dot(x, y), 0.0)
+        && is(dot(x, z), 0.0)
+        && is(dot(y, z), 0.0)
+        && is(handedness, 1.0)
+}
+
+/// The acceleration of a weight's centre of mass in the world (m/s²), one for each pose.
+///
+/// In a window centred on each pose, half of `smoothing_secs` to either side, a parabola is fitted to the centre's path;
+/// the window looks ahead, so this is for references alone. Times that go back end it, and with fewer than five poses in
+/// it the acceleration is taken as none.
+#[must_use]
+pub fn accelerations(
+    times: &[f64],
+    poses: &[Pose],
+    weights: &[Weight],
+    smoothing_secs: f64,
+) -> Vec<[f64; 3]> {
+    let centres: Vec<[f64; 3]> = poses
+        .iter()
+        .zip(weights)
+        .map(|(pose, weight)| {
+            std::array::from_fn(|i| pose.position_m[i] + dot(&pose.rotation[i], &weight.centre_m))
+        })
+        .collect();
+    let half = smoothing_secs / 2.0;
+    let (mut start, mut end) = (0, 0);
+    let mut accelerations = Vec::with_capacity(times.len());
+    for k in 0..times.len() {
+        end = end.max(k + 1);
+        while end < times.len() && (times[end - 1]..=times[k] + half).contains(&times[end]) {
+            end += 1;
+        }
+        if k > 0 && (times[k] < times[k - 1] || weights[k] != weights[k - 1]) {
+            start = k;
+        }
+        while times[start] < times[k] - half {
+            start += 1;
+        }
+        let end = start
+            + weights[start..end]
+                .iter()
+                .take_while(|w| **w == weights[k])
+                .count();
+        accelerations.push(bend(&times[start..end], &centres[start..end], times[k]));
+    }
+    accelerations
+}
+
+/// The second derivative of the parabola that fits a path best, by least squares.
+fn bend(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
+    if times.len() < FEWEST_POSES {
+        return [0.0; 3];
+    }
+    // Parabolas orthogonal over these times: the bend is what is left of t² beside 1 and t.
+    let n = times.len() as f64;
+    let mean = times.iter().map(|t| t - now).sum::<f64>() / n;
+    let t = |time: &f64| time - now - mean;
+    let m2 = times.iter().map(|x| t(x).powi(2)).sum::<f64>() / n;
+    let m3 = times.iter().map(|x| t(x).powi(3)).sum::<f64>() / n;
+    if m2 == 0.0 {
+        return [0.0; 3];
+    }
+    let own = |time: &f64| t(time).powi(2) - m2 - m3 / m2 * t(time);
+    let size = times.iter().map(|x| own(x).powi(2)).sum::<f64>();
+    if size <= f64::EPSILON * n * m2 * m2 {
+        return [0.0; 3];
+    }
+    let middle = path[path.len() / 2];
+    std::array::from_fn(|i| {
+        let along = times
+            .iter()
+            .zip(path)
+            .map(|(x, p)| own(x) * (p[i] - middle[i]));
+        2.0 * along.sum::<f64>() / size
+    })
+}
+
+/// The load of a weight that is pulled by gravity and moves with this acceleration, both in the world (m/s²).
+#[must_use]
+pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64; 3]) -> [f64; 6] {
+    let pull = std::array::from_fn(|i| gravity[i] - acceleration[i]);
+    load_of_pull(&pose.rotation, weight, pull)
+}
+
+/// A weight as poses and a measured load tell it.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct WeightEstimate {
+    /// How heavy it is (kg).
+    pub mass_kg: f64,
+    /// Its centre of mass in the sensor's frame (m); `None` without the three moments, or if the sensor was turned about
+    /// one axis alone.
+    pub centre_m: Option<[f64; 3]>,
+    /// What the reference shows without any load (N).
+    pub force_offset: [f64; 3],
+    /// The same for the moments (N·m).
+    pub moment_offset: Option<[f64; 3]>,
+    /// What is left of the forces (N, root mean square over the three axes).
+    pub force_rms: f64,
+    /// What is left of the moments (N·m).
+    pub moment_rms: Option<f64>,
+    /// From so many samples.
+    pub n_samples: usize,
+}
+
+/// Least squares for the weight: forces are `m Rᵀg` and an offset, moments `m c × Rᵀg` and an offset.
+///
+/// **Shapes** `forces` and `moments` one for each rotation.
+///
+/// `None` if gravity never turned in the sensor's frame: weight and offset are then the same.
+#[must_use]
+pub fn estimate_weight(
+    rotations: &[Rotation],
+    forces: &[[f64; 3]],
+    moments: Option<&[[f64; 3]]>,
+    gravity: [f64; 3],
+) -> Option<WeightEstimate> {
+    let n = rotations.len() as f64;
+    let pulls: Vec<[f64; 3]> = rotations
+        .iter()
+        .map(|r| pull_in_sensor(r, gravity))
+        .collect();
+    let mean = |values: &[[f64; 3]]| -> [f64; 3] {
+        std::array::from_fn(|i| values.iter().map(|v| v[i]).sum::<f64>() / n)
+    };
+    let (pull_mean, force_mean) = (mean(&pulls), mean(forces));
+    let less = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
+    let mut spread = [[0.0; 3]; 3];
+    let mut along = 0.0;
+    for (pull, force) in pulls.iter().zip(forces) {
+        let (pull, force) = (less(pull, &pull_mean), less(force, &force_mean));
+        along += dot(&pull, &force);
+        for i in 0..3 {
+            for j in 0..3 {
+                spread[i][j] += pull[i] * pull[j];
+            }
+        }
+    }
+    let trace = spread[0][0] + spread[1][1] + spread[2][2];
+    let scale = n * dot(&gravity, &gravity);
+    if trace <= LEAST_TURNING * scale {
+        return None;
+    }
+    let mass_kg = along / trace;
+    let force_offset = std::array::from_fn(|i| force_mean[i] - mass_kg * pull_mean[i]);
+    let left = |expected: [f64; 3], measured: &[f64; 3]| {
+        let left = less(measured, &expected);
+        dot(&left, &left)
+    };
+    let force_left = pulls.iter().zip(forces).map(|(pull, force)| {
+        left(
+            std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]),
+            force,
+        )
+    });
+    let mut estimate = WeightEstimate {
+        mass_kg,
+        centre_m: None,
+        force_offset,
+        moment_offset: None,
+        force_rms: (force_left.sum::<f64>() / (3.0 * n)).sqrt(),
+        moment_rms: None,
+        n_samples: rotations.len(),
+    };
+    // Twice the sum of products of variances along two directions: no cross product without a second one.
+    let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
+    let twice = trace * trace - squares;
+    if let Some(moments) = moments
+        && twice > LEAST_TURNING_TWICE * scale * scale
+    {
+        estimate.add_centre(&pulls, pull_mean, moments, mean(moments), &spread, trace);
+    }
+    Some(estimate)
+}
+
+impl WeightEstimate {
+    /// Moments about their mean are `d × p` of the pulls `p` about theirs, where `d = m c`. Least squares for `d`:
+    /// `Σ (|p|² I − p pᵀ) d = Σ p × M`.
+    fn add_centre(
+        &mut self,
+        pulls: &[[f64; 3]],
+        pull_mean: [f64; 3],
+        moments: &[[f64; 3]],
+        moment_mean: [f64; 3],
+        spread: &Rotation,
+        trace: f64,
+    ) {
+        let mut right = [0.0; 3];
+        for (pull, moment) in pulls.iter().zip(moments) {
+            let p: [f64; 3] = std::array::from_fn(|i| pull[i] - pull_mean[i]);
+            let m: [f64; 3] = std::array::from_fn(|i| moment[i] - moment_mean[i]);
+            let turned = cross(p, m);
+            (0..3).for_each(|i| right[i] += turned[i]);
+        }
+        let matrix: Rotation = std::array::from_fn(|i| {
+            std::array::from_fn(|j| if i == j { trace } else { 0.0 } - spread[i][j])
+        });
+        let first_moment = solve(&matrix, right);
+        let offset = {
+            let of_mean = cross(first_moment, pull_mean);
+            std::array::from_fn(|i| moment_mean[i] - of_mean[i])
+        };
+        let squares = pulls.iter().zip(moments).map(|(pull, moment)| {
+            let expected = cross(first_moment, *pull);
+            (0..3)
+                .map(|i| (moment[i] - expected[i] - offset[i]).powi(2))
+                .sum::<f64>()
+        });
+        self.moment_rms = Some((squares.sum::<f64>() / (3.0 * pulls.len() as f64)).sqrt());
+        self.centre_m = Some(first_moment.map(|x| x / self.mass_kg));
+        self.moment_offset = Some(offset);
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Cramer's rule; the matrix is symmetric and, as the caller made sure, not singular.
+fn solve(matrix: &Rotation, right: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = *matrix;
+    let determinant = dot(&x, &cross(y, z));
+    [
+        dot(&right, &cross(y, z)) / determinant,
+        dot(&x, &cross(right, z)) / determinant,
+        dot(&x, &cross(y, right)) / determinant,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::recording::kinetics::STANDARD_GRAVITY;
+
+    const GRAVITY: [f64; 3] = [0.0, 0.0, -STANDARD_GRAVITY];
+
+    fn assert_close(actual: &[f64], expected: &[f64], tolerance: f64) {
+        for (a, e) in actual.iter().zip(expected) {
+            assert!((a - e).abs() <= tolerance, "{actual:?} is not {expected:?}");
+        }
+    }
+
+    /// A quarter turn about z takes x to y and y to −x; after a quarter turn about x, which takes y to z and z to −y, the
+    /// products in both orders are written out by hand.
+    #[test]
+    fn every_way_to_write_an_attitude_means_the_same() {
+        let fixed = Angles::FixedXyz;
+        let quarter = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        let half = (FRAC_PI_2 / 2.0).sin();
+        for (attitude, numbers) in [
+            (Attitude::Quaternion, &[half, 0.0, 0.0, half][..]),
+            (Attitude::Quaternion, &[-2.0, 0.0, 0.0, -2.0]),
+            (Attitude::RotationVector, &[0.0, 0.0, FRAC_PI_2]),
+            (Attitude::RollPitchYaw, &[0.0, 0.0, FRAC_PI_2]),
+            (Attitude::Matrix, quarter.as_flattened()),
+        ] {
+            let rotation = rotation(attitude, fixed, numbers).unwrap();
+            assert_close(rotation.as_flattened(), quarter.as_flattened(), 1e-15);
+        }
+        let both = [FRAC_PI_2, 0.0, FRAC_PI_2];
+        let of = |angles| rotation(Attitude::RollPitchYaw, angles, &both).unwrap();
+        let z_after_x = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let x_after_z = [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]];
+        assert_close(of(fixed).as_flattened(), z_after_x.as_flattened(), 1e-15);
+        let intrinsic = of(Angles::IntrinsicXyz);
+        assert_close(intrinsic.as_flattened(), x_after_z.as_flattened(), 1e-15);
+    }
+
+    #[test]
+    fn what_is_no_rotation_is_refused() {
+        let of = |attitude, numbers: &[f64]| rotation(attitude, Angles::FixedXyz, numbers);
+        assert_eq!(of(Attitude::Quaternion, &[0.0; 4]), None);
+        let mirror = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+        assert_eq!(of(Attitude::Matrix, &mirror), None);
+        assert_eq!(of(Attitude::Matrix, &[1.0; 9]), None);
+        assert!(of(Attitude::RotationVector, &[0.0; 3]).is_some());
+    }
+
+    /// On a turntable with the angular velocity ω about the upright z a weight at c is pulled outwards: the sensor carries
+    /// `F = m (ω² c_x, ω² c_y, −g)` in its own turning frame. A parabola over 21 ms flattens the circle by less than
+    /// (3 · 0.0105)² / 6 = 0.02 % of 2 N.
+    #[test]
+    fn a_turntable_pulls_its_weight_outwards() {
+        let (omega, weight) = (
+            3.0,
+            Weight {
+                mass_kg: 2.0,
+                centre_m: [0.1, -0.05, 0.2],
+            },
+        );
+        let times: Vec<f64> = (0..400).map(|k| f64::from(k) * 1e-3).collect();
+        let pose = |t: &f64| Pose {
+            rotation: rotation_from_roll_pitch_yaw(0.0, 0.0, omega * t),
+            position_m: [0.5, 0.0, 0.0],
+        };
+        let poses: Vec<Pose> = times.iter().map(pose).collect();
+        let accelerations = accelerations(&times, &poses, &vec![weight; 400], 0.021);
+        let [cx, cy, _] = weight.centre_m;
+        let outwards = 2.0 * omega * omega;
+        for k in 20..380 {
+            let load = load(&poses[k], &weight, GRAVITY, accelerations[k]);
+            let force = [outwards * cx, outwards * cy, -2.0 * STANDARD_GRAVITY];
+            assert_close(&load[..3], &force, 1e-3);
+            assert_close(&load[3..], &cross(weight.centre_m, force), 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_pause_or_another_weight_is_no_acceleration() {
+        let weight = |mass_kg| Weight {
+            mass_kg,
+            centre_m: [0.1, 0.0, 0.0],
+        };
+        let upright = rotation_from_roll_pitch_yaw(0.0, 0.0, 0.0);
+        let pose = |x| Pose {
+            rotation: upright,
+            position_m: [x, 0.0, 0.0],
+        };
+        let times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.0, 0.1, 0.2, 0.3, 0.4];
+        let poses: Vec<Pose> = (0..10)
+            .map(|k| pose(if k < 5 { 0.0 } else { 9.0 }))
+            .collect();
+        let one = vec![weight(1.0); 10];
+        let none = vec![[0.0; 3]; 10];
+        assert_eq!(accelerations(&times, &poses, &one, 10.0), none);
+        let times: Vec<f64> = (0..10).map(f64::from).collect();
+        let two: Vec<Weight> = (0..10)
+            .map(|k| weight(if k < 5 { 1.0 } else { 2.0 }))
+            .collect();
+        assert_eq!(accelerations(&times, &poses, &two, 100.0), none);
+    }
+
+    #[test]
+    fn a_weight_is_found_behind_offsets() {
+        let weight = Weight {
+            mass_kg: 1.25,
+            centre_m: [0.02, -0.01, 0.06],
+        };
+        let offset = [3.0, -2.0, 1.0, 0.1, 0.2, -0.3];
+        let turned =
+            |k: u32| rotation_from_roll_pitch_yaw(f64::from(k), 0.7 * f64::from(k * k % 5), 0.3);
+        let measured = |rotations: &[Rotation]| -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
+            let load = |r: &Rotation| load_of_pull(r, &weight, GRAVITY);
+            let part =
+                |load: [f64; 6], at: usize| std::array::from_fn(|i| load[at + i] + offset[at + i]);
+            rotations
+                .iter()
+                .map(|r| (part(load(r), 0), part(load(r), 3)))
+                .unzip()
+        };
+        let rotations: Vec<Rotation> = (0..12).map(turned).collect();
+        let (forces, moments) = measured(&rotations);
+        let found = estimate_weight(&rotations, &forces, Some(&moments), GRAVITY).unwrap();
+        assert_close(&[found.mass_kg], &[1.25], 1e-12);
+        assert_close(&found.centre_m.unwrap(), &weight.centre_m, 1e-12);
+        assert_close(&found.force_offset, &offset[..3], 1e-11);
+        assert_close(&found.moment_offset.unwrap(), &offset[3..], 1e-11);
+        assert_close(
+            &[found.force_rms, found.moment_rms.unwrap()],
+            &[0.0; 2],
+            1e-11,
+        );
+        // Forth and back along one line of gravity: the mass is there, its place is not.
+        let line: Vec<Rotation> = [0.0, std::f64::consts::PI]
+            .map(|roll| rotation_from_roll_pitch_yaw(roll, 0.0, 0.0))
+            .into();
+        let (forces, moments) = measured(&line);
+        let found = estimate_weight(&line, &forces, Some(&moments), GRAVITY).unwrap();
+        assert_eq!(found.centre_m, None);
+        let still = vec![turned(1); 5];
+        let (forces, moments) = measured(&still);
+        assert_eq!(
+            estimate_weight(&still, &forces, Some(&moments), GRAVITY),
+            None
+        );
+    }
+}

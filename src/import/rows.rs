@@ -1,0 +1,395 @@
+//! Rows of numbers from parts of a file. Parts know nothing of each other, so they can be parsed at the same time.
+//!
+//! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two parts gives
+//! what one part with the lines of both would have given.
+
+use super::plan::{Plan, PosePlan, Use};
+use super::warning::{Finding, Findings, Trouble};
+use crate::formats::text::{ati, lines};
+use crate::formats::{Cell, Part, Row};
+use crate::recording::Axis;
+
+/// The rows of a stretch of lines, in SI but for the times, which stay in the unit of the file.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    pub(super) times: Vec<f64>,
+    /// Row-major.
+    pub(super) gauges: Vec<f64>,
+    /// Row-major, in axis order.
+    pub(super) loads: Vec<f64>,
+    /// Row-major, as the plan's pose says; empty once the loads are computed.
+    pub(super) poses: Vec<f64>,
+    pub(super) findings: Findings,
+    pub(super) n_lines: u64,
+    pub(super) n_skipped: u64,
+    /// Per column, in how many skipped rows it holds no finite number.
+    pub(super) bad_cells: Vec<u64>,
+    /// Lines that are rows, usable or not.
+    n_table_rows: u64,
+    /// Whether the times are such counts.
+    counts_rows: bool,
+    lines: Vec<LineRun>,
+}
+
+/// From row `row` on, rows stand on successive lines, the first on `line`.
+#[derive(Clone, Copy, Debug)]
+struct LineRun {
+    row: usize,
+    line: u64,
+}
+
+/// A row cannot be kept.
+struct Unusable;
+
+impl Rows {
+    /// No rows yet, below so many lines.
+    pub(super) fn starting_after(n_lines: u64) -> Self {
+        Self {
+            n_lines,
+            ..Self::default()
+        }
+    }
+
+    /// The rows of a part of a file, line 1 being its first; rows that are no text count as lines.
+    pub(super) fn parse(part: Part<'_>, plan: &Plan) -> Self {
+        let mut rows = Self {
+            bad_cells: vec![0; plan.uses.len()],
+            counts_rows: plan.time_column.is_none(),
+            ..Self::default()
+        };
+        match part {
+            Part::Lines(block) => {
+                let mut lines = lines(block).peekable();
+                // As many rows as if all lines were like the first, but never more than fit with one digit a cell.
+                let first_bytes = lines.peek().map_or(0, |line| line.len());
+                let line_bytes = first_bytes.max(2 * plan.uses.len());
+                rows.reserve(block.len() / line_bytes + 1, plan);
+                for line in lines {
+                    rows.n_lines += 1;
+                    if let Some(row) = plan.text.row(line) {
+                        rows.row(row, plan);
+                    }
+                }
+            }
+            Part::Rows(columns, range) => {
+                rows.reserve(range.len(), plan);
+                for row in range {
+                    rows.n_lines += 1;
+                    rows.row(columns.row(row), plan);
+                }
+            }
+        }
+        rows
+    }
+
+    /// Appends the parts that follow, which are such a share of the file; the first time it makes room for the whole
+    /// file, as growing later would copy everything.
+    pub(super) fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
+        if self.times.is_empty() {
+            let n_rows: usize = parts.iter().map(|rows| rows.times.len()).sum();
+            // A little more than as many rows as so far everywhere.
+            let slack = if share < 1.0 { 1.02 } else { 1.0 };
+            self.reserve((slack * n_rows as f64 / share) as usize, plan);
+        }
+        parts.into_iter().for_each(|next| self.append(next));
+    }
+
+    /// Makes room for about `n_rows` rows more.
+    pub(super) fn reserve(&mut self, n_rows: usize, plan: &Plan) {
+        self.times.reserve_exact(n_rows);
+        self.gauges.reserve_exact(n_rows * plan.gauge_names.len());
+        self.loads.reserve_exact(n_rows * plan.axes.len());
+        self.poses.reserve_exact(n_rows * plan.pose_width());
+    }
+
+    /// Appends the rows of the block that follows.
+    fn append(&mut self, next: Self) {
+        let (n_rows, n_lines) = (self.times.len(), self.n_lines);
+        if next.counts_rows {
+            let n_before = self.n_table_rows as f64;
+            self.times
+                .extend(next.times.iter().map(|count| n_before + count));
+        } else {
+            self.times.extend_from_slice(&next.times);
+        }
+        self.gauges.extend_from_slice(&next.gauges);
+        self.loads.extend_from_slice(&next.loads);
+        self.poses.extend_from_slice(&next.poses);
+        self.findings.append(next.findings, n_lines);
+        self.n_lines += next.n_lines;
+        self.n_table_rows += next.n_table_rows;
+        self.n_skipped += next.n_skipped;
+        self.bad_cells.resize(next.bad_cells.len(), 0);
+        for (sum, more) in self.bad_cells.iter_mut().zip(next.bad_cells) {
+            *sum += more;
+        }
+        for run in next.lines {
+            self.place_row(n_rows + run.row, n_lines + run.line);
+        }
+    }
+
+    /// On which line row `row` stands.
+    pub(super) fn line_of(&self, row: usize) -> u64 {
+        let run = self.lines[self.lines.partition_point(|run| run.row <= row) - 1];
+        run.line + (row - run.row) as u64
+    }
+
+    fn place_row(&mut self, row: usize, line: u64) {
+        let follows = |last: &LineRun| last.line + (row - last.row) as u64 == line;
+        if !self.lines.last().is_some_and(follows) {
+            self.lines.push(LineRun { row, line });
+        }
+    }
+
+    fn row<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
+        let (n_rows, n_gauges) = (self.times.len(), self.gauges.len());
+        match self.keep(row.clone(), plan) {
+            Ok(()) => self.place_row(n_rows, self.n_lines),
+            Err(Unusable) => {
+                self.gauges.truncate(n_gauges);
+                self.explain(row, plan);
+            }
+        }
+        self.n_table_rows += 1;
+    }
+
+    /// Puts every cell of a row where it belongs.
+    fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<(), Unusable> {
+        let mut loads = [0.0; Axis::ALL.len()];
+        let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
+        let mut time = if self.counts_rows {
+            self.n_table_rows as f64
+        } else {
+            0.0
+        };
+        let mut comma = None;
+        for (index, usage) in plan.uses.iter().enumerate() {
+            let mut value = || next_value(&mut row, *usage, index, plan, &mut comma);
+            match *usage {
+                Use::Ignored => {
+                    row.next().ok_or(Unusable)?;
+                }
+                Use::Gauge { .. } => self.gauges.push(value()?),
+                Use::Load { slot, .. } => loads[slot] = value()?,
+                Use::Time | Use::TimeText(_) => time += value()?,
+                Use::Pose { slot, .. } | Use::Mount { slot } => pose[slot] = value()?,
+                Use::Status => {
+                    value()?;
+                }
+            }
+        }
+        self.times.push(time);
+        self.loads.extend_from_slice(&loads[..plan.axes.len()]);
+        self.poses.extend_from_slice(&pose[..plan.pose_width()]);
+        if let Some((index, cell)) = comma {
+            let finding = Finding::DecimalComma {
+                column: index + 1,
+                name: plan.names[index].clone(),
+                value: cell.shown(),
+            };
+            self.findings.note(self.n_lines, finding);
+        }
+        let n_extra = row.count();
+        if n_extra > 0 {
+            let expected = plan.uses.len();
+            let actual = expected + n_extra;
+            let finding = Finding::TooManyCells { expected, actual };
+            self.findings.note(self.n_lines, finding);
+        }
+        Ok(())
+    }
+
+    /// Notes why a row cannot be kept: the first reason as a finding, all bad cells as counts.
+    fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
+        let is_used = |(_, usage): &(Cell<'_>, &Use)| **usage != Use::Ignored;
+        let mut used = row.clone().zip(&plan.uses).filter(is_used);
+        if plan.may_be_blank && used.all(|(cell, _)| cell.is_empty()) {
+            return;
+        }
+        self.n_skipped += 1;
+        let (expected, actual) = (plan.uses.len(), row.clone().count());
+        if actual < expected {
+            let finding = Finding::TooFewCells { expected, actual };
+            self.findings.note(self.n_lines, finding);
+            return;
+        }
+        let mut first = None;
+        for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
+            if let Err(trouble) = value_of(cell, *usage, index, plan) {
+                self.bad_cells[index] += u64::from(!trouble.is_wanted());
+                first.get_or_insert_with(|| Finding::Cell {
+                    column: index + 1,
+                    name: plan.names[index].clone(),
+                    value: cell.shown(),
+                    trouble,
+                });
+            }
+        }
+        if let Some(finding) = first {
+            self.findings.note(self.n_lines, finding);
+        }
+    }
+
+    /// Leaves out the rows that are not kept.
+    pub(super) fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let n_rows = self.times.len();
+        self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
+        let lists = [
+            &mut self.times,
+            &mut self.gauges,
+            &mut self.loads,
+            &mut self.poses,
+        ];
+        for values in lists {
+            let width = values.len().checked_div(n_rows).unwrap_or(0);
+            let mut kept = 0;
+            for row in (0..n_rows).filter(|row| is_kept(*row)) {
+                values.copy_within(row * width..(row + 1) * width, kept * width);
+                kept += 1;
+            }
+            values.truncate(kept * width);
+        }
+    }
+
+    /// From now on these rows, in order, are the first, the second and so on; only their lines move.
+    pub(super) fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
+        let before = Self {
+            lines: std::mem::take(&mut self.lines),
+            ..Self::default()
+        };
+        for (new, old) in rows.enumerate() {
+            self.place_row(new, before.line_of(old));
+        }
+    }
+}
+
+/// The number that the next cell stands for; the first cell whose comma had to be read as a decimal point is kept.
+#[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
+fn next_value<'a>(
+    row: &mut impl Row<'a>,
+    usage: Use,
+    index: usize,
+    plan: &Plan,
+    comma: &mut Option<(usize, Cell<'a>)>,
+) -> Result<f64, Unusable> {
+    let plain = if usage.is_number() {
+        row.next_number()
+    } else {
+        None
+    };
+    match plain {
+        Some(number) => in_si(number, usage, index, plan).map_err(|_| Unusable),
+        None => {
+            let cell = row.next().ok_or(Unusable)?;
+            other_value(cell, usage, index, plan, comma)
+        }
+    }
+}
+
+/// See [`next_value`]; for every cell that is no plain number.
+#[inline(never)]
+fn other_value<'a>(
+    cell: Cell<'a>,
+    usage: Use,
+    index: usize,
+    plan: &Plan,
+    comma: &mut Option<(usize, Cell<'a>)>,
+) -> Result<f64, Unusable> {
+    let (value, has_comma) = value_of(cell, usage, index, plan).map_err(|_| Unusable)?;
+    if has_comma {
+        comma.get_or_insert((index, cell));
+    }
+    Ok(value)
+}
+
+/// The number that a cell stands for, and whether its comma had to be read as a decimal point; or why it stands for none.
+fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f64, bool), Trouble> {
+    match usage {
+        Use::Ignored => Ok((0.0, false)),
+        _ if cell.is_empty() => Err(Trouble::Empty),
+        // A number is no date.
+        Use::TimeText(form) => {
+            let secs = cell.written().and_then(|text| form.secs(text));
+            Ok((secs.ok_or(Trouble::NotATime)?, false))
+        }
+        Use::Status => match ati::reports_error(cell) {
+            Some(false) => Ok((0.0, false)),
+            Some(true) => Err(Trouble::StatusError),
+            None => Err(Trouble::NotANumber),
+        },
+        Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
+        Use::Time | Use::Gauge { .. } | Use::Load { .. } | Use::Pose { .. } => {
+            let (number, has_comma) = match cell {
+                Cell::Number(number) => (number, false),
+                Cell::Text(text) => plan.text.number(text).ok_or(Trouble::NotANumber)?,
+            };
+            Ok((in_si(number, usage, index, plan)?, has_comma))
+        }
+    }
+}
+
+/// Which mount a cell names.
+fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
+    let mounts = &plan.pose.as_ref()?.mounts;
+    let is_it = |name: &String| match cell {
+        Cell::Text(text) => name.as_bytes() == text,
+        Cell::Number(number) => *name == number.to_string(),
+    };
+    Some(mounts.iter().position(is_it)? as f64)
+}
+
+/// A number in SI (times as they are), if it is one.
+#[inline(always)]
+fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
+    if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
+        return Err(Trouble::Dropout);
+    }
+    let value = number * usage.factor();
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err(Trouble::NotFinite),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::plan_of_names;
+    use super::*;
+
+    #[test]
+    fn rows_know_their_lines_across_blocks() {
+        let plan = plan_of_names("t,S1");
+        let mut rows = Rows::parse(Part::Lines(b"0,0\n\n1,1\n"), &plan);
+        rows.append(Rows::parse(Part::Lines(b"2,2\nx,0\n3,3\n4,4"), &plan));
+        assert_eq!(rows.times, [0.0, 1.0, 2.0, 3.0, 4.0]);
+        let lines: Vec<_> = (0..5).map(|row| rows.line_of(row)).collect();
+        assert_eq!(lines, [1, 3, 4, 6, 7]);
+        assert_eq!((rows.n_lines, rows.n_skipped), (7, 1));
+        assert_eq!(rows.lines.len(), 3);
+    }
+
+    #[test]
+    fn an_unusable_row_leaves_nothing_behind() {
+        let plan = plan_of_names("t,S1,S2,Fz,Fx [kN]");
+        let rows = Rows::parse(
+            Part::Lines(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n"),
+            &plan,
+        );
+        assert_eq!(rows.times, [0.0]);
+        assert_eq!(rows.gauges, [1.0, 2.0]);
+        assert_eq!(rows.loads, [4000.0, 3.0]);
+        assert_eq!(rows.bad_cells, [0, 0, 1, 0, 1]);
+        assert_eq!(rows.findings.short_rows(), 1);
+    }
+
+    #[test]
+    fn rows_that_are_left_out_later_take_their_lines_along() {
+        let plan = plan_of_names("t,S1,S2,Fz");
+        let mut rows = Rows::parse(Part::Lines(b"0,1,2,3\n\n1,4,5,6\n2,7,8,9\n"), &plan);
+        rows.retain(|row| row != 0);
+        assert_eq!(rows.times, [1.0, 2.0]);
+        assert_eq!(rows.gauges, [4.0, 5.0, 7.0, 8.0]);
+        assert_eq!(rows.loads, [6.0, 9.0]);
+        assert_eq!([rows.line_of(0), rows.line_of(1)], [3, 4]);
+    }
+}

@@ -1,0 +1,306 @@
+//! What the times of a file say: their unit where the header does not, and where one recording ends and the next starts.
+
+use super::rows::Rows;
+use super::warning::Finding;
+use crate::recording::median;
+use crate::recording::units::TimeUnit;
+
+/// A step this many times the median is a pause between recordings, not a few lost samples.
+const PAUSE_IN_STEPS: f64 = 20.0;
+/// No pause between recordings is shorter (s): nobody takes a load off and puts it back so fast, but computers stamp a
+/// sample late.
+const SHORTEST_GAP_SECS: f64 = 0.2;
+/// This many pauses, if they are also more than one step in [`STEPS_PER_BURST`], are the rhythm of a logger that
+/// writes rows in bursts.
+const FEWEST_BURSTS: usize = 20;
+/// See [`FEWEST_BURSTS`].
+const STEPS_PER_BURST: usize = 50;
+/// Such a logger writes once a second or more often; what comes more seldom is what somebody did, press after press.
+const LONGEST_BURST_PAUSE_SECS: f64 = 1.0;
+/// Where rows come in bursts, a longer step is a pause (s).
+const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
+/// No calibration is logged more slowly than one sample a minute (s): slower, and the unit is another.
+const SLOWEST_STEP_SECS: f64 = 60.0;
+
+/// Where recordings start and where times repeat.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Cuts {
+    /// The first row of each recording but the first.
+    pub(super) starts: Vec<usize>,
+    /// The first and the last row with the time of the row before, and how many there are.
+    pub(super) repeats: Option<(usize, usize, u64)>,
+    /// The pauses that are taken for the rhythm of a logger.
+    bursts: Option<Bursts>,
+}
+
+/// The pauses of a logger that writes rows in bursts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bursts {
+    /// The rows after the first and the last pause.
+    rows: (usize, usize),
+    n_pauses: u64,
+    /// The median.
+    pause_secs: f64,
+}
+
+/// Cuts wherever time goes back and at every step longer than `gap_secs`, given times in seconds; where nobody says how
+/// long that is, by the steps themselves.
+pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
+    let mut cuts = Cuts::default();
+    let gap = gap_secs.unwrap_or_else(|| {
+        cuts.bursts = bursts(times);
+        match cuts.bursts {
+            Some(_) => GAP_BETWEEN_BURSTS_SECS,
+            None => steps_of_a_pause(times).max(SHORTEST_GAP_SECS),
+        }
+    });
+    for (before, pair) in times.windows(2).enumerate() {
+        let (step, row) = (pair[1] - pair[0], before + 1);
+        if step < 0.0 || step > gap {
+            cuts.starts.push(row);
+        } else if step == 0.0 {
+            let (first, _, count) = cuts.repeats.unwrap_or((row, row, 0));
+            cuts.repeats = Some((first, row, count + 1));
+        }
+    }
+    cuts
+}
+
+/// How far apart two samples are at most between which nothing is missing: 20 median steps, or where rows come in
+/// bursts, the longest pause between those.
+pub(super) fn longest_bridge(times: &[f64]) -> f64 {
+    match bursts(times) {
+        Some(_) => GAP_BETWEEN_BURSTS_SECS,
+        None => steps_of_a_pause(times),
+    }
+}
+
+/// The pauses between bursts, if there are many and they are at most about a second long.
+fn bursts(times: &[f64]) -> Option<Bursts> {
+    let shortest = steps_of_a_pause(times);
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
+    let pauses: Vec<(usize, f64)> = steps
+        .filter(|&(_, step)| step > shortest && step <= GAP_BETWEEN_BURSTS_SECS)
+        .collect();
+    let is_rhythm = pauses.len() >= FEWEST_BURSTS && pauses.len() * STEPS_PER_BURST >= times.len();
+    let pause_secs = median(pauses.iter().map(|(_, step)| *step))?;
+    let (first, last) = (pauses.first()?, pauses.last()?);
+    (is_rhythm && pause_secs <= LONGEST_BURST_PAUSE_SECS).then_some(Bursts {
+        rows: (first.0 + 1, last.0 + 1),
+        n_pauses: pauses.len() as u64,
+        pause_secs,
+    })
+}
+
+/// How long the steps of a pause are at least, by the median.
+fn steps_of_a_pause(times: &[f64]) -> f64 {
+    median_step(times).map_or(f64::INFINITY, |step| PAUSE_IN_STEPS * step)
+}
+
+/// The unit that the times have by their values.
+///
+/// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
+/// whole numbers with a median step from 2 to 1e5 are milliseconds, from 1e5 on nanoseconds, everything else seconds.
+pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
+    let step = median_step(times);
+    let by_epoch = [
+        TimeUnit::Seconds,
+        TimeUnit::Milliseconds,
+        TimeUnit::Microseconds,
+        TimeUnit::Nanoseconds,
+    ]
+    .into_iter()
+    .find(|unit| {
+        // From 2001 to 2286.
+        let is_epoch = |&time: &f64| (1e9..1e10).contains(&(time / unit.per_second()));
+        let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
+        times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
+    });
+    by_epoch.unwrap_or(match step {
+        Some(step) if step >= 1e5 => TimeUnit::Nanoseconds,
+        Some(step) if step >= 2.0 && times.iter().all(|time| time.fract() == 0.0) => {
+            TimeUnit::Milliseconds
+        }
+        _ => TimeUnit::Seconds,
+    })
+}
+
+/// The median of the steps forward; `None` if there are none.
+fn median_step(times: &[f64]) -> Option<f64> {
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
+    median(steps.filter(|step| *step > 0.0))
+}
+
+/// For how many samples a reference stays the same before it changes, if it does so steadily.
+///
+/// A reference that is measured less often than it is written shows runs of equal rows, nearly all of one length. Dead
+/// weights show long runs of many lengths, a live signal runs of one.
+pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
+    const FEWEST_RUNS: usize = 30;
+    const LONGEST_RUN: usize = 100;
+    /// The start tells as much as the whole.
+    const ROWS_LOOKED_AT: usize = 20_000;
+    let mut runs = [0_usize; LONGEST_RUN + 1];
+    let (mut n_runs, mut length) = (0, 1);
+    let rows = || loads.chunks_exact(n_axes.max(1)).take(ROWS_LOOKED_AT);
+    for (before, row) in rows().zip(rows().skip(1)) {
+        if before == row {
+            length += 1;
+        } else {
+            runs[length.min(LONGEST_RUN)] += 1;
+            (n_runs, length) = (n_runs + 1, 1);
+        }
+    }
+    // The steadiest length is the one that, with its neighbours, holds most runs.
+    let near = |length: usize| -> usize { runs[length - 1..=length + 1].iter().sum() };
+    let samples_each = (2..LONGEST_RUN).max_by_key(|&length| (near(length), runs[length]))?;
+    let is_steady = near(samples_each) * 10 >= n_runs * 7 && runs[1] * 2 < n_runs;
+    (n_runs >= FEWEST_RUNS && is_steady).then_some(samples_each)
+}
+
+impl Cuts {
+    /// Notes the cuts and repeats as findings about `rows`.
+    pub(super) fn note(&self, rows: &mut Rows) {
+        for &row in &self.starts {
+            let finding = Finding::NewRecording {
+                from_secs: rows.times[row - 1],
+                to_secs: rows.times[row],
+            };
+            rows.findings.note(rows.line_of(row), finding);
+        }
+        if let Some((first, last, count)) = self.repeats {
+            let finding = Finding::RepeatedTime {
+                time_secs: rows.times[first],
+            };
+            let (first, last) = (rows.line_of(first), rows.line_of(last));
+            rows.findings.note_many(first, last, count, finding);
+        }
+        if let Some(bursts) = self.bursts {
+            let finding = Finding::Bursts {
+                pause_secs: bursts.pause_secs,
+                gap_secs: GAP_BETWEEN_BURSTS_SECS,
+            };
+            let (first, last) = (rows.line_of(bursts.rows.0), rows.line_of(bursts.rows.1));
+            (rows.findings).note_many(first, last, bursts.n_pauses, finding);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_or_a_step_back_cuts() {
+        let times = [0.0, 0.1, 0.2, 2.1, 2.2, 4.3, 4.4, 1.0, 1.1, 1.1];
+        let found = cuts(&times, None);
+        assert_eq!(found.starts, [5, 7]); // 1.9 is 19 median steps, 2.1 is 21
+        assert_eq!(found.repeats, Some((9, 9, 1)));
+        assert_eq!(cuts(&times, Some(1.8)).starts, [3, 5, 7]);
+        assert_eq!(cuts(&times, Some(9.0)).starts, [7]);
+    }
+
+    /// So many runs of `samples` samples, each `step` after the other, the runs `pause` apart.
+    fn runs(n: u32, samples: u32, step: f64, pause: f64) -> Vec<f64> {
+        let period = f64::from(samples - 1) * step + pause;
+        let time = |k: u32| f64::from(k / samples) * period + f64::from(k % samples) * step;
+        (0..n * samples).map(time).collect()
+    }
+
+    #[test]
+    fn rows_in_many_bursts_are_one_recording() {
+        for pause in [0.16, 0.99] {
+            let found = cuts(&runs(40, 15, 0.0004, pause), None);
+            assert!(found.starts.is_empty());
+            let bursts = found.bursts.unwrap();
+            assert_eq!((bursts.rows, bursts.n_pauses), ((15, 585), 39));
+            assert!((bursts.pause_secs - pause).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn presses_one_after_the_other_are_recordings() {
+        for (samples, step, pause) in [(30, 0.01, 10.0), (30, 0.05, 1.5), (15, 0.0004, 3.0)] {
+            let found = cuts(&runs(690, samples, step, pause), None);
+            assert_eq!(found.starts.len(), 689, "every {pause} s");
+            assert_eq!(found.bursts, None);
+        }
+    }
+
+    #[test]
+    fn presses_are_recordings_though_their_rows_come_in_bursts() {
+        let press = runs(20, 15, 0.0004, 0.16);
+        let presses =
+            (0..60).flat_map(|k| press.iter().map(move |time| time + 12.0 * f64::from(k)));
+        let found = cuts(&presses.collect::<Vec<_>>(), None);
+        assert_eq!(found.starts.len(), 59);
+        assert_eq!(found.bursts.unwrap().n_pauses, 60 * 19);
+    }
+
+    #[test]
+    fn a_single_late_stamp_is_no_gap() {
+        let mut times: Vec<f64> = (0..2000).map(|k| f64::from(k) / 1000.0).collect();
+        times[1000..].iter_mut().for_each(|time| *time += 0.03);
+        assert_eq!(cuts(&times, None), Cuts::default());
+        times[1000..].iter_mut().for_each(|time| *time += 0.2);
+        assert_eq!(cuts(&times, None).starts, [1000]);
+    }
+
+    #[test]
+    fn a_pause_that_somebody_sets_is_no_rhythm() {
+        let found = cuts(&runs(40, 15, 0.0004, 0.16), Some(0.1));
+        assert_eq!((found.starts.len(), found.bursts), (39, None));
+    }
+
+    #[test]
+    fn a_held_reference_is_told_from_weights_and_live_signals() {
+        let runs = |lengths: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
+            let run = |(k, length)| vec![[k as f64, 1.0]; length];
+            lengths.enumerate().flat_map(run).flatten().collect()
+        };
+        let held = runs(&mut (0..100).map(|k| 4 + k % 2));
+        assert!(matches!(held_for(&held, 2), Some(4 | 5)));
+        assert_eq!(held_for(&runs(&mut (0..100).map(|_| 2)), 2), Some(2));
+        assert_eq!(held_for(&runs(&mut (0..100).map(|_| 1)), 2), None);
+        let sometimes_equal = (0..100).map(|k| if k % 4 == 0 { 2 } else { 1 });
+        assert_eq!(held_for(&runs(&mut sometimes_equal.clone()), 2), None);
+        assert_eq!(held_for(&runs(&mut (0..20).map(|_| 4)), 2), None);
+        let weights = (0..40).map(|k| 10 + (k * 7) % 60);
+        assert_eq!(held_for(&runs(&mut weights.clone()), 2), None);
+        assert_eq!(held_for(&[], 0), None);
+    }
+
+    #[test]
+    fn standing_time_never_cuts() {
+        let found = cuts(&[3.0; 4], None);
+        assert!(found.starts.is_empty());
+        assert_eq!(found.repeats, Some((1, 3, 3)));
+        assert_eq!(cuts(&[], None), Cuts::default());
+    }
+
+    #[test]
+    fn values_tell_the_unit() {
+        use TimeUnit::{Microseconds, Milliseconds, Nanoseconds, Seconds};
+        for (start, step, unit) in [
+            (0.0, 0.001, Seconds),
+            (0.0, 0.5, Seconds),
+            (0.0, 0.75, Seconds), // not whole
+            (5.0, 1.0, Seconds),
+            (5.0, 2.0, Milliseconds),
+            (0.0, 5e4, Milliseconds),
+            (0.0, 1e5, Nanoseconds),
+            (5e12, 1e6, Nanoseconds), // since a computer started
+            (1.7e9, 0.25, Seconds),
+            (1.7e9, 10.0, Seconds),
+            (1.7e12, 1.0, Milliseconds),
+            (1.7e15, 1e3, Microseconds),
+            (1.7e18, 1e6, Nanoseconds),
+            (2e9, 1e3, Milliseconds), // no log takes a sample every 17 minutes
+        ] {
+            let times: Vec<f64> = (0..9).map(|k| start + step * f64::from(k)).collect();
+            assert_eq!(unit_by_values(&times), unit, "{start} + {step} k");
+        }
+        assert_eq!(unit_by_values(&[7.0]), Seconds);
+        assert_eq!(unit_by_values(&[1.7e12]), Milliseconds);
+    }
+}

@@ -1,0 +1,90 @@
+//! Gauges and reference with a clock each become one table.
+//!
+//! Guarantees: a sample keeps its own time; it has a reference that was really near, or is left out and told.
+
+use std::path::{Path, PathBuf};
+
+use super::error::at;
+use super::plan::Plan;
+use super::rows::Rows;
+use super::warning::Finding;
+use super::{ReadError, TableError, timeline};
+use crate::import::join::{self, Series};
+use crate::import::map::{Join, ReferenceFile};
+
+/// One side of a recording, its times in seconds.
+#[derive(Debug)]
+pub(super) struct Table {
+    pub(super) path: PathBuf,
+    pub(super) plan: Plan,
+    pub(super) rows: Rows,
+}
+
+/// Where the reference of the gauges in `path` is.
+pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(reference.file.replace("{stem}", &stem))
+}
+
+/// Makes sure that the reference's time goes on.
+pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
+    let rows = &reference.rows;
+    match rows.times.windows(2).position(|pair| pair[1] < pair[0]) {
+        None => Ok(()),
+        Some(before) => {
+            let line = rows.line_of(before + 1);
+            Err(at(&reference.path, line)(TableError::ReferenceGoesBack {
+                from_secs: rows.times[before],
+                to_secs: rows.times[before + 1],
+            }))
+        }
+    }
+}
+
+/// Gives the gauges the reference at their times.
+pub(super) fn join(
+    gauges: &mut Table,
+    reference: &mut Table,
+    join: &Join,
+) -> Result<(), ReadError> {
+    for time in &mut reference.rows.times {
+        *time += join.clock_offset_secs;
+    }
+    let limit_secs = join
+        .limit_secs
+        .unwrap_or_else(|| timeline::longest_bridge(&reference.rows.times));
+    let series = Series {
+        times: &reference.rows.times,
+        values: &reference.rows.loads,
+        width: reference.plan.axes.len(),
+    };
+    let rows = &mut gauges.rows;
+    let (has_reference, loads) = join::at_times(&rows.times, series, join.method, limit_secs);
+    if !has_reference.contains(&true) {
+        return Err(ReadError::ClocksApart {
+            path: gauges.path.clone(),
+            reference_path: reference.path.clone(),
+            gauges: span(&rows.times),
+            reference: span(&reference.rows.times),
+        });
+    }
+    let missing = || (0..has_reference.len()).filter(|&row| !has_reference[row]);
+    if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
+        let finding = Finding::NoReferenceThen {
+            time_secs: rows.times[first],
+        };
+        let lines = (rows.line_of(first), rows.line_of(last));
+        let count = missing().count() as u64;
+        rows.findings.note_many(lines.0, lines.1, count, finding);
+        rows.retain(|row| has_reference[row]);
+    }
+    rows.loads = loads;
+    gauges.plan.axes = std::mem::take(&mut reference.plan.axes);
+    Ok(())
+}
+
+/// The first and the last time.
+fn span(times: &[f64]) -> (f64, f64) {
+    let at = |index: usize| times.get(index).copied().unwrap_or_default();
+    (at(0), at(times.len().saturating_sub(1)))
+}

@@ -1,0 +1,313 @@
+//! Poses to loads where the weight is known.
+
+use super::plan::PosePlan;
+use super::two_clocks::Table;
+use super::warning::Finding;
+use super::{ReadError, assemble};
+use crate::import::map::WeightMap;
+use crate::import::pose::{self, Pose};
+use crate::recording::Axis;
+use crate::recording::kinetics::{Rotation, Weight};
+
+/// A share of full scale above which a weight's own acceleration is told.
+const INERTIA_SHARE: f64 = 0.01;
+
+/// Puts the loads of a weight in place of the poses. A table without poses stays as it is.
+pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
+    let Some(plan) = table.plan.pose.clone() else {
+        return Ok(());
+    };
+    let rotations = rotations(table, &plan, map);
+    if rotations.is_empty() {
+        let rows = std::mem::take(&mut table.rows);
+        return Err(assemble::why_nothing_is_usable(
+            &table.path,
+            &table.plan,
+            rows,
+        ));
+    }
+    let weights = weights(table, &plan, map)?;
+    let rows = &mut table.rows;
+    let poses: Vec<Pose> = rotations
+        .into_iter()
+        .zip(rows.poses.chunks_exact(plan.width))
+        .map(|(rotation, numbers)| Pose {
+            rotation,
+            position_m: match plan.position {
+                Some(at) => [numbers[at], numbers[at + 1], numbers[at + 2]],
+                None => [0.0; 3],
+            },
+        })
+        .collect();
+    let accelerations = pose::accelerations(&rows.times, &poses, &weights, map.smoothing_secs);
+    let mut inertia = [0.0_f64; 6];
+    let mut range = [(f64::INFINITY, f64::NEG_INFINITY); 6];
+    rows.loads.clear();
+    rows.loads.reserve_exact(6 * poses.len());
+    for ((pose, weight), acceleration) in poses.iter().zip(&weights).zip(accelerations) {
+        let at_rest = pose::load(pose, weight, map.gravity, [0.0; 3]);
+        let moving = pose::load(pose, weight, map.gravity, acceleration);
+        for axis in 0..6 {
+            inertia[axis] = inertia[axis].max((moving[axis] - at_rest[axis]).abs());
+            let (low, high) = range[axis];
+            range[axis] = (low.min(at_rest[axis]), high.max(at_rest[axis]));
+        }
+        rows.loads
+            .extend(if map.inertia { moving } else { at_rest });
+    }
+    rows.poses = Vec::new();
+    let share = |axis: usize| {
+        let full_scale = (range[axis].1 - range[axis].0) / 2.0;
+        // An axis that gravity never reaches has no full scale.
+        if full_scale > 1e-9 {
+            inertia[axis] / full_scale
+        } else {
+            0.0
+        }
+    };
+    let worst = (0..6)
+        .max_by(|&a, &b| share(a).total_cmp(&share(b)))
+        .unwrap_or(0);
+    if share(worst) > INERTIA_SHARE {
+        let finding = Finding::Inertia {
+            axis: Axis::ALL[worst],
+            percent: 100.0 * share(worst),
+            is_counted: map.inertia,
+        };
+        rows.findings.note(table.plan.line, finding);
+    }
+    table.plan.axes = Axis::ALL.to_vec();
+    Ok(())
+}
+
+/// How the sensor is turned in each row; rows without a rotation are left out.
+pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
+    let rows = &mut table.rows;
+    let n_turns = plan.attitude.parts().len();
+    let all: Vec<Option<Rotation>> = rows
+        .poses
+        .chunks_exact(plan.width)
+        .map(|numbers| pose::rotation(plan.attitude, map.angles, &numbers[..n_turns]))
+        .collect();
+    let missing = || (0..all.len()).filter(|&row| all[row].is_none());
+    if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
+        let lines = (rows.line_of(first), rows.line_of(last));
+        let count = missing().count() as u64;
+        rows.findings
+            .note_many(lines.0, lines.1, count, Finding::NotARotation);
+        rows.retain(|row| all[row].is_some());
+    }
+    all.into_iter().flatten().collect()
+}
+
+/// The weight of each row: by its column, by the name of the file, or the only one.
+fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight>, ReadError> {
+    let known = map.weights();
+    let n_rows = table.rows.times.len();
+    if let Some(at) = plan.mount {
+        let numbers = table.rows.poses.chunks_exact(plan.width);
+        return Ok(numbers
+            .map(|numbers| known[numbers[at] as usize].1)
+            .collect());
+    }
+    if map.mounts.is_empty() {
+        return Ok(vec![known[0].1; n_rows]);
+    }
+    let stem = table.path.file_stem().unwrap_or_default().to_string_lossy();
+    let longest = known
+        .iter()
+        .filter(|(name, _)| stem.contains(name.as_str()))
+        .map(|(name, _)| name.len())
+        .max();
+    let mut named = known
+        .iter()
+        .filter(|(name, _)| stem.contains(name.as_str()) && Some(name.len()) == longest);
+    match (named.next(), named.next()) {
+        (Some((_, weight)), None) => Ok(vec![*weight; n_rows]),
+        _ => Err(ReadError::NoMount {
+            path: table.path.clone(),
+            mounts: known.into_iter().map(|(name, _)| name).collect(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::TestFile;
+    use super::super::{Loaded, estimate_weight, read};
+    use super::*;
+    use crate::import::map::{ColumnMap, ColumnRole, ReferenceFile};
+    use crate::progress::Progress;
+    use crate::recording::kinetics::STANDARD_GRAVITY;
+
+    /// A map of a table with a header, its columns by name.
+    fn map(columns: &[(&str, &str)], weight: &str) -> ColumnMap {
+        let rule = |(name, is): &(&str, &str)| format!(r#"{{ "column": "{name}", "is": "{is}" }}"#);
+        let rules: Vec<String> = columns.iter().map(rule).collect();
+        let json = format!(
+            r#"{{ "format": "loopscope column map", "version": 1, "table": {{ "shape": {{ "columns": {} }},
+                "text": {{ "header": true }}, "columns": [{}] }}, "weight": {weight} }}"#,
+            columns.len(),
+            rules.join(", ")
+        );
+        ColumnMap::from_json(json.as_bytes()).unwrap()
+    }
+
+    fn load(text: &str, map: &ColumnMap) -> Result<(Loaded, String), ReadError> {
+        let file = TestFile::new(text);
+        let loaded = read(&file.path, Some(map), &[], &Progress::default())?;
+        let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        Ok((loaded, told.join("\n")))
+    }
+
+    const QUATERNION: [(&str, &str); 7] = [
+        ("t_s", "time"),
+        ("S1", "gauge"),
+        ("w", "pose_qw"),
+        ("x", "pose_qx"),
+        ("y", "pose_qy"),
+        ("z", "pose_qz"),
+        ("kind", "mount"),
+    ];
+
+    /// Upright, then rolled by 90°, so that the sensor's y axis points up: with `W = m g` and the centre at (x, y, z) the
+    /// loads are (0, 0, −W, −yW, xW, 0) and (0, −W, 0, zW, 0, −xW).
+    #[test]
+    fn the_load_of_a_known_weight_follows_from_the_pose() {
+        let weight = r#"{ "mounts": [{ "name": "a", "mass_kg": 2, "centre_m": [0.02, 0.01, 0.03] },
+            { "name": "b", "mass_kg": 1, "centre_m": [0, 0, 0] }] }"#;
+        let map = map(&QUATERNION, weight);
+        let text = "t_s,S1,w,x,y,z,kind\n0,1,1,0,0,0,a\n1,2,1,1,0,0,a\n2,3,1,0,0,0,b\n3,4,0,0,0,0,a\n4,5,1,0,0,0,c\n";
+        let (loaded, told) = load(text, &map).unwrap();
+        let recording = &loaded.recordings[0];
+        assert_eq!(recording.axes(), Axis::ALL);
+        let w = 2.0 * STANDARD_GRAVITY;
+        let expected = [
+            [0.0, 0.0, -w, -0.01 * w, 0.02 * w, 0.0],
+            [0.0, -w, 0.0, 0.03 * w, 0.0, -0.02 * w],
+            [0.0, 0.0, -w / 2.0, 0.0, 0.0, 0.0],
+        ];
+        assert_eq!(recording.n_samples(), 3);
+        for (actual, expected) in recording.loads().iter().zip(expected.as_flattened()) {
+            assert!((actual - expected).abs() < 1e-12, "{:?}", recording.loads());
+        }
+        assert!(
+            told.contains("run.csv:5: the pose is no rotation"),
+            "{told}"
+        );
+        assert!(
+            told.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
+            "{told}"
+        );
+    }
+
+    /// Robot states at 0 s and 10 s, level and rolled by 90°, in a file of their own: the loads are (0, 0, −W) and
+    /// (0, −W, 0), and halfway between on their line.
+    #[test]
+    fn the_pose_may_stand_in_the_file_of_another_clock() {
+        let mut map = map(
+            &QUATERNION[..6],
+            r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#,
+        );
+        let mut states = map.table.clone();
+        states.columns.retain(|rule| rule.is != ColumnRole::Gauge);
+        map.table.columns.truncate(2);
+        map.reference = Some(ReferenceFile {
+            file: "states.csv".to_owned(),
+            table: states,
+        });
+        let file = TestFile::new("t_s,S1,w,x,y,z\n0,1,,,,\n5,2,,,,\n10,3,,,,\n");
+        let text = "t_s,S1,w,x,y,z\n0,,1,0,0,0\n10,,1,1,0,0\n";
+        std::fs::write(file.path.with_file_name("states.csv"), text).unwrap();
+        let loaded = read(&file.path, Some(&map), &[], &Progress::default()).unwrap();
+        let loads = loaded.recordings[0].loads();
+        let half = STANDARD_GRAVITY / 2.0;
+        for (sample, force) in [
+            (0, [0.0, -2.0 * half]),
+            (1, [-half, -half]),
+            (2, [-2.0 * half, 0.0]),
+        ] {
+            for axis in 0..2 {
+                assert!(
+                    (loads[6 * sample + 1 + axis] - force[axis]).abs() < 1e-12,
+                    "{loads:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_mount_is_chosen_by_the_name_of_the_file() {
+        let weight = |name: &str| {
+            format!(
+                r#"{{ "mass_kg": 1, "mounts": [{{ "name": "{name}", "centre_m": [0, 0, 0] }}] }}"#
+            )
+        };
+        let columns = &QUATERNION[..6];
+        let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
+        let (loaded, _) = load(text, &map(columns, &weight("run"))).unwrap();
+        assert_eq!(loaded.recordings[0].loads()[2], -STANDARD_GRAVITY);
+        let error = load(text, &map(columns, &weight("left")))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("holds none of the mounts left"), "{error}");
+    }
+
+    /// A sensor that swings by sin(2π t) rad about x with a weight at 1 m: at the ends the weight's own acceleration is
+    /// 4π² m/s², four times gravity; told whether it is counted or not.
+    #[test]
+    fn a_weight_that_is_swung_is_told() {
+        let columns = [
+            ("t_s", "time"),
+            ("S1", "gauge"),
+            ("r [rad]", "pose_roll"),
+            ("p", "pose_pitch"),
+            ("y", "pose_yaw"),
+        ];
+        let mut text = "t_s,S1,r [rad],p,y\n".to_owned();
+        for k in 0..300 {
+            let t = f64::from(k) / 100.0;
+            text.push_str(&format!(
+                "{t},{k},{},0,0\n",
+                (std::f64::consts::TAU * t).sin()
+            ));
+        }
+        for (inertia, word) in [
+            ("false", "is left out"),
+            ("true", "only as good as the pose"),
+        ] {
+            let weight = format!(
+                r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#
+            );
+            let (_, told) = load(&text, &map(&columns, &weight)).unwrap();
+            assert!(
+                told.contains("the weight's own acceleration") && told.contains(word),
+                "{told}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_weighed_is_refused_with_the_way_out() {
+        let whole = r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#;
+        let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
+        let told = |map: &ColumnMap| load(text, map).unwrap_err().to_string();
+        assert!(
+            told(&map(&QUATERNION[..6], "{}")).contains("mass_kg and centre_m must both be said")
+        );
+        let mut both = map(&QUATERNION[..6], whole);
+        both.table.columns[1].is = ColumnRole::Load(Axis::Fz);
+        assert!(told(&both).contains("but a column is Fz, too"));
+        let mut part = map(&QUATERNION[..6], whole);
+        part.table.columns.pop();
+        assert!(told(&part).contains("no column \"pose_qz\""));
+        let file = TestFile::new(text);
+        let alone = map(&QUATERNION[..6], whole);
+        let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("a weight is found by the forces on it")
+        );
+    }
+}

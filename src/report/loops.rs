@@ -1,0 +1,170 @@
+//! The figures of a loop, and of a dwell's drift, as tables.
+
+use super::table::{Cell, Column, Table};
+use super::trace::Trace;
+use crate::evaluation::holds::Drift;
+use crate::recording::Axis;
+
+/// What loops stand over, and what their figures are shares of.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopScale {
+    /// The axis that they stand over.
+    pub axis: Axis,
+    /// Its full scale.
+    pub full_scale: f64,
+    /// Whether a gauge goes up rather than a load of this axis.
+    pub is_gauge: bool,
+    /// What is 100 % of what goes up; 0 where nothing is.
+    pub output_scale: f64,
+}
+
+/// Largest width, mean width and area of each loop, in units and in percent, and by how much the second differs from the
+/// first; a loop without a trace is a gauge's.
+#[must_use]
+pub fn loop_figures(loops: &[(Option<Trace>, [f64; 3])], of: LoopScale) -> Table {
+    let unit = if of.is_gauge { "raw" } else { of.axis.unit() };
+    let share = match of.is_gauge {
+        true => "% of half its span",
+        false => "% FS",
+    };
+    let area_unit = match (of.is_gauge, of.axis.is_force()) {
+        (true, _) => format!("raw·{}", of.axis.unit()),
+        (false, true) => "N²".to_owned(),
+        (false, false) => "N²·m²".to_owned(),
+    };
+    let described = [
+        (
+            "Largest width",
+            "Largest |falling − rising| at equal load",
+            unit,
+            share,
+            of.output_scale,
+        ),
+        (
+            "Mean width",
+            "Mean |falling − rising| over the range of loads",
+            unit,
+            share,
+            of.output_scale,
+        ),
+        (
+            "Area",
+            "What the loop encloses: positive where the output lags behind the load; in percent of full scale times full scale",
+            &area_unit,
+            "% FS²",
+            of.output_scale * of.full_scale,
+        ),
+    ];
+    let mut columns = vec![Column::words("")];
+    columns.extend(loops.iter().map(|(trace, _)| match trace {
+        Some(trace) => Column::of(*trace, ""),
+        None => Column::numbers("Gauge"),
+    }));
+    let is_compared = loops.len() == 2;
+    columns.extend(is_compared.then(Column::change));
+    let mut rows = Vec::new();
+    for (at, (name, about, unit, share, scale)) in described.into_iter().enumerate() {
+        let values = || loops.iter().map(|(_, figures)| figures[at]);
+        let title = |unit: &str| Cell::words(format!("{name} [{unit}]")).about(about);
+        let mut row = vec![title(unit)];
+        row.extend(values().map(|value| Cell::digits(Some(value), 4)));
+        if let [(_, before), (_, after)] = loops {
+            row.push(Cell::change(before[at].abs(), after[at].abs()));
+        }
+        rows.push(row);
+        let mut row = vec![title(share)];
+        row.extend(values().map(|value| {
+            let percent = (scale > 0.0).then(|| 100.0 * value / scale);
+            Cell::digits(percent, 3)
+        }));
+        row.extend(is_compared.then(|| Cell::words("")));
+        rows.push(row);
+    }
+    Table {
+        columns,
+        rows,
+        ..Table::default()
+    }
+}
+
+/// The exponential that each load's error follows over one dwell; `None` where no time passes.
+#[must_use]
+pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
+    let row = |name: String, about: &str, cell: &dyn Fn(&Drift) -> Cell| {
+        let cells = drifts.iter();
+        let cells = cells.map(|(_, drift)| drift.map_or_else(Cell::none, cell));
+        std::iter::once(Cell::words(name).about(about))
+            .chain(cells)
+            .collect()
+    };
+    let reasons = drifts.iter().filter_map(|(trace, drift)| {
+        let reason = drift.as_ref()?.tau_secs().err()?;
+        Some(format!("{} {reason}", trace.label()))
+    });
+    let mut columns = vec![Column::words("")];
+    columns.extend(drifts.iter().map(|(trace, _)| Column::of(*trace, "")));
+    Table {
+        columns,
+        rows: vec![
+            row(
+                format!("Drift [{}]", axis.unit()),
+                "Change of output − load from the beginning of the dwell to its end, on the fitted exponential",
+                &|drift| Cell::digits(Some(drift.size), 3),
+            ),
+            row(
+                "τ [s]".to_owned(),
+                "Time constant of a + b (1 − exp(−t / τ)); a dash where the data show none",
+                &|drift| match drift.tau_secs() {
+                    Ok(tau) => Cell::digits(Some(tau), 3),
+                    Err(reason) => Cell::missing("–", reason.to_string()),
+                },
+            ),
+            row(
+                format!("Noise [{}]", axis.unit()),
+                "Root mean square of what the fit leaves over",
+                &|drift| Cell::digits(Some(drift.noise), 3),
+            ),
+        ],
+        note: reasons.collect::<Vec<_>>().join("\n"),
+        ..Table::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Full scale 20 N: a width of 1 N is 5 %, an area of 8 N² 2 % of its square.
+    #[test]
+    fn figures_stand_in_units_in_percent_and_as_a_change() {
+        let of = LoopScale {
+            axis: Axis::Fz,
+            full_scale: 20.0,
+            is_gauge: false,
+            output_scale: 20.0,
+        };
+        let both = [
+            (Some(Trace::Conventional), [1.0, 0.5, 8.0]),
+            (Some(Trace::Compensated), [0.5, 0.25, -2.0]),
+        ];
+        let shown = |table: &Table| -> Vec<Vec<String>> {
+            let rows = table.rows.iter();
+            rows.map(|row| row.iter().map(|cell| cell.text.clone()).collect())
+                .collect()
+        };
+        let rows = shown(&loop_figures(&both, of));
+        assert_eq!(rows[0], ["Largest width [N]", "1.000", "0.5000", "-50.0 %"]);
+        assert_eq!(rows[1], ["Largest width [% FS]", "5.00", "2.50", ""]);
+        assert_eq!(rows[4], ["Area [N²]", "8.000", "-2.000", "-75.0 %"]);
+        assert_eq!(rows[5], ["Area [% FS²]", "2.00", "-0.500", ""]);
+        let gauge = LoopScale {
+            is_gauge: true,
+            output_scale: 0.0,
+            ..of
+        };
+        let rows = shown(&loop_figures(&[(None, [1.0; 3])], gauge));
+        assert_eq!(rows[0], ["Largest width [raw]", "1.000"]);
+        assert_eq!(rows[1], ["Largest width [% of half its span]", "–"]);
+        assert_eq!(rows[4][0], "Area [raw·N]");
+    }
+}

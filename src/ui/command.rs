@@ -1,0 +1,227 @@
+//! What panes, menus and keys ask for: something that the engine does, or that only the window can do.
+
+use std::path::PathBuf;
+
+use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
+
+/// What a pane is called and what is in it; there is one of each.
+#[derive(Debug)]
+pub struct Kind {
+    /// What it is called in files.
+    pub key: &'static str,
+    /// What stands on its tab.
+    pub title: &'static str,
+    /// What is in it.
+    pub explanation: &'static str,
+}
+
+/// A part of the window that can be moved, closed and brought back.
+#[derive(Clone, Copy, Debug)]
+pub struct Pane(pub &'static Kind);
+
+impl Pane {
+    /// What stands on its tab.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        self.0.title
+    }
+
+    /// What is in it.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        self.0.explanation
+    }
+}
+
+impl PartialEq for Pane {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.key == other.0.key
+    }
+}
+
+impl Eq for Pane {}
+
+/// A change of a pane's place or size that needs no mouse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaneMove {
+    /// Along the left edge of the window.
+    Left,
+    /// Along the right edge of the window.
+    Right,
+    /// Along the upper edge of the window.
+    Top,
+    /// Along the lower edge of the window.
+    Bottom,
+    /// Among the tabs of the next group.
+    NextTabs,
+    /// More of the width.
+    Wider,
+    /// Less of the width.
+    Narrower,
+    /// More of the height.
+    Taller,
+    /// Less of the height.
+    Lower,
+}
+
+impl PaneMove {
+    const EDGE: &'static str = "Along this edge of the window, beside all the others";
+    const SIZE: &'static str = "Its neighbours give or take the room";
+
+    /// All of them, with what menus call them after the pane's name, and what becomes of the pane.
+    pub const ALL: [(Self, &'static str, &'static str); 9] = [
+        (Self::Left, "to the left", Self::EDGE),
+        (Self::Right, "to the right", Self::EDGE),
+        (Self::Top, "to the top", Self::EDGE),
+        (Self::Bottom, "to the foot", Self::EDGE),
+        (
+            Self::NextTabs,
+            "to the next tabs",
+            "Among the tabs of the next group of panes",
+        ),
+        (Self::Wider, "wider", Self::SIZE),
+        (Self::Narrower, "narrower", Self::SIZE),
+        (Self::Taller, "taller", Self::SIZE),
+        (Self::Lower, "lower", Self::SIZE),
+    ];
+}
+
+/// An arrangement of panes for one kind of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// Settings, traces, errors and the matrix: the main job.
+    Calibrate,
+    /// Loops over the traces that they come from.
+    InspectLoops,
+    /// Sliders, traces, and what every other threshold would give.
+    DemonstrateThresholds,
+}
+
+impl Preset {
+    /// All of them, with what menus call them, and what stands where.
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Calibrate,
+            "Calibrate",
+            "Settings beside the traces, errors and matrices under them",
+        ),
+        (
+            Self::InspectLoops,
+            "Inspect loops",
+            "Loops over the traces that they come from",
+        ),
+        (
+            Self::DemonstrateThresholds,
+            "Demonstrate thresholds",
+            "Sliders beside the traces, and under them what every other pair would give",
+        ),
+    ];
+}
+
+/// A change of the part of time that is shown, or of the sample that is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeMove {
+    /// Show all of the time axis.
+    Fit,
+    /// The part of time that was shown before.
+    Back,
+    /// The part of time that was shown after.
+    Forward,
+    /// So many times as much of the time axis.
+    Zoom(f64),
+    /// Earlier or later, in shares of what is on screen.
+    Move(f64),
+    /// Go through time, or stop.
+    TogglePlay,
+    /// One sample forward (1) or back (-1).
+    Step(i8),
+    /// Put cursor A (0) or B (1) at the sample under the pointer, or where it plays.
+    PutCursor(usize),
+}
+
+/// Where a picture of the screen goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PictureTo {
+    /// The clipboard.
+    Clipboard,
+    /// A file that is asked for.
+    File,
+    /// This file.
+    Path(PathBuf),
+}
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub enum Command {
+    /// What the engine does.
+    Do(Action),
+    /// Bring this pane to the front, or back.
+    ShowPane(Pane),
+    /// Take this pane away.
+    ClosePane(Pane),
+    /// Give this pane another place or size.
+    MovePane(Pane, PaneMove),
+    /// Arrange the panes so.
+    Arrange(Preset),
+    /// Show what can be done, to search in.
+    ShowPalette,
+    /// Show or hide the help.
+    ToggleHelp,
+    /// Show or end the tour.
+    Tour(bool),
+    /// Change what part of time is shown.
+    Time(TimeMove),
+    /// Everything larger (1), smaller (-1), or as at first (0).
+    TextScale(i8),
+    /// Make a picture of the whole window.
+    PictureOfAll(PictureTo),
+    /// Make a picture of a part of the window.
+    Picture(egui::Rect, PictureTo),
+    /// Tare this recording between the cursors.
+    TareBetweenCursors(usize),
+    /// Ask which files to open.
+    ChooseFiles,
+    /// Ask which file to import.
+    ChooseImport,
+    /// Ask where to write the calibration.
+    ChooseExport,
+    /// Ask where to write a report.
+    ChooseReport,
+    /// Ask where to write the traces that are on screen.
+    ChooseTraces,
+    /// Save the session where it was saved before, or ask where.
+    SaveSession,
+    /// Ask where to save the session.
+    SaveSessionAs,
+    /// Ask where to write this.
+    ChooseFileFor(FileContent),
+    /// There was no dialog to ask with: let a path be typed.
+    TypePathFor(FileContent),
+    /// The path was typed, or not.
+    PathTyped(Option<PathBuf>),
+}
+
+impl Command {
+    /// Says something.
+    pub fn tell(level: Level, text: impl Into<String>) -> Self {
+        Action::Tell(Notice::new(level, text)).into()
+    }
+}
+
+impl From<Action> for Command {
+    fn from(action: Action) -> Self {
+        Self::Do(action)
+    }
+}
+
+impl From<Edit> for Command {
+    fn from(edit: Edit) -> Self {
+        Action::Edit(edit).into()
+    }
+}
+
+impl From<ImportCommand> for Command {
+    fn from(command: ImportCommand) -> Self {
+        Action::Import(command).into()
+    }
+}

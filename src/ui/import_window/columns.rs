@@ -1,0 +1,165 @@
+//! One row a column: what it is, its name and unit, its scale factor, what it holds.
+
+use egui::{ComboBox, DragValue, TextEdit};
+use egui_extras::{Column, TableBuilder};
+
+use crate::formats::text::times::TIME_SPELLINGS;
+use crate::import::inspect::ColumnReport;
+use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
+use crate::recording::units::{FORCE_UNITS, MOMENT_UNITS};
+use crate::ui::context_menu::item;
+use crate::ui::numbers::significant;
+
+const NAME: &str = "What a gauge is called; empty: as in the header, or S1, S2, …";
+const SCALE: &str = "Values are multiplied with this; -1 turns the sign";
+const MISSING: &str = "A number that means that there is none";
+
+/// One row a column: what it is, its name and unit, its sign and scale, what it holds.
+pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
+    let header = Header::new(reports.iter().map(|report| report.header.as_str()));
+    let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
+    egui::ScrollArea::horizontal()
+        .id_salt(id)
+        .max_height(height)
+        .show(ui, |ui| {
+            TableBuilder::new(ui)
+                .id_salt(id)
+                .striped(true)
+                .vscroll(false)
+                .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+                .column(Column::exact(28.0))
+                .column(Column::initial(130.0).clip(true).resizable(true))
+                .column(Column::exact(130.0))
+                .columns(Column::exact(76.0), 2)
+                .column(Column::exact(90.0))
+                .column(Column::exact(96.0))
+                .column(Column::remainder().at_least(160.0).clip(true))
+                .header(20.0, |mut titles| {
+                    for (title, explanation) in [
+                        ("", "The number of the column"),
+                        ("Header", "As the file writes it"),
+                        ("Role", "What it is; what nobody looks at is ignored"),
+                        ("Name", NAME),
+                        ("Unit", &units()),
+                        ("Scale factor", SCALE),
+                        ("Missing value", MISSING),
+                        ("First values, range", "By the first rows"),
+                    ] {
+                        titles.col(|ui| {
+                            ui.strong(title).on_hover_text(explanation);
+                        });
+                    }
+                })
+                .body(|body| {
+                    body.rows(24.0, reports.len(), |mut row| {
+                        let report = &reports[row.index()];
+                        let mut rule = table.rule(&header, report.number - 1);
+                        let before = rule.clone();
+                        column_row(&mut row, id, report, &mut rule);
+                        if rule != before {
+                            table.set_rule(&header, report.number - 1, rule);
+                        }
+                    });
+                });
+        });
+}
+
+fn units() -> String {
+    format!(
+        "Of a load: {FORCE_UNITS}, {MOMENT_UNITS}; of a time: {TIME_SPELLINGS}; of a gauge a label"
+    )
+}
+
+fn column_row(
+    row: &mut egui_extras::TableRow<'_, '_>,
+    id: &str,
+    report: &ColumnReport,
+    rule: &mut ColumnRule,
+) {
+    let number = report.number;
+    row.col(|ui| {
+        ui.weak(number.to_string());
+    });
+    row.col(|ui| {
+        ui.label(&report.header);
+    });
+    row.col(|ui| {
+        let choice = ComboBox::from_id_salt((id, number))
+            .selected_text(rule.is.name())
+            .width(112.0)
+            .show_ui(ui, |ui| {
+                for role in ColumnRole::all() {
+                    item(ui, &mut rule.is, role, role.name());
+                }
+            });
+        (choice.response.on_hover_text("What the column holds")).widget_info(|| {
+            let name = format!("Column {number} is {}", rule.is.name());
+            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
+        });
+    });
+    let used = rule.is != ColumnRole::Ignore;
+    let unit = report.unit.as_deref().unwrap_or("");
+    for (what, text, hint, explanation) in [
+        ("name", &mut rule.name, "", NAME),
+        ("unit", &mut rule.unit, unit, &units()),
+    ] {
+        row.col(|ui| {
+            let name = format!("{what} of column {number}");
+            text_cell(ui, used, [&name, hint, explanation], text);
+        });
+    }
+    row.col(|ui| {
+        ui.add_enabled(
+            used,
+            DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9),
+        )
+        .on_hover_text(SCALE)
+        .widget_info(|| label(&format!("scale factor of column {number}")));
+    });
+    row.col(|ui| {
+        let mut text = rule.dropouts.first().map(f64::to_string);
+        let name = format!("missing value of column {number}");
+        text_cell(ui, used, [&name, "none", MISSING], &mut text);
+        let written = text.unwrap_or_default();
+        if written.trim().is_empty() {
+            rule.dropouts.clear();
+        } else if let Ok(value) = written.trim().parse::<f64>() {
+            rule.dropouts = vec![value];
+        }
+    });
+    row.col(|ui| {
+        let range = match (report.min, report.max) {
+            (Some(min), Some(max)) => format!("{} to {}", significant(min, 4), significant(max, 4)),
+            _ => report.content.name().to_owned(),
+        };
+        let first: Vec<String> = report.first.iter().map(|cell| shortened(cell)).collect();
+        ui.label(format!("{}   {range}", first.join("  ")));
+    });
+}
+
+/// A number with as many digits as one looks at; other text as it is.
+fn shortened(cell: &str) -> String {
+    let number = cell.parse::<f64>().ok().filter(|_| cell.len() > 8);
+    number.map_or_else(|| cell.to_owned(), |number| significant(number, 5))
+}
+
+fn label(text: &str) -> egui::WidgetInfo {
+    egui::WidgetInfo::labeled(egui::Role::SpinButton, true, text)
+}
+
+fn text_cell(
+    ui: &mut egui::Ui,
+    used: bool,
+    [name, hint, explanation]: [&str; 3],
+    text: &mut Option<String>,
+) {
+    let mut written = text.clone().unwrap_or_default();
+    let field = TextEdit::singleline(&mut written)
+        .hint_text(hint)
+        .desired_width(f32::INFINITY);
+    let response = ui.add_enabled(used, field).on_hover_text(explanation);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, used, name));
+    if response.changed() {
+        *text = (!written.trim().is_empty()).then_some(written);
+    }
+}

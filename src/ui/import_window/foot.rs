@@ -1,0 +1,113 @@
+//! What would be loaded, what is wrong, and the buttons.
+
+use egui::{RichText, TextEdit};
+
+use super::{ImportFields, send};
+use crate::engine::{ImportCommand, Importing};
+use crate::import::inspect::Inspection;
+use crate::ui::command::Command;
+use crate::ui::numbers::significant;
+
+pub(super) fn foot(
+    ui: &mut egui::Ui,
+    importing: &Importing,
+    inspection: &Inspection,
+    fields: &mut ImportFields,
+    out: &mut Vec<Command>,
+) {
+    let check = &inspection.check;
+    ui.add_space(4.0);
+    egui::ScrollArea::vertical()
+        .id_salt("check")
+        .max_height(96.0)
+        .show(ui, |ui| {
+            match &check.error {
+                Some(error) => {
+                    ui.colored_label(ui.visuals().error_fg_color, error);
+                }
+                None => {
+                    ui.label(RichText::new(would_load(inspection)).strong());
+                }
+            }
+            for warning in &check.warnings {
+                ui.colored_label(ui.visuals().warn_fg_color, warning);
+            }
+        });
+    ui.horizontal(|ui| {
+        let can_load = check.error.is_none() && !importing.looking;
+        let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
+        let load =
+            load.on_hover_text("Reads the whole file so, and remembers it for files of this shape");
+        if load.clicked() {
+            send(out, ImportCommand::Load);
+        }
+        let cancel = ui.button("Cancel import");
+        let cancel = cancel.on_hover_text("Nothing is loaded, nothing is lost");
+        if cancel.clicked() {
+            send(out, ImportCommand::Cancel);
+        }
+        if !importing.waiting.is_empty() {
+            let cancel = ui.button("Cancel all");
+            let explanation = "None of the files that want a map is loaded";
+            if cancel.on_hover_text(explanation).clicked() {
+                send(out, ImportCommand::CancelAll);
+            }
+        }
+        ui.separator();
+        let label = ui.label("Column map");
+        let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("A JSON file that says all of this for files of this shape");
+        let path = fields.map_path.trim().to_owned();
+        let write = ui
+            .button("Write map")
+            .on_hover_text("For --columns on the command line");
+        if write.clicked() && !path.is_empty() {
+            send(out, ImportCommand::WriteMap(path.clone().into()));
+        }
+        let read = ui.button("Read map");
+        let read = read.on_hover_text("Takes what the file says");
+        if read.clicked() && !path.is_empty() {
+            send(out, ImportCommand::ReadMap(path.into()));
+        }
+        if importing.looking {
+            ui.spinner();
+        }
+    });
+    ui.add_space(4.0);
+}
+
+fn would_load(inspection: &Inspection) -> String {
+    let check = &inspection.check;
+    let samples: usize = check
+        .recordings
+        .iter()
+        .map(|recording| recording.n_samples)
+        .sum();
+    let rate = check
+        .recordings
+        .first()
+        .and_then(|recording| recording.rate_hz);
+    let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
+    format!(
+        "Would load {}{} recording{}, {samples} samples{}, gauges {}, {}",
+        if check.is_sample {
+            "from the start of the file "
+        } else {
+            ""
+        },
+        check.recordings.len(),
+        if check.recordings.len() == 1 { "" } else { "s" },
+        rate.map_or_else(String::new, |rate| format!(
+            " at {} Hz",
+            significant(rate, 3)
+        )),
+        check.gauges.join(" "),
+        if axes.is_empty() {
+            "no reference".to_owned()
+        } else {
+            format!("reference {}", axes.join(" "))
+        },
+    )
+}

@@ -1,0 +1,149 @@
+//! How the text of a file is cut, and what makes its rows recordings: rate, bursts, gaps, tare.
+
+use egui::{ComboBox, DragValue};
+
+use crate::formats::text::{Decimal, Delimiter, TextLayout};
+use crate::import::map::ColumnMap;
+use crate::recording::Tare;
+use crate::ui::context_menu::item;
+
+pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
+    ui.horizontal_wrapped(|ui| {
+        ComboBox::from_label("delimiter")
+            .selected_text(text.delimiter.name())
+            .width(90.0)
+            .show_ui(ui, |ui| {
+                for delimiter in Delimiter::ALL {
+                    item(ui, &mut text.delimiter, delimiter, delimiter.name());
+                }
+            })
+            .response
+            .on_hover_text("What stands between the cells of a line");
+        let mut comma = text.decimal == Decimal::Comma;
+        let tick = ui.checkbox(&mut comma, "decimal comma");
+        if tick.on_hover_text("1,5 is one and a half").changed() {
+            text.decimal = if comma {
+                Decimal::Comma
+            } else {
+                Decimal::Point
+            };
+        }
+        let label = ui.label("skip lines");
+        ui.add(DragValue::new(&mut text.skip_rows).range(0..=100_000))
+            .labelled_by(label.id)
+            .on_hover_text("Lines before the table, which a logger writes about itself");
+        ui.checkbox(&mut text.header, "header row")
+            .on_hover_text("The first line of the table names its columns");
+        ui.checkbox(&mut text.units_row, "units row")
+            .on_hover_text("The next line says their units");
+    });
+}
+
+pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
+    ui.horizontal_wrapped(|ui| {
+        optional(
+            ui,
+            [
+                "sample rate",
+                " Hz",
+                "Where no column is the time, or where the time counts samples",
+            ],
+            100.0,
+            &mut map.table.sample_rate_hz,
+        );
+        optional(
+            ui,
+            [
+                "average bursts within",
+                " s",
+                "Successive gauge samples no further apart become one, their mean",
+            ],
+            0.001,
+            &mut map.average_bursts_secs,
+        );
+        optional(
+            ui,
+            [
+                "new recording after a pause of",
+                " s",
+                "A longer step in time starts a new recording; without a number that is told by the steps themselves",
+            ],
+            2.0,
+            &mut map.gap_secs,
+        );
+        tare(ui, &mut map.tare);
+    });
+}
+
+fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
+    let text = match tare {
+        None => "none",
+        Some(Tare::Auto) => "first quiet half second",
+        Some(Tare::Stretch(..)) => "a segment",
+    };
+    ComboBox::from_label("tare")
+        .selected_text(text)
+        .width(150.0)
+        .show_ui(ui, |ui| {
+            item(ui, tare, None, "none");
+            item(ui, tare, Some(Tare::Auto), "first quiet half second");
+            let is_stretch = matches!(tare, Some(Tare::Stretch(..)));
+            if ui.selectable_label(is_stretch, "a segment").clicked() && !is_stretch {
+                *tare = Some(Tare::Stretch(0.0, 1.0));
+                ui.close();
+            }
+        })
+        .response
+        .on_hover_text(
+            "The mean gauges there are taken off; whether the sensor was unloaded then, you must know",
+        );
+    if let Some(Tare::Stretch(from, to)) = tare {
+        for (name, value) in [("from", from), ("to", to)] {
+            let label = ui.label(name);
+            let field = DragValue::new(value)
+                .range(0.0..=1e9)
+                .speed(0.01)
+                .suffix(" s");
+            ui.add(field)
+                .labelled_by(label.id)
+                .on_hover_text("Counted from the recording's first sample");
+        }
+    }
+}
+
+/// A field for a number, with its label.
+pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
+    let label = ui.label(name);
+    let field = DragValue::new(value)
+        .speed(0.001)
+        .max_decimals(6)
+        .suffix(suffix);
+    ui.add(field)
+        .labelled_by(label.id)
+        .on_hover_text(explanation);
+}
+
+/// A tick with a number beside it.
+fn optional(
+    ui: &mut egui::Ui,
+    [name, suffix, explanation]: [&str; 3],
+    default: f64,
+    value: &mut Option<f64>,
+) {
+    let mut on = value.is_some();
+    let tick = ui.checkbox(&mut on, name).on_hover_text(explanation);
+    if tick.changed() {
+        *value = on.then_some(default);
+    }
+    if let Some(value) = value {
+        let speed = 0.01 * *value;
+        let field = DragValue::new(value)
+            .range(1e-9..=1e9)
+            .max_decimals(6)
+            .speed(speed)
+            .suffix(suffix);
+        ui.add(field)
+            .labelled_by(tick.id)
+            .on_hover_text(explanation);
+    }
+}

@@ -1,0 +1,113 @@
+//! A load that is computed from the sensor's pose and a known weight.
+
+use egui::TextEdit;
+
+use super::send;
+use super::settings::number;
+use crate::engine::ImportCommand;
+use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
+use crate::ui::command::Command;
+
+pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
+    let mut used = map.weight.is_some();
+    let tick = ui
+        .checkbox(
+            &mut used,
+            "The load is that of a known weight, by the pose columns",
+        )
+        .on_hover_text(format!(
+            "Say which columns are the pose: {}",
+            Attitude::listed()
+        ));
+    if tick.changed() {
+        map.weight = used.then(|| WeightMap {
+            mass_kg: Some(1.0),
+            centre_m: Some([0.0; 3]),
+            ..WeightMap::default()
+        });
+    }
+    let Some(weight) = &mut map.weight else {
+        return;
+    };
+    ui.horizontal_wrapped(|ui| {
+        if let Some(mass) = &mut weight.mass_kg {
+            number(ui, ["mass", " kg", "Of all that hangs on the sensor"], mass);
+        }
+        if let Some(centre) = &mut weight.centre_m {
+            for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
+                let explanation = "The centre of mass, in the sensor's frame";
+                number(ui, [name, " m", explanation], value);
+            }
+        }
+        let names = ["gravity x", "gravity y", "gravity z"];
+        for (name, value) in names.into_iter().zip(&mut weight.gravity) {
+            let explanation = "In the frame that the pose is measured in";
+            number(ui, [name, " m/s²", explanation], value);
+        }
+        ui.radio_value(&mut weight.angles, Angles::FixedXyz, "fixed axes")
+            .on_hover_text("Roll, pitch and yaw turn about the axes of the base, in this order");
+        ui.radio_value(&mut weight.angles, Angles::IntrinsicXyz, "turned axes")
+            .on_hover_text("Each angle turns about an axis that the ones before have turned");
+        ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
+            "Adds what accelerating the weight takes, from the pose columns of its position",
+        );
+        let explanation = "The window over which accelerations are estimated";
+        number(
+            ui,
+            ["smoothed over", " s", explanation],
+            &mut weight.smoothing_secs,
+        );
+        let estimate = ui.button("Find the weight");
+        let estimate = estimate.on_hover_text(
+            "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
+        );
+        if estimate.clicked() {
+            send(out, ImportCommand::FindWeight);
+        }
+        let add = ui.button("Add a mount");
+        let add = add.on_hover_text(
+            "One of several weights or places, chosen by the column \"mount\", or by a part of the file's name",
+        );
+        if add.clicked() {
+            weight.mounts.push(Mount {
+                name: format!("mount{}", weight.mounts.len() + 1),
+                mass_kg: weight.mass_kg,
+                centre_m: weight.centre_m,
+            });
+        }
+    });
+    let mut at = 0;
+    while at < weight.mounts.len() {
+        let kept = ui
+            .push_id(at, |ui| mount(ui, at + 1, &mut weight.mounts[at]))
+            .inner;
+        if kept {
+            at += 1;
+        } else {
+            weight.mounts.remove(at);
+        }
+    }
+}
+
+/// One of several weights; whether it stays.
+fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
+    let mut kept = true;
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label(format!("Mount {nth}"));
+        let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
+        ui.add(name).labelled_by(label.id).on_hover_text(
+            "As the column \"mount\" says it, or as it stands in the names of files",
+        );
+        let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
+        let centre = mount.centre_m.get_or_insert([0.0; 3]);
+        let centre = ["x", "y", "z"].into_iter().zip(centre);
+        let centre = centre.map(|(axis, value)| (axis, " m", value));
+        for (what, suffix, value) in mass.into_iter().chain(centre) {
+            let explanation = "Of this mount: its mass, and its centre in the sensor's frame";
+            number(ui, [what, suffix, explanation], value);
+        }
+        let close = ui.small_button("×");
+        kept = !close.on_hover_text("Takes this mount away").clicked();
+    });
+    kept
+}

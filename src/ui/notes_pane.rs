@@ -1,0 +1,35 @@
+//! Free text, kept with the session.
+
+use crate::engine::Edit;
+use crate::ui::command::{Kind, Pane};
+use crate::ui::pane::{Cx, PaneView};
+
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "notes",
+    title: "Notes",
+    explanation: "Free text that is saved with the session",
+});
+
+/// Nothing of its own: the text is the document's.
+#[derive(Debug, Default)]
+pub struct View;
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        let notes = &cx.engine.project().notes;
+        let mut text = notes.clone();
+        let field = egui::TextEdit::multiline(&mut text)
+            .hint_text(
+                "What should be remembered of this calibration; it is saved with the session",
+            )
+            .desired_width(f32::INFINITY);
+        let response = ui.add_sized(ui.available_size(), field);
+        let response = response.on_hover_text("Free text, saved with the session");
+        let role = egui::Role::MultilineTextInput;
+        response.widget_info(|| egui::WidgetInfo::labeled(role, true, "Notes"));
+        if text != *notes {
+            cx.out.push(Edit::Notes(text).into());
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! What the window asks a person, in front of everything else.
+
+use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession};
+use crate::export::utc;
+use crate::ui::command::Command;
+
+/// Height of the list of sessions that windows left.
+const LEFT_HEIGHT: f32 = 320.0;
+/// So many files of each are named.
+const LEFT_FILES: usize = 4;
+
+/// A path that is being typed for what waits to be saved.
+struct Naming {
+    content: FileContent,
+    path: String,
+    /// Whether it was not drawn yet.
+    is_new: bool,
+}
+
+/// What is typed into the answers.
+#[derive(Default)]
+pub struct Questions {
+    naming: Option<Naming>,
+    /// Where a file of the session is now.
+    found: String,
+}
+
+impl Questions {
+    /// Asks where to write this.
+    pub fn ask_path(&mut self, content: FileContent) {
+        self.naming = Some(Naming {
+            path: content.usual_name().to_owned(),
+            content,
+            is_new: true,
+        });
+    }
+
+    /// What waits for a path; it waits no longer.
+    pub fn take_content(&mut self) -> Option<FileContent> {
+        Some(self.naming.take()?.content)
+    }
+
+    /// Draws what is asked now.
+    pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+        naming(context, &mut self.naming, out);
+        replacing(context, engine, out);
+        leaving(context, engine, self.naming.is_some(), out);
+        recovering(context, engine, out);
+        lost(context, engine, &mut self.found, out);
+    }
+}
+
+/// Asks before a file is written that is there already, or that holds a fit which says nothing.
+fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+    let Some((_, path, doubt)) = &engine.replacing else {
+        return;
+    };
+    let (title, reason, yes) = match doubt {
+        Doubt::IsThere => (
+            "The file is there already",
+            None,
+            ("Replace it", "What is in the file now is lost"),
+        ),
+        Doubt::Undetermined(undetermined, _) => (
+            "The samples do not determine this calibration",
+            Some(undetermined.to_string()),
+            ("Export anyway", "Nobody can tell how wrong its loads are"),
+        ),
+    };
+    let no = ("Leave it", "Nothing is written");
+    let modal = egui::Modal::new(egui::Id::unique("replace")).show(context, |ui| {
+        ui.set_width(420.0);
+        ui.strong(title);
+        ui.label(path.display().to_string());
+        if let Some(reason) = reason {
+            ui.label(reason);
+        }
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            for ((label, explanation), answer) in [(yes, true), (no, false)] {
+                if ui.button(label).on_hover_text(explanation).clicked() {
+                    out.push(Action::Replace(answer).into());
+                }
+            }
+        });
+    });
+    if modal.should_close() {
+        out.push(Action::Replace(false).into());
+    }
+}
+
+/// Lets a path be typed where there is no dialog to choose one.
+fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Command>) {
+    let Some(Naming { path, is_new, .. }) = naming else {
+        return;
+    };
+    let is_new = std::mem::take(is_new);
+    let modal = egui::Modal::new(egui::Id::unique("naming")).show(context, |ui| {
+        ui.set_width(420.0);
+        let label = ui.strong("Save as");
+        let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
+        let field = ui.add(field).labelled_by(label.id);
+        let field =
+            field.on_hover_text("The path of the file; its ending says as what it is written");
+        if is_new {
+            field.request_focus();
+        }
+        let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            let chosen = path.trim();
+            let save = ui
+                .button("Save")
+                .on_hover_text("Writes this file; Enter does too");
+            if (save.clicked() || entered) && !chosen.is_empty() {
+                out.push(Command::PathTyped(Some(chosen.into())));
+            }
+            let leave = ui.button("Cancel").on_hover_text("Nothing is written");
+            if leave.clicked() {
+                out.push(Command::PathTyped(None));
+            }
+        });
+    });
+    if modal.should_close() {
+        out.push(Command::PathTyped(None));
+    }
+}
+
+/// Asks what becomes of what is not saved before the window closes or something else takes its place.
+fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut Vec<Command>) {
+    let Some(leaving) = &engine.leaving else {
+        return;
+    };
+    // It is just being saved.
+    if is_naming || engine.replacing.is_some() {
+        return;
+    }
+    let (save, discard, cancel) = match leaving {
+        Leaving::Close => (
+            "Saves, then closes; asks where, if it has no file yet",
+            "Closes; what was chosen since is lost",
+            "The window stays open",
+        ),
+        Leaving::Open(_) | Leaving::Restore(..) => (
+            "Saves, then opens the other session; asks where, if it has no file yet",
+            "Opens the other session; what was chosen since is lost",
+            "The other session is not opened",
+        ),
+    };
+    let mut say = |command: Command| out.push(command);
+    let modal = egui::Modal::new(egui::Id::unique("leaving")).show(context, |ui| {
+        ui.set_width(420.0);
+        ui.strong("The session is not saved");
+        ui.label("It names the files, their roles and every setting; the recordings themselves are not changed.");
+        if !matches!(leaving, Leaving::Close) {
+            ui.label("Another session takes its place.");
+        }
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            for (label, explanation, command) in [
+                ("Save", save, Command::SaveSession),
+                ("Discard", discard, Action::Discard.into()),
+                ("Cancel", cancel, Action::Stay.into()),
+            ] {
+                if ui.button(label).on_hover_text(explanation).clicked() {
+                    say(command);
+                }
+            }
+        });
+    });
+    if modal.should_close() {
+        say(Action::Stay.into());
+    }
+}
+
+/// Offers what windows left that did not close as they should, the newest first.
+fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+    if engine.recoverable.is_empty() {
+        return;
+    }
+    let mut say = |command: Command| out.push(command);
+    let mut open = true;
+    egui::Window::new("Recover")
+        .open(&mut open)
+        .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
+        .collapsible(false)
+        .resizable(false)
+        .show(context, |ui| {
+            ui.set_width(460.0);
+            ui.label("LoopScope did not close as it should. What was not saved then was written down; closing this keeps it for the next start.");
+            egui::ScrollArea::vertical().max_height(LEFT_HEIGHT).show(ui, |ui| {
+                for (at, left) in engine.recoverable.iter().enumerate().rev() {
+                    ui.separator();
+                    ui.push_id(at, |ui| one_left(ui, left, &mut say));
+                }
+            });
+        });
+    if !open {
+        say(Action::KeepLeft.into());
+    }
+}
+
+/// When it was written, its files, and what can be done with it.
+fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
+    ui.strong(utc(left.written));
+    let names = left.files.iter().take(LEFT_FILES).map(|path| {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    });
+    let mut files = names.collect::<Vec<_>>().join(", ");
+    match left.files.len() {
+        0 => files.push_str("no files"),
+        n if n > LEFT_FILES => files.push_str(&format!(" and {} more", n - LEFT_FILES)),
+        _ => {}
+    }
+    let paths = left.files.iter().map(|path| path.display().to_string());
+    ui.label(files)
+        .on_hover_text(paths.collect::<Vec<_>>().join("\n"));
+    ui.horizontal(|ui| {
+        let restore = ui.button("Restore");
+        let restore = restore.on_hover_text("Opens its files with every choice of then");
+        if restore.clicked() {
+            say(Action::Restore(left.path.clone()).into());
+        }
+        let discard = ui.button("Discard");
+        let discard = discard.on_hover_text("It is lost; the recordings stay");
+        if discard.clicked() {
+            say(Action::DropLeft(left.path.clone()).into());
+        }
+    });
+}
+
+/// Asks where files of the session are that are not where they were.
+fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut Vec<Command>) {
+    let Some(file) = engine.project().lost.first() else {
+        return;
+    };
+    egui::Window::new("A file of the session is not there")
+        .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
+        .collapsible(false)
+        .resizable(false)
+        .show(context, |ui| {
+            ui.set_width(460.0);
+            ui.label(file.absolute.display().to_string());
+            if engine.project().lost.len() > 1 {
+                ui.weak(format!("and {} more", engine.project().lost.len() - 1));
+            }
+            ui.horizontal(|ui| {
+                let label = ui.label("It is now at");
+                let field = egui::TextEdit::singleline(found).desired_width(340.0);
+                ui.add(field)
+                    .labelled_by(label.id)
+                    .on_hover_text("The path of the file that was moved");
+            });
+            ui.horizontal(|ui| {
+                let path = found.trim().to_owned();
+                let read = ui.button("Read it there");
+                let read = read.on_hover_text("Takes the file from this path");
+                if read.clicked() && !path.is_empty() {
+                    found.clear();
+                    out.push(Action::Found(0, path.into()).into());
+                }
+                let leave = ui.button("Go on without it");
+                let leave = leave.on_hover_text("The session is opened without this file");
+                if leave.clicked() {
+                    out.push(Action::Forget(0).into());
+                }
+            });
+        });
+}

@@ -1,0 +1,296 @@
+//! Two cursors in time: what lies at each, between them, and the figures of the span.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use egui_plot::{PlotUi, VLine};
+
+use crate::analysis::{AxisTraces, TraceSet};
+use crate::engine::Engine;
+use crate::evaluation::Series;
+use crate::report::{Cell, Column, Table};
+use crate::ui::numbers::significant;
+use crate::ui::palette::Trace;
+
+/// So many values are added up in one frame: a frame must not wait for millions.
+const VALUES_PER_FRAME: usize = 400_000;
+
+/// The two cursors (s on the time axis), and what is known of the span between them.
+#[derive(Debug, Default)]
+pub struct Cursors {
+    at: [Option<f64>; 2],
+    span: Option<Span>,
+}
+
+/// The figures of one series over the span, as far as they have been added up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Figures {
+    n: usize,
+    mean: f64,
+    /// Sum of squared differences from the mean (Welford 1962).
+    squares: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Figures {
+    fn add(&mut self, value: f64) {
+        if !value.is_finite() {
+            return;
+        }
+        if self.n == 0 {
+            (self.min, self.max) = (value, value);
+        }
+        self.n += 1;
+        let difference = value - self.mean;
+        self.mean += difference / self.n as f64;
+        self.squares += difference * (value - self.mean);
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+    }
+
+    fn deviation(&self) -> f64 {
+        (self.squares / self.n.max(1) as f64).sqrt()
+    }
+}
+
+/// One series of the table.
+#[derive(Clone, Debug)]
+struct Row {
+    name: String,
+    unit: &'static str,
+    series: Arc<Series>,
+    figures: Figures,
+}
+
+#[derive(Debug)]
+struct Span {
+    samples: Range<usize>,
+    /// The next sample to be added up.
+    next: usize,
+    rows: Vec<Row>,
+}
+
+impl Span {
+    fn over(traces: &TraceSet, samples: Range<usize>, engine: &Engine) -> Self {
+        let shown = traces
+            .axes
+            .iter()
+            .filter(|axis| engine.project().is_shown(axis.axis));
+        Self {
+            next: samples.start,
+            samples,
+            rows: shown.flat_map(rows).collect(),
+        }
+    }
+
+    /// Adds up a part of what is missing; whether all is there.
+    fn go_on(&mut self) -> bool {
+        let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
+        let end = (self.next + n).min(self.samples.end);
+        for row in &mut self.rows {
+            for k in self.next..end {
+                row.figures.add(row.series.value(k));
+            }
+        }
+        self.next = end;
+        end == self.samples.end
+    }
+
+    /// Whether it is of these series.
+    fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, engine: &Engine) -> bool {
+        let shown = traces
+            .axes
+            .iter()
+            .filter(|axis| engine.project().is_shown(axis.axis));
+        let series = shown.flat_map(rows).map(|row| Arc::as_ptr(&row.series));
+        self.samples == *samples && series.eq(self.rows.iter().map(|row| Arc::as_ptr(&row.series)))
+    }
+}
+
+fn rows(axis: &AxisTraces) -> Vec<Row> {
+    let all = [
+        (Trace::Calculated.label(), axis.calculated.as_ref()),
+        (Trace::Conventional.label(), Some(&axis.conventional)),
+        (Trace::Compensated.label(), Some(&axis.compensated)),
+        (Trace::Factory.label(), axis.factory.as_ref()),
+        ("Conv. error", axis.conventional_error.as_ref()),
+        ("Comp. error", axis.compensated_error.as_ref()),
+        ("Factory error", axis.factory_error.as_ref()),
+    ];
+    let row = |(label, series): (&str, Option<&Arc<Series>>)| {
+        Some(Row {
+            name: format!("{} {label}", axis.axis.symbol()),
+            unit: axis.axis.unit(),
+            series: Arc::clone(series?),
+            figures: Figures::default(),
+        })
+    };
+    all.into_iter().filter_map(row).collect()
+}
+
+impl Cursors {
+    /// Puts cursor A (0) or B (1).
+    pub fn put(&mut self, which: usize, time: f64) {
+        self.at[which] = Some(time);
+    }
+
+    /// Takes both away.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Where both stand, if they do.
+    pub fn both(&self) -> Option<(f64, f64)> {
+        self.at[0].zip(self.at[1])
+    }
+
+    /// Where cursor A stands.
+    pub fn first(&self) -> Option<f64> {
+        self.at[0]
+    }
+
+    /// Marks them in a pane.
+    pub fn mark(&self, plot: &mut PlotUi<'_>, visuals: &egui::Visuals) {
+        for time in self.at.into_iter().flatten() {
+            let line = VLine::new("", time)
+                .color(visuals.warn_fg_color)
+                .width(1.3)
+                .allow_hover(false);
+            plot.vline(line);
+        }
+    }
+
+    /// Draws the table while there is a cursor.
+    pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
+        let ends = self
+            .at
+            .map(|time| time.and_then(|time| traces.sample_at(time)));
+        let (Some(a), b) = (ends[0].or(ends[1]), ends[1]) else {
+            return;
+        };
+        let samples = a.min(b.unwrap_or(a))..a.max(b.unwrap_or(a)) + 1;
+        if !self
+            .span
+            .as_ref()
+            .is_some_and(|span| span.is_of(traces, &samples, engine))
+        {
+            self.span = Some(Span::over(traces, samples, engine));
+        }
+        let Some(span) = &mut self.span else { return };
+        let complete = span.go_on();
+        if !complete {
+            ui.ctx().request_repaint();
+        }
+        let mut open = true;
+        egui::Window::new("Cursors")
+            .open(&mut open)
+            .default_size([640.0, 260.0])
+            // Beside the plots, where there is room for it.
+            .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
+            .show(ui.ctx(), |ui| {
+                let figures = table(span, a, b);
+                let time = |k: usize| significant(traces.times[k], 7);
+                ui.horizontal_wrapped(|ui| {
+                    ui.label(match b {
+                        Some(b) => format!(
+                            "A {} s, B {} s, Δt {} s, {} samples",
+                            time(a),
+                            time(b),
+                            significant(traces.times[b] - traces.times[a], 6),
+                            span.samples.len()
+                        ),
+                        None => format!("A {} s; Shift and click puts cursor B", time(a)),
+                    });
+                    if ui
+                        .button("Copy table")
+                        .on_hover_text("As tab-separated text")
+                        .clicked()
+                    {
+                        ui.copy_text(figures.tab_separated());
+                    }
+                    if !complete {
+                        ui.spinner();
+                    }
+                });
+                ui.separator();
+                egui::ScrollArea::both()
+                    .auto_shrink([false, false])
+                    .show(ui, |ui| crate::ui::table::show(ui, &figures));
+            });
+        if !open {
+            self.clear();
+        }
+    }
+}
+
+/// What lies at A and at B, between them, and the figures of the span; of A alone without a B.
+fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
+    let mut columns = ["", "unit"].map(Column::words).to_vec();
+    columns.extend(["A", "B", "Δ", "mean", "SD", "min", "max"].map(Column::numbers));
+    let rows = span.rows.iter().map(|row| {
+        let (at_a, figures) = (row.series.value(a), &row.figures);
+        let at_b = b.map(|b| row.series.value(b));
+        let of_span = |value: f64| b.map(|_| value);
+        let numbers = [
+            Some(at_a),
+            at_b,
+            at_b.map(|at_b| at_b - at_a),
+            of_span(figures.mean),
+            of_span(figures.deviation()),
+            of_span(figures.min),
+            of_span(figures.max),
+        ];
+        let numbers = numbers.map(|number| match number {
+            Some(_) => Cell::digits(number, 4),
+            None => Cell::words(""),
+        });
+        let names = [Cell::words(&row.name), Cell::words(row.unit)];
+        names.into_iter().chain(numbers).collect()
+    });
+    Table {
+        columns,
+        rows: rows.collect(),
+        ..Table::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 1, 2, 4, 9: mean 4, squared differences 9 + 4 + 0 + 25, so a variance of 38/4.
+    #[test]
+    fn figures_are_those_of_the_finite_values() {
+        let mut figures = Figures::default();
+        for value in [1.0, 2.0, f64::NAN, 4.0, 9.0] {
+            figures.add(value);
+        }
+        assert_eq!((figures.n, figures.min, figures.max), (4, 1.0, 9.0));
+        assert!((figures.mean - 4.0).abs() < 1e-12);
+        assert!((figures.deviation() - 9.5_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_long_span_is_added_up_over_several_frames() {
+        let values: Arc<[f64]> = (0..1_000_000).map(|k| f64::from(k % 10)).collect();
+        let row = Row {
+            name: "Fx".to_owned(),
+            unit: "N",
+            series: Arc::new(Series::new(values)),
+            figures: Figures::default(),
+        };
+        let mut span = Span {
+            samples: 0..1_000_000,
+            next: 0,
+            rows: vec![row],
+        };
+        let mut frames = 1;
+        while !span.go_on() {
+            frames += 1;
+        }
+        assert_eq!(frames, 3);
+        assert_eq!(span.rows[0].figures.n, 1_000_000);
+        assert!((span.rows[0].figures.mean - 4.5).abs() < 1e-9);
+    }
+}
