@@ -193,7 +193,7 @@ mod tests {
 
     use crate::analysis::{Request, analyse};
     use crate::calibration::{Calibration, FitSettings};
-    use crate::features::FeatureSettings;
+    use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::progress::Progress;
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
@@ -238,7 +238,7 @@ mod tests {
         }
         let settings = FitSettings {
             features: FeatureSettings {
-                polynomial: 2,
+                blocks: Blocks::default().with(&Polynomial, &[2.0]),
                 ..FeatureSettings::present()
             },
             ..FitSettings::default()

@@ -29,14 +29,16 @@ pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub use conventional::Conventional;
 pub use estimator::{Estimator, LEAP_SECS, STRAYS, SampleError, Taken};
 pub use file_form::{CalibrationFileError, NamedMap};
-pub use kernel::{Kernel, KernelSettings};
+pub use kernel::{Kernel, KernelSettings, LANDMARKS};
 pub use learned::{Learned, LearnedError};
 pub use linear::{Fit, Ridge, Terms, condition_number, fit, fit_targets};
 pub use linear_map::LinearMap;
 pub(crate) use linear_map::loads_from_gauges;
-pub use network::{EpochReport, Network, NetworkSettings};
+pub use network::{EPOCHS, EpochReport, Network, NetworkSettings, SEED};
 pub use normal_equations::NormalEquations;
-pub use settings::{FitSettings, Learner, Regressor, RidgeChoice, SettingsError};
+pub use settings::{
+    DECIMATION, FitSettings, Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SettingsError,
+};
 pub(crate) use sums::sample_row;
 pub use sums::{Piece, recording_sums};
 pub use used_recording::UsedRecording;

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
 
-use super::choices::{FitChoices, RecordingArgs};
+use super::choices::{FitChoices, RecordingArgs, regressor};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
 use crate::analysis::{
@@ -27,7 +27,7 @@ pub struct CompareArgs {
     /// Only these regressors [default: all].
     #[arg(
         long,
-        value_enum,
+        value_parser = regressor(),
         value_delimiter = ',',
         value_name = "NAME,…",
         help_heading = "Regressor"

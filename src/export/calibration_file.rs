@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, UsedRecording, VERSION};
     use crate::export::code::Program;
-    use crate::features::{FeatureSettings, GaugeScale};
+    use crate::features::{Blocks, FeatureSettings, GaugeScale, Polynomial};
     use crate::recording::{Axis, Role};
 
     fn calibration() -> Calibration {
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn gauges_may_be_called_like_other_columns() {
         let features = FeatureSettings {
-            polynomial: 2,
+            blocks: Blocks::default().with(&Polynomial, &[2.0]),
             ..FeatureSettings::default()
         };
         for second in ["S1_past", "S1^2", "offset", "Crosstalk Fx"] {

@@ -3,27 +3,48 @@
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::linear_map::is_usable;
+use crate::features::{OutOfRange, Range, Setting, Unit};
 use crate::progress::Cancelled;
 
+/// Samples that the others are compared with. With more, the landmarks' own matrix would take longer than the samples.
+pub const LANDMARKS: Setting = Setting {
+    key: "landmarks",
+    option: "landmarks",
+    label: "Landmarks",
+    what: "the number of landmarks",
+    unit: Unit::NONE,
+    default: &[200.0],
+    range: Range::Whole(1, 2000),
+    step: 0.25,
+    explanation: "Training samples that a kernel compares the others with. More are slower, and larger in the file",
+    source: "",
+};
+
+/// ℓ over √(number of columns).
+const LENGTH_SCALE: Setting = Setting {
+    key: "length_scale",
+    option: "",
+    label: "Length scale",
+    what: "the kernel's length scale",
+    range: Range::Positive,
+    explanation: "In units of √(number of columns); without one it is chosen by cross-validation",
+    ..LANDMARKS
+};
+
 /// The choices of a kernel fit.
-///
-/// | field | default | range | meaning |
-/// |---|---|---|---|
-/// | `landmarks` | 200 | 1 to 2000 | samples that the others are compared with |
-/// | `length_scale` | none | > 0 | ℓ in units of √(number of columns); `None`: chosen by cross-validation |
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct KernelSettings {
     /// Samples that the others are compared with.
     pub landmarks: usize,
-    /// ℓ over √(number of columns).
+    /// ℓ over √(number of columns); `None`: chosen by cross-validation.
     pub length_scale: Option<f64>,
 }
 
 impl Default for KernelSettings {
     fn default() -> Self {
         Self {
-            landmarks: 200,
+            landmarks: LANDMARKS.number() as usize,
             length_scale: None,
         }
     }
@@ -33,13 +54,8 @@ impl Default for KernelSettings {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum KernelError {
-    #[error(
-        "{landmarks} landmarks are asked for; take 1 to {}",
-        KernelSettings::MOST_LANDMARKS
-    )]
-    Landmarks { landmarks: usize },
-    #[error("the kernel's length scale is {0}; it must be a number above zero")]
-    LengthScale(f64),
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     #[error(
         "{landmarks} landmarks are more than the {samples} training samples; take fewer landmarks"
     )]
@@ -61,25 +77,15 @@ pub enum KernelError {
 }
 
 impl KernelSettings {
-    /// Beyond this the landmarks' own matrix takes longer than the samples.
-    pub const MOST_LANDMARKS: usize = 2000;
-
-    /// Checks every range of the table above.
+    /// Checks every value.
     ///
     /// # Errors
     /// [`KernelError`] with the first choice that is out of range.
     pub fn validate(&self) -> Result<(), KernelError> {
-        if !(1..=Self::MOST_LANDMARKS).contains(&self.landmarks) {
-            return Err(KernelError::Landmarks {
-                landmarks: self.landmarks,
-            });
-        }
-        match self.length_scale {
-            Some(scale) if !(scale > 0.0 && scale.is_finite()) => {
-                Err(KernelError::LengthScale(scale))
-            }
-            _ => Ok(()),
-        }
+        LANDMARKS.check(self.landmarks as f64)?;
+        self.length_scale
+            .map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
+        Ok(())
     }
 }
 
@@ -177,9 +183,7 @@ impl Kernel {
             }
         }
         for scale in [self.length_scale, self.band.strength] {
-            if !(scale > 0.0 && scale.is_finite()) {
-                return Err(KernelError::LengthScale(scale));
-            }
+            LENGTH_SCALE.check(scale)?;
         }
         Ok(())
     }

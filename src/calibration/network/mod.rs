@@ -36,5 +36,5 @@ pub use error::{Column, NetworkError};
 pub use fitted::{Layer, Network};
 pub use predict::Scratch;
 pub use samples::Samples;
-pub use settings::NetworkSettings;
+pub use settings::{EPOCHS, NetworkSettings, SEED};
 pub use training::{EpochReport, Stopped, Trained};
