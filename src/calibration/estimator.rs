@@ -34,7 +34,6 @@ pub struct Estimator<'a> {
 
 /// Why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SampleError {
     #[error("{actual} gauges are given where the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },

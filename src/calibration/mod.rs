@@ -21,25 +21,26 @@ mod sums;
 mod used_recording;
 mod validate;
 
-pub use aged_sums::{AgedSums, ThresholdAges, aged_sums};
-pub use calibration::{
-    AppliedLoads, Calibration, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
-};
+pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
+pub use calibration::{AppliedLoads, Calibration};
+pub(crate) use calibration::{FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION};
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
-pub use conventional::Conventional;
-pub use estimator::{Estimator, LEAP_SECS, STRAYS, SampleError, Taken};
-pub use file_form::{CalibrationFileError, NamedMap};
-pub use kernel::{Kernel, KernelSettings, LANDMARKS};
-pub use learned::{Learned, LearnedError};
-pub use linear::{Fit, Ridge, Terms, condition_number, fit, fit_targets};
-pub use linear_map::LinearMap;
+pub(crate) use conventional::Conventional;
+pub use estimator::{Estimator, Taken};
+pub(crate) use estimator::{LEAP_SECS, STRAYS};
+pub(crate) use kernel::LANDMARKS;
+pub use kernel::{Kernel, KernelSettings};
+pub(crate) use learned::{Learned, LearnedError};
+pub use linear::{Fit, fit};
+pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
+pub(crate) use linear_map::LinearMap;
 pub(crate) use linear_map::loads_from_gauges;
-pub use network::{EPOCHS, EpochReport, Network, NetworkSettings, SEED};
-pub use normal_equations::NormalEquations;
-pub use settings::{
-    DECIMATION, FitSettings, Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SettingsError,
-};
+pub(crate) use network::{EPOCHS, EpochReport, SEED};
+pub use network::{Network, NetworkSettings};
+pub(crate) use normal_equations::NormalEquations;
+pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
+pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::sample_row;
-pub use sums::{Piece, recording_sums};
-pub use used_recording::UsedRecording;
-pub use validate::CalibrationError;
+pub(crate) use sums::{Piece, recording_sums};
+pub(crate) use used_recording::UsedRecording;
+pub(crate) use validate::CalibrationError;

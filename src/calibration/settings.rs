@@ -202,7 +202,6 @@ impl Default for RidgeChoice {
 
 /// A choice that makes no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SettingsError {
     #[error(transparent)]
     Features(#[from] FeatureError),

@@ -129,7 +129,6 @@ pub enum Edit {
 
 /// Why a change cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum EditError {
     #[error(
         "There is nothing to split: the recordings are off, have no reference, or are too short"

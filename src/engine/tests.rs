@@ -11,11 +11,15 @@ use crate::analysis::loops::{Question, TableOf, TableQuestion};
 use crate::analysis::{Analysis, Candidate, View, analyse};
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::engine::MOST_NOTICES;
+use crate::engine::files::{Opened, OpenedFile};
+use crate::engine::project::SessionFile;
+use crate::engine::questions::StudyThresholds;
 use crate::engine::session::OpenedSession;
+use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
 use crate::engine::{
     Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
-    Notice, Opened, OpenedFile, Project, Session, SessionFile, SessionPart, StudyThresholds,
+    Notice, Project, Session,
 };
 use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, with_sources};

@@ -14,7 +14,6 @@ const LARGEST_FILE_BYTES: u64 = 64 << 20;
 
 /// Why a calibration could not be read.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadCalibrationError {
     #[error("cannot read {}: {source}", .path.display())]
     Io { path: PathBuf, source: io::Error },

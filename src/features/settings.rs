@@ -166,7 +166,6 @@ impl<'de> Deserialize<'de> for FeatureSettings {
 
 /// A choice of blocks that makes no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum FeatureError {
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),

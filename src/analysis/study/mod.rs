@@ -18,8 +18,9 @@ use crate::features::{ColumnKind, Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, RecordingSet, Role};
 
-pub use blocks::{BlockSuggestion, HistoryBlock};
-pub use thresholds::StudyEvent;
+pub(crate) use blocks::BlockSuggestion;
+pub use blocks::HistoryBlock;
+pub(crate) use thresholds::StudyEvent;
 
 /// Bins of age up to t_th, and as many beyond it.
 const AGE_BINS: usize = 30;

@@ -25,7 +25,6 @@ impl fmt::Display for Column {
 
 /// Why there is no network, or why it cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum NetworkError {
     #[error(transparent)]
     Setting(#[from] OutOfRange),

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::features::{Range, Setting, Unit};
 use crate::recording::Axis;
 
-pub use live::LiveLookBack;
+pub(crate) use live::LiveLookBack;
 
 /// How much the load must have differed; the paper's choice (section 4.2).
 pub const F_TH: Setting = Setting {
