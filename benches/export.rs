@@ -8,7 +8,7 @@ use std::sync::Arc;
 use loopscope::analysis::{Request, train};
 use loopscope::calibration::{Calibration, FitSettings};
 use loopscope::export::write_calibration;
-use loopscope::features::{FeatureSettings, Thresholds};
+use loopscope::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
 use loopscope::progress::Progress;
 use loopscope::recording::simulated;
 
@@ -22,10 +22,7 @@ fn main() {
         ..FeatureSettings::present()
     };
     let every_block = FeatureSettings {
-        fixed_lags_secs: vec![0.5],
-        creep_secs: FeatureSettings::DEFAULT_CREEP_SECS.to_vec(),
-        play_radii: FeatureSettings::DEFAULT_PLAY_RADII.to_vec(),
-        polynomial: 2,
+        blocks: Blocks::every().with(&Polynomial, &[2.0]),
         ..look_back(3.0)
     };
     for (name, features) in [

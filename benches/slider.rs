@@ -8,7 +8,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::{Analyst, Request, View};
 use loopscope::calibration::{FitSettings, RidgeChoice};
-use loopscope::features::{FeatureSettings, LoadPath, Thresholds};
+use loopscope::features::{Blocks, LoadPath, Polynomial, Thresholds};
 use loopscope::progress::Progress;
 use loopscope::recording::simulated;
 
@@ -50,10 +50,7 @@ fn every_block(c: &mut Criterion) {
         f_th: 8.0,
         t_th_secs: 15.0,
     });
-    features.fixed_lags_secs = vec![FeatureSettings::DEFAULT_LAG_SECS];
-    features.creep_secs = FeatureSettings::DEFAULT_CREEP_SECS.to_vec();
-    features.play_radii = FeatureSettings::DEFAULT_PLAY_RADII.to_vec();
-    features.polynomial = 3;
+    features.blocks = Blocks::every().with(&Polynomial, &[3.0]);
     let mut group = c.benchmark_group("every block, 243,000 samples");
     for (name, ridge) in [
         ("no ridge", RidgeChoice::Strength(0.0)),

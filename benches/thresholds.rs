@@ -6,7 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::{Datasets, HistoryBlock, Study};
 use loopscope::calibration::{FitSettings, RidgeChoice};
 use loopscope::evaluation::threshold_study::{Measure, ThresholdGrid};
-use loopscope::features::{FeatureSettings, Thresholds};
+use loopscope::features::{Creep, FeatureSettings, Play, Thresholds};
 use loopscope::progress::Progress;
 use loopscope::recording::simulated;
 
@@ -55,7 +55,7 @@ fn thresholds(c: &mut Criterion) {
         features: FeatureSettings::present(),
         ..plain
     };
-    for block in [HistoryBlock::Play, HistoryBlock::Creep] {
+    for block in [&Play as HistoryBlock, &Creep] {
         group.bench_function(format!("list for {block:?}"), |b| {
             b.iter(|| lay(&present).suggest_block(block, Measure::FullScale, &progress));
         });

@@ -31,15 +31,16 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
-pub use comparison::{
-    Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
-};
+pub use comparison::compare;
+pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub use dataset::Datasets;
-pub use factory::read_factory;
+pub(crate) use factory::read_factory;
 pub use report::report;
-pub use stretches::{stretches_on_screen, stretches_within};
-pub use study::{BlockSuggestion, HistoryBlock, Study, StudyEvent};
-pub use traces::{AxisTraces, Segment, TraceSet, View};
+pub(crate) use stretches::{stretches_on_screen, stretches_within};
+pub(crate) use study::{BlockSuggestion, StudyEvent};
+pub use study::{HistoryBlock, Study};
+pub use traces::View;
+pub(crate) use traces::{AxisTraces, Segment, TraceSet};
 pub use training::train;
 
 /// What is to be analysed.

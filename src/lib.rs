@@ -19,21 +19,48 @@
 //!
 //! [`progress`] is how slow work is watched and cancelled.
 //!
+//! What another program can use of it: read recordings, fit and score a calibration, write it, read it again, and run it sample by
+//! sample. Everything else is the crate's own.
+//!
 //! ```
 //! use std::sync::Arc;
 //! use loopscope::analysis::{Request, analyse};
-//! use loopscope::calibration::FitSettings;
+//! use loopscope::calibration::{Estimator, FitSettings};
+//! use loopscope::export::{read_calibration, write_calibration};
+//! use loopscope::import::read;
 //! use loopscope::progress::Progress;
-//! use loopscope::recording::simulated;
+//! use loopscope::recording::{Entry, RecordingSet, simulated};
 //!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // Simulated recordings, or those of files.
 //! let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+//!
+//! // Fit and score: conventional, and compensated by the look-back.
 //! let settings = FitSettings { decimation: 10, ..FitSettings::default() };
-//! let request = Request::fit(recordings, settings);
-//! let analysis = analyse(&request, &Progress::default())?;
+//! let analysis = analyse(&Request::fit(recordings, settings), &Progress::default())?;
 //! let quality = &analysis.calibration.quality;
 //! let (conventional, compensated) = (&quality.conventional, &quality.compensated);
 //! assert!(compensated.test_rmse.as_ref().unwrap()[0] < conventional.test_rmse.as_ref().unwrap()[0]);
-//! # Ok::<(), loopscope::analysis::AnalysisError>(())
+//!
+//! // Write it, read it, and run it as a robot would.
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("calibration.json");
+//! write_calibration(&analysis.calibration, &path)?;
+//! let calibration = read_calibration(&path)?;
+//! let design = calibration.design();
+//! let mut estimator = Estimator::new(&calibration, &design)?;
+//! let (_, load) = estimator.update(0.0, &[0.0; 6])?;
+//! assert_eq!(load.len(), 6);
+//!
+//! // A recording of a file, understood by the names of its columns.
+//! let path = folder.path().join("press.csv");
+//! std::fs::write(&path, "t [s],S1,S2,Fz [N]\n0,0.1,0.2,1\n0.1,0.2,0.3,2\n0.2,0.3,0.4,3\n")?;
+//! let loaded = read(&path, None, &[], &Progress::default())?;
+//! assert_eq!(loaded.recordings[0].gauge_names(), ["S1", "S2"]);
+//! let mut set = RecordingSet::default();
+//! set.push(Entry::with_default_role(loaded.recordings[0].clone()))?;
+//! # Ok(())
+//! # }
 //! ```
 
 pub mod analysis;
@@ -45,7 +72,7 @@ pub mod export;
 pub mod features;
 pub mod formats;
 pub mod import;
-pub mod panicked;
+pub(crate) mod panicked;
 pub mod progress;
 mod random;
 pub mod recording;

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::analysis::{AnalysisError, Request, train};
 use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::features::FeatureSettings;
+use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::recording::{Axis, RecordingSet};
@@ -128,14 +128,14 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
         },
     };
     let polynomial = FeatureSettings {
-        polynomial: 2,
+        blocks: Blocks::default().with(&Polynomial, &[2.0]),
         distance: history.distance,
         ..FeatureSettings::present()
     };
     let mut candidates = Vec::new();
     for &regressor in regressors {
         let mut blocks = vec![history.without_history(), history.clone()];
-        if regressor == Regressor::Linear && history.polynomial < 2 {
+        if regressor == Regressor::Linear && history.blocks.of(&Polynomial).is_empty() {
             blocks.insert(1, polynomial.clone());
         }
         for features in blocks {

@@ -141,12 +141,10 @@ impl Dataset {
             parts,
             terms: terms(used),
         };
-        let strengths = match ridge {
-            RidgeChoice::Strength(strength) => vec![strength; n_axes],
-            RidgeChoice::Auto => {
-                let parts = whole.as_ref().unwrap_or(&parts);
-                left_out(parts, &all).with_ridge(ridge).0
-            }
+        let (strengths, squares) = match (ridge, &whole) {
+            (RidgeChoice::Strength(strength), _) => (vec![strength; n_axes], None),
+            (RidgeChoice::Auto, Some(whole)) => (left_out(whole, &all).with_ridge(ridge).0, None),
+            (RidgeChoice::Auto, None) => left_out(&parts, &all).with_ridge(ridge),
         };
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; design.n_columns() * n_axes];
@@ -164,11 +162,15 @@ impl Dataset {
             test_rmse: metrics::rmse(&test, coefficients),
             cv_rmse,
         };
+        let left_out_all = left_out(&parts, &all);
+        let compensated_cv = left_out_all.rmse_of(&strengths, || {
+            squares.unwrap_or_else(|| left_out_all.squares_by_target(&strengths))
+        });
         calibration.quality = Quality {
             n_train: train.n_samples(),
             n_test: test.n_samples(),
             conventional: scores(&none, left_out(&parts, &present).rmse(&vec![0.0; n_axes])),
-            compensated: scores(&found.coefficients, left_out(&parts, &all).rmse(&strengths)),
+            compensated: scores(&found.coefficients, compensated_cv),
             rank: found.rank,
             condition: condition_number(&train, &all, found.rank),
             ridge: strengths,
@@ -191,7 +193,7 @@ mod tests {
 
     use crate::analysis::{Request, analyse};
     use crate::calibration::{Calibration, FitSettings};
-    use crate::features::FeatureSettings;
+    use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::progress::Progress;
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
@@ -236,7 +238,7 @@ mod tests {
         }
         let settings = FitSettings {
             features: FeatureSettings {
-                polynomial: 2,
+                blocks: Blocks::default().with(&Polynomial, &[2.0]),
                 ..FeatureSettings::present()
             },
             ..FitSettings::default()

@@ -193,7 +193,7 @@ fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
     }
     if !set.entries().iter().any(|entry| entry.role == Role::Test) {
         warnings.push(
-            "No recording is in the test role, so nothing says how the calibration does on recordings it never saw, except what was left out one by one."
+            "No recording is in the test role, so nothing says how the calibration does on recordings it never saw, except cross-validation."
                 .to_owned(),
         );
     }
@@ -201,7 +201,7 @@ fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
         warnings.push(format!("{undetermined}."));
     }
     if let Some(reason) = calibration.why_not_left_out() {
-        warnings.push(format!("No leave-one-out errors: {reason}."));
+        warnings.push(format!("No cross-validation errors: {reason}."));
     }
     let n_features = calibration.feature_names().len();
     if analysis.fitted && quality.rank < n_features && calibration.learned.is_none() {
@@ -305,14 +305,14 @@ fn curves(
         let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
         let Thresholds { f_th, t_th_secs } = found.thresholds;
         about.push_str(&format!(
-            " The least leave-one-out error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}).",
+            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}).",
             significant(found.left_out, 4),
             f_th_label(map.distance),
             significant(found.conventional, 4),
         ));
         if !found.beats_conventional {
             warnings.push(
-                "The conventional calibration does as well as the best look-back within one standard error; a look-back may not be worth it."
+                "The conventional calibration is within one standard error of the best look-back; a look-back may not be worth it."
                     .to_owned(),
             );
         }

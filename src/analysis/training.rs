@@ -262,7 +262,7 @@ impl Rows for TrainingRows<'_> {
 mod tests {
     use super::*;
     use crate::calibration::{FitSettings, KernelSettings, Regressor};
-    use crate::features::FeatureSettings;
+    use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::random::Random;
     use crate::recording::{Axis, RecordingSet, Source};
 
@@ -292,7 +292,7 @@ mod tests {
         let scores = |regressor| {
             let settings = FitSettings {
                 features: FeatureSettings {
-                    polynomial: 2,
+                    blocks: Blocks::default().with(&Polynomial, &[2.0]),
                     ..FeatureSettings::present()
                 },
                 regressor,

@@ -164,7 +164,7 @@ pub fn aged_sums(
 mod tests {
     use super::*;
     use crate::calibration::{Conventional, loads_from_gauges, recording_sums};
-    use crate::features::{FeatureSettings, LoadPath, Thresholds};
+    use crate::features::{Blocks, Creep, FeatureSettings, LoadPath, Thresholds};
     use crate::recording::simulated;
 
     /// Sums in which the look-back is zero, plus classes in turn, against one pass for each t_th.
@@ -181,7 +181,7 @@ mod tests {
         let design = Design {
             features: FeatureSettings {
                 look_backs: vec![Thresholds::default(); 2],
-                creep_secs: vec![3.0],
+                blocks: Blocks::default().with(&Creep, &[3.0]),
                 ..FeatureSettings::present()
             },
             scale: conventional.scale,

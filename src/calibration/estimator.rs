@@ -15,7 +15,7 @@ pub const LEAP_SECS: f64 = 86_400.0;
 pub const STRAYS: u32 = 3;
 
 /// The blocks of a calibration, ready to run.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Estimator<'a> {
     calibration: &'a Calibration,
     design: &'a Design,
@@ -34,7 +34,6 @@ pub struct Estimator<'a> {
 
 /// Why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SampleError {
     #[error("{actual} gauges are given where the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
@@ -175,7 +174,7 @@ mod tests {
     use crate::calibration::{
         FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice,
     };
-    use crate::features::{FeatureSettings, Thresholds};
+    use crate::features::{Blocks, FeatureSettings, FixedLag, Polynomial, Thresholds};
     use crate::progress::Progress;
     use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
@@ -217,10 +216,9 @@ mod tests {
             look_backs: [(3.0, 15.0), (8.0, 4.0)]
                 .map(|(f_th, t_th_secs)| Thresholds { f_th, t_th_secs })
                 .to_vec(),
-            fixed_lags_secs: vec![0.5, 2.0],
-            creep_secs: FeatureSettings::DEFAULT_CREEP_SECS.to_vec(),
-            play_radii: FeatureSettings::DEFAULT_PLAY_RADII.to_vec(),
-            polynomial: 3,
+            blocks: Blocks::every()
+                .with(&FixedLag, &[0.5, 2.0])
+                .with(&Polynomial, &[3.0]),
             ..FeatureSettings::present()
         }
     }
@@ -253,15 +251,16 @@ mod tests {
             change(&mut settings);
             settings
         };
-        for features in [
+        let mut sets = vec![
             FeatureSettings::present(),
             alone(&|s| s.look_backs.clone_from(&blocks.look_backs)),
-            alone(&|s| s.fixed_lags_secs.clone_from(&blocks.fixed_lags_secs)),
-            alone(&|s| s.creep_secs.clone_from(&blocks.creep_secs)),
-            alone(&|s| s.play_radii.clone_from(&blocks.play_radii)),
-            alone(&|s| s.polynomial = 2),
+            alone(&|s| s.blocks.set(&Polynomial, vec![2.0])),
             blocks.clone(),
-        ] {
+        ];
+        for (block, values) in blocks.blocks.used() {
+            sets.push(alone(&|s| s.blocks.set(block, values.to_vec())));
+        }
+        for features in sets {
             let calibration = calibration(features, Regressor::Linear);
             assert_runs_as_applied(&calibration, &recording, 0.0);
         }
@@ -285,7 +284,7 @@ mod tests {
         let calibration = calibration(every_block(), Regressor::Linear);
         let design = calibration.design();
         let mut estimator = Estimator::new(&calibration, &design).unwrap();
-        let mut undisturbed = estimator.clone();
+        let mut undisturbed = Estimator::new(&calibration, &design).unwrap();
         let gauges = vec![0.1; 6];
         estimator.update(1.0, &gauges).unwrap();
         undisturbed.update(1.0, &gauges).unwrap();
@@ -309,7 +308,7 @@ mod tests {
         let design = calibration.design();
         for start_secs in [0.0, -5.0, 1.7e9] {
             let mut estimator = Estimator::new(&calibration, &design).unwrap();
-            let mut fresh = estimator.clone();
+            let mut fresh = Estimator::new(&calibration, &design).unwrap();
             for k in 0..100 {
                 let time = 1000.0 + recording.times()[k];
                 estimator.update(time, recording.gauges_at(k)).unwrap();

@@ -4,20 +4,54 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{KernelError, KernelSettings};
 use crate::calibration::network::{NetworkError, NetworkSettings};
-use crate::features::{FeatureError, FeatureSettings};
+use crate::features::{FeatureError, FeatureSettings, OutOfRange, Range, Setting, Unit};
+
+/// How strong the ridge is.
+pub const RIDGE: Setting = Setting {
+    key: "ridge",
+    option: "ridge",
+    label: "ridge",
+    what: "the ridge",
+    unit: Unit::new("", "", ["STRENGTH"; 2]),
+    default: &[0.0],
+    range: Range::NotNegativeOrAuto,
+    step: 0.001,
+    explanation: "How much the linear fit shrinks what the blocks append: 0 is plain least squares, ever more leaves only \
+                  the conventional calibration. \"auto\": per axis the strength with which left-out recordings are \
+                  predicted best; blocks that only memorise are then shrunk away",
+    source: "",
+};
+
+/// Whether the model has an offset term.
+pub const OFFSET: Setting = Setting {
+    key: "offset",
+    option: "no-offset",
+    label: "Offset term",
+    what: "the offset",
+    unit: Unit::NONE,
+    default: &[1.0],
+    range: Range::Switch,
+    step: 1.0,
+    explanation: "A constant added to each axis. The paper has none; real gauges have a zero point",
+    source: "Eq. 3",
+};
+
+/// Every how many-th sample is used. With the largest no more than a handful is left of the longest recordings.
+pub const DECIMATION: Setting = Setting {
+    key: "decimation",
+    option: "decimate",
+    label: "Decimation",
+    what: "the decimation",
+    unit: Unit::NONE,
+    default: &[1.0],
+    range: Range::Whole(1, 100_000),
+    step: 0.05,
+    explanation: "Of each recording the first sample, and then every so many; the search for the past sees only these. 1 is \
+                  the paper's pattern A, 10 its pattern B",
+    source: "section 4.3",
+};
 
 /// The choices of one fit.
-///
-/// | field | default | range | meaning |
-/// |---|---|---|---|
-/// | `features` | one look-back | | what is appended to the gauges, see [`FeatureSettings`] |
-/// | `regressor` | linear | | how the load is made of the features |
-/// | `ridge` | 0 | ≥ 0, or auto | how much the linear fit shrinks what the blocks append |
-/// | `network` | the paper's | | see [`NetworkSettings`] |
-/// | `kernel` | 200 landmarks | | see [`KernelSettings`] |
-/// | `offset` | true | | whether the model has a constant term (the paper has none) |
-/// | `decimation` | 1 | 1 to 100,000 | every how many-th sample is used (10: the paper's pattern B) |
-/// | `full_scale` | none | > 0 | per axis; where `None`, half the peak-to-peak training reference |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct FitSettings {
@@ -25,15 +59,15 @@ pub struct FitSettings {
     pub features: FeatureSettings,
     /// How the load is made of the features.
     pub regressor: Regressor,
-    /// How much the linear fit shrinks what the blocks append.
+    /// [`RIDGE`].
     pub ridge: RidgeChoice,
     /// The network's choices.
     pub network: NetworkSettings,
     /// The kernel's choices.
     pub kernel: KernelSettings,
-    /// Whether the model has an offset term.
+    /// [`OFFSET`].
     pub offset: bool,
-    /// Every how many-th sample is used.
+    /// [`DECIMATION`].
     pub decimation: usize,
     /// Full scale per axis, in axis order; missing or `None` entries are measured.
     pub full_scale: Vec<Option<f64>>,
@@ -47,8 +81,8 @@ impl Default for FitSettings {
             ridge: RidgeChoice::default(),
             network: NetworkSettings::default(),
             kernel: KernelSettings::default(),
-            offset: true,
-            decimation: 1,
+            offset: OFFSET.number() > 0.0,
+            decimation: DECIMATION.number() as usize,
             full_scale: Vec::new(),
         }
     }
@@ -117,6 +151,37 @@ impl Regressor {
             Self::HybridKernel => "Linear + kernel",
         }
     }
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Network => "network",
+            Self::Kernel => "kernel",
+            Self::HybridNetwork => "hybrid-network",
+            Self::HybridKernel => "hybrid-kernel",
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Linear => "Least squares (Eq. 8): a matrix that any controller can run",
+            Self::Network => {
+                "The paper's network: three hidden layers of 100 units, trained on the summed squared error"
+            }
+            Self::Kernel => {
+                "Kernel ridge regression on landmark samples (the mean of a Gaussian process), with a band that says how \
+                 sure it is"
+            }
+            Self::HybridNetwork => {
+                "Least squares first, then a network on what they leave over (section 3.2)"
+            }
+            Self::HybridKernel => "Least squares first, then a kernel on what they leave over",
+        }
+    }
 }
 
 /// How the strength of the ridge is chosen.
@@ -131,13 +196,12 @@ pub enum RidgeChoice {
 
 impl Default for RidgeChoice {
     fn default() -> Self {
-        Self::Strength(0.0)
+        Self::Strength(RIDGE.number())
     }
 }
 
 /// A choice that makes no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SettingsError {
     #[error(transparent)]
     Features(#[from] FeatureError),
@@ -145,22 +209,14 @@ pub enum SettingsError {
     Network(#[from] NetworkError),
     #[error(transparent)]
     Kernel(#[from] KernelError),
-    #[error("the ridge is {0}; it must be a number from zero up, or auto")]
-    Ridge(f64),
-    #[error(
-        "the decimation is {0}; it must be from 1 (every sample) to {most}",
-        most = FitSettings::MOST_DECIMATION
-    )]
-    Decimation(usize),
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
     FullScale { position: usize, value: f64 },
 }
 
 impl FitSettings {
-    /// Of the longest recordings no more than a handful of samples would be left.
-    pub const MOST_DECIMATION: usize = 100_000;
-
-    /// Checks every range of the table above.
+    /// Checks every value.
     ///
     /// # Errors
     /// [`SettingsError`] with the first choice that is out of range.
@@ -168,14 +224,10 @@ impl FitSettings {
         self.features.validate()?;
         self.network.validate()?;
         self.kernel.validate()?;
-        if let RidgeChoice::Strength(strength) = self.ridge
-            && !(strength >= 0.0 && strength.is_finite())
-        {
-            return Err(SettingsError::Ridge(strength));
+        if let RidgeChoice::Strength(strength) = self.ridge {
+            RIDGE.check(strength)?;
         }
-        if !(1..=Self::MOST_DECIMATION).contains(&self.decimation) {
-            return Err(SettingsError::Decimation(self.decimation));
-        }
+        DECIMATION.check(self.decimation as f64)?;
         for (at, value) in self.full_scale.iter().enumerate() {
             if let Some(value) = *value
                 && !(value > 0.0 && value.is_finite())
@@ -191,6 +243,7 @@ impl FitSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::features::Play;
 
     #[test]
     fn values_out_of_range_are_named() {
@@ -200,12 +253,20 @@ mod tests {
             settings.validate()
         };
         assert_eq!(with(|_| {}), Ok(()));
-        assert!(with(|s| s.features.play_radii = vec![-1.0]).is_err());
+        assert!(with(|s| s.features.blocks.set(&Play, vec![-1.0])).is_err());
         assert!(with(|s| s.ridge = RidgeChoice::Strength(f64::NAN)).is_err());
         assert!(with(|s| s.kernel.landmarks = 0).is_err());
         assert!(with(|s| s.network.epochs = 0).is_err());
         assert!(with(|s| s.decimation = 0).is_err());
         assert!(with(|s| s.decimation = usize::MAX).is_err());
         assert!(with(|s| s.full_scale = vec![None, Some(0.0)]).is_err());
+    }
+
+    #[test]
+    fn regressors_have_the_same_names_in_files_and_options() {
+        for regressor in Regressor::ALL {
+            let stored = serde_json::to_value(regressor).unwrap();
+            assert_eq!(stored, regressor.key());
+        }
     }
 }

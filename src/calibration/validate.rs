@@ -7,7 +7,6 @@ use crate::features::{Column, FeatureError, FeatureSettings};
 
 /// Why a calibration cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum CalibrationError {
     #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
     Format,

@@ -3,11 +3,17 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
-use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice};
-use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::calibration::{
+    DECIMATION, EPOCHS, FitSettings, KernelSettings, LANDMARKS, NetworkSettings, OFFSET, RIDGE,
+    Regressor, RidgeChoice, SEED,
+};
+use crate::features::{
+    BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
+};
 use crate::import::LoadWarning;
 use crate::recording::{Entry, RecordingSet, Role, simulated};
 
@@ -83,6 +89,9 @@ impl RecordingArgs {
     }
 }
 
+/// Under which features stand in `--help`.
+const HEADING: &str = "Features";
+
 /// Numbers with commas between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct List(pub Vec<f64>);
@@ -121,93 +130,116 @@ impl FromStr for LookBacks {
     }
 }
 
+/// The blocks of the list, an option each.
+#[derive(Debug)]
+struct ListedBlocks {
+    blocks: Blocks,
+    /// Whether any is named, be it to say that it is not used.
+    any_named: bool,
+}
+
+impl Args for ListedBlocks {
+    fn augment_args(command: Command) -> Command {
+        command.args(BLOCKS.iter().map(|block| {
+            let setting = block.setting();
+            let argument = described(setting, HEADING);
+            if setting.choices().is_some() {
+                return argument.value_parser(clap::value_parser!(u8));
+            }
+            let default = listed(setting.default, ",");
+            argument
+                .help(format!("{} [without numbers: {default}]", setting.help()))
+                .value_name(setting.unit.placeholders[1])
+                .value_parser(List::from_str)
+                .num_args(0..=1)
+        }))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for ListedBlocks {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut own = Self {
+            blocks: Blocks::default(),
+            any_named: false,
+        };
+        own.update_from_arg_matches(matches)?;
+        Ok(own)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for &block in BLOCKS {
+            let setting = block.setting();
+            if matches.value_source(setting.option).is_none() {
+                continue;
+            }
+            let values = match setting.choices() {
+                Some(_) => matches
+                    .get_one(setting.option)
+                    .map(|n: &u8| vec![f64::from(*n)]),
+                None => matches
+                    .get_one(setting.option)
+                    .map(|List(list)| list.clone()),
+            };
+            self.any_named = true;
+            self.blocks
+                .set(block, values.unwrap_or_else(|| setting.default.to_vec()));
+        }
+        Ok(())
+    }
+}
+
+/// An argument with the option, the placeholder and the explanation of a setting.
+fn described(setting: &'static Setting, heading: &'static str) -> Arg {
+    Arg::new(setting.option)
+        .long(setting.option)
+        .help(setting.help())
+        .value_name(setting.unit.placeholders[0])
+        .allow_negative_numbers(true)
+        .help_heading(heading)
+}
+
 /// What is appended to the gauges beside look-backs, and how the linear fit is made.
 ///
 /// Blocks add up; those that are not named are not used.
 #[derive(Debug, Args)]
 pub struct BlockArgs {
-    /// The gauges so many seconds ago.
-    #[arg(
-        long,
-        value_name = "SECONDS,…",
-        allow_negative_numbers = true,
-        num_args = 0..=1,
-        default_missing_value = "0.5",
-        help_heading = "Blocks"
-    )]
-    pub fixed_lag: Option<List>,
-    /// First-order low-passes of the gauges, by time constant.
-    #[arg(
-        long,
-        value_name = "SECONDS,…",
-        allow_negative_numbers = true,
-        num_args = 0..=1,
-        default_missing_value = "1,6,40",
-        help_heading = "Blocks"
-    )]
-    pub creep: Option<List>,
-    /// Play operators, by radius in standard deviations of the gauge.
-    #[arg(
-        long,
-        value_name = "SD,…",
-        allow_negative_numbers = true,
-        num_args = 0..=1,
-        default_missing_value = "0.1,0.2,0.4,0.7,1.1,1.6",
-        help_heading = "Blocks"
-    )]
-    pub play: Option<List>,
-    /// Memoryless: 2 adds squares and products of the gauges, 3 also cubes.
-    #[arg(long, value_name = "DEGREE", help_heading = "Blocks")]
-    pub polynomial: Option<u8>,
+    #[command(flatten)]
+    listed: ListedBlocks,
     /// What F_th is measured in; without a force axis it is full-scale.
-    #[arg(long, value_enum, default_value = "force", help_heading = "Blocks")]
-    pub distance: DistanceArg,
-    /// How much the linear fit shrinks what the blocks append: a number, or "auto": by leave-one-recording-out, for each
-    /// axis.
-    #[arg(long, value_name = "STRENGTH", default_value = "0", value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
-    pub ridge: RidgeChoice,
+    #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
+    pub distance: Distance,
+    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    pub ridge: Option<RidgeChoice>,
     /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
-    /// Fit without a constant term, as the paper does.
-    #[arg(long)]
+    #[arg(long = OFFSET.option, help = format!("Fit without: {}", OFFSET.help()))]
     pub no_offset: bool,
 }
 
 impl BlockArgs {
-    /// Whether no block is named.
-    fn is_empty(&self) -> bool {
-        self.fixed_lag.is_none()
-            && self.creep.is_none()
-            && self.play.is_none()
-            && self.polynomial.is_none()
-    }
-
     /// What F_th is really measured in.
     fn distance(&self, recordings: &RecordingSet) -> Distance {
-        match self.distance {
-            DistanceArg::Force => Distance::Force,
-            DistanceArg::FullScale => Distance::FullScale,
-        }
-        .effective(&recordings.layout().axes)
+        self.distance.effective(&recordings.layout().axes)
     }
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
     pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
-        let values = |list: &Option<List>| list.as_ref().map_or(Vec::new(), |list| list.0.clone());
+        let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
         FitSettings {
             features: FeatureSettings {
                 look_backs: Vec::new(),
                 distance: self.distance(recordings),
-                fixed_lags_secs: values(&self.fixed_lag),
-                creep_secs: values(&self.creep),
-                play_radii: values(&self.play),
-                polynomial: self.polynomial.unwrap_or(1),
+                blocks: self.listed.blocks.clone(),
             },
-            ridge: self.ridge,
+            ridge: self.ridge.unwrap_or_default(),
             offset: !self.no_offset,
             decimation,
-            full_scale: values(&self.full_scale).into_iter().map(Some).collect(),
+            full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
         }
     }
@@ -218,23 +250,22 @@ impl BlockArgs {
 /// Blocks add up; those that are not named are not used, except that without any block there is one look-back.
 #[derive(Debug, Args)]
 pub struct FitChoices {
-    /// How much the load must have differed: newtons, or over full scale a share of it (0.1 is 10 %) [default: 3, or
-    /// 0.25 of full scale].
     #[arg(
-        long,
-        value_name = "F",
+        long = F_TH.option,
+        help = f_th_help(),
+        value_name = F_TH.unit.placeholders[0],
         allow_negative_numbers = true,
         conflicts_with = "look_back",
         value_parser = one_f_th,
-        help_heading = "Blocks"
+        help_heading = HEADING
     )]
     pub f_th: Option<f64>,
-    /// How old the past sample may be, in seconds [default: 15].
     #[arg(
-        long,
-        value_name = "SECONDS",
+        long = T_TH.option,
+        help = with_default(&T_TH),
+        value_name = T_TH.unit.placeholders[0],
         allow_negative_numbers = true,
-        help_heading = "Blocks"
+        help_heading = HEADING
     )]
     pub t_th: Option<f64>,
     /// Several look-backs at once, one per F_th; "none": no look-back.
@@ -242,20 +273,29 @@ pub struct FitChoices {
         long,
         value_name = "F,…",
         allow_negative_numbers = true,
-        help_heading = "Blocks"
+        help_heading = HEADING
     )]
     pub look_back: Option<LookBacks>,
     #[command(flatten)]
     pub blocks: BlockArgs,
-    /// Passes of a network over the training samples.
-    #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
+    #[arg(long = EPOCHS.option, help = EPOCHS.help(), value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
     pub epochs: usize,
-    /// What a network starts from; the same seed gives the same network.
-    #[arg(long, value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
+    #[arg(long = SEED.option, help = SEED.help(), value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
     pub seed: u64,
-    /// Samples that a kernel compares the others with.
-    #[arg(long, value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
+    #[arg(long = LANDMARKS.option, help = LANDMARKS.help(), value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
     pub landmarks: usize,
+}
+
+fn with_default(setting: &Setting) -> String {
+    format!("{} [default: {}]", setting.help(), setting.number())
+}
+
+fn f_th_help() -> String {
+    let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
+    format!(
+        "{} [newtons, or over full scale a share of it (0.1 is 10 %); default: {newtons}, or {share} of full scale]",
+        F_TH.help()
+    )
 }
 
 fn one_f_th(text: &str) -> Result<f64, String> {
@@ -283,13 +323,13 @@ pub struct ModelArgs {
     #[command(flatten)]
     choices: FitChoices,
     /// How the load is made of the features.
-    #[arg(long, value_enum, default_value = "linear", help_heading = "Regressor")]
-    regressor: RegressorArg,
-    /// Use every N-th sample only.
+    #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = "Regressor")]
+    regressor: Regressor,
     #[arg(
-        long,
+        long = DECIMATION.option,
+        help = DECIMATION.help(),
         value_name = "N",
-        default_value_t = 1,
+        default_value_t = FitSettings::default().decimation,
         allow_negative_numbers = true
     )]
     pub decimate: usize,
@@ -298,8 +338,8 @@ pub struct ModelArgs {
 impl ModelArgs {
     /// The settings that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
-        let regressor = self.regressor.into();
-        self.choices.settings(recordings, regressor, self.decimate)
+        self.choices
+            .settings(recordings, self.regressor, self.decimate)
     }
 }
 
@@ -334,7 +374,9 @@ impl FitChoices {
         let f_ths = match (&self.look_back, self.f_th) {
             (Some(LookBacks(values)), _) => values.clone(),
             (None, Some(f_th)) => vec![f_th],
-            (None, None) if self.t_th.is_some() || self.blocks.is_empty() => vec![default.f_th],
+            (None, None) if self.t_th.is_some() || !self.blocks.listed.any_named => {
+                vec![default.f_th]
+            }
             (None, None) => Vec::new(),
         };
         let thresholds = f_ths.into_iter();
@@ -344,45 +386,34 @@ impl FitChoices {
     }
 }
 
-/// [`Distance`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DistanceArg {
-    /// Norm over the force axes, in newtons.
-    Force,
-    /// Norm over all axes, each divided by its full scale.
-    FullScale,
+/// Takes one of a few things by its name; the last of each says what it is.
+pub(super) fn one_of<T: Copy + Send + Sync + 'static>(
+    all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
+) -> impl TypedValueParser<Value = T> {
+    let all: Vec<_> = all.into_iter().collect();
+    let names = all
+        .iter()
+        .map(|(_, name, explanation)| PossibleValue::new(*name).help(*explanation));
+    let parser = PossibleValuesParser::new(names.collect::<Vec<_>>());
+    parser.map(move |name| {
+        let named = all.iter().find(|(_, own, _)| *own == name);
+        named.expect("no other name passes").0
+    })
 }
 
-/// [`Regressor`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum RegressorArg {
-    /// Least squares.
-    Linear,
-    /// The paper's network.
-    Network,
-    /// Kernel ridge regression on landmarks.
-    Kernel,
-    /// Least squares, then a network on what they leave over.
-    HybridNetwork,
-    /// Least squares, then a kernel on what they leave over.
-    HybridKernel,
+/// Takes a regressor by its name.
+pub(super) fn regressor() -> impl TypedValueParser<Value = Regressor> {
+    one_of(Regressor::ALL.map(|own| (own, own.key(), own.explanation())))
 }
 
-impl From<RegressorArg> for Regressor {
-    fn from(arg: RegressorArg) -> Self {
-        match arg {
-            RegressorArg::Linear => Self::Linear,
-            RegressorArg::Network => Self::Network,
-            RegressorArg::Kernel => Self::Kernel,
-            RegressorArg::HybridNetwork => Self::HybridNetwork,
-            RegressorArg::HybridKernel => Self::HybridKernel,
-        }
-    }
+fn distance() -> impl TypedValueParser<Value = Distance> {
+    one_of(Distance::ALL.map(|own| (own, own.option(), own.explanation())))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::features::{Creep, Play, Polynomial};
     use clap::Parser;
 
     #[derive(Parser)]
@@ -416,11 +447,13 @@ mod tests {
         );
         assert_eq!(f_ths(&features(&["--look-back", "3,8"])), [3.0, 8.0]);
         let play = features(&["--play", "0.1, 0.2"]);
-        assert_eq!((f_ths(&play), play.play_radii), (vec![], vec![0.1, 0.2]));
+        assert!(play.look_backs.is_empty());
+        assert_eq!(play.blocks, Blocks::default().with(&Play, &[0.1, 0.2]));
         let both = features(&["--t-th", "5", "--creep", "--polynomial", "2"]);
         assert_eq!(f_ths(&both), [3.0]);
         assert_eq!(both.look_backs[0].t_th_secs, 5.0);
-        assert_eq!((both.creep_secs.len(), both.polynomial), (3, 2));
+        assert_eq!(both.blocks.of(&Creep).len(), 3);
+        assert_eq!(both.blocks.of(&Polynomial), [2.0]);
     }
 
     #[test]
@@ -429,5 +462,58 @@ mod tests {
         assert!("nope".parse::<LookBacks>().is_err());
         assert!(ridge("much").is_err());
         assert_eq!(ridge("auto"), Ok(RidgeChoice::Auto));
+    }
+
+    /// What the guide says of the settings is what the program says of them.
+    #[test]
+    fn the_guide_lists_every_setting_and_the_method_every_block() {
+        let blocks = BLOCKS.iter().map(|block| block.setting());
+        let others = [&RIDGE, &EPOCHS, &SEED, &LANDMARKS, &OFFSET, &DECIMATION];
+        let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain(others);
+        let rows = rows.map(|setting| {
+            format!(
+                "| `--{}` | {} | {} | {} | {} |\n",
+                setting.option,
+                setting.label,
+                setting.in_words(setting.default),
+                setting.range,
+                setting.help()
+            )
+        });
+        let head = "| option | setting | default | range | meaning |\n|---|---|---|---|---|\n";
+        let table = head.to_owned() + &rows.collect::<String>();
+        let page = include_str!("../../assets/guide/command-line.md");
+        assert!(
+            page.contains(&table),
+            "the table of command-line.md should be\n{table}"
+        );
+        let list: String = BLOCKS
+            .iter()
+            .map(|block| {
+                let name = block.name().to_lowercase();
+                format!(
+                    "* **{name}**: {}: `{}`\n",
+                    block.setting().help(),
+                    block.formula()
+                )
+            })
+            .collect();
+        let page = include_str!("../../assets/guide/method.md");
+        assert!(
+            page.contains(&list),
+            "the list of method.md should be\n{list}"
+        );
+        let readme = include_str!("../../README.md");
+        for setting in BLOCKS.iter().map(|block| block.setting()) {
+            let values = match setting.choices() {
+                Some(choices) => {
+                    let values = choices[1..].iter().map(|choice| f64::from(choice.value));
+                    listed(&values.collect::<Vec<_>>(), "|")
+                }
+                None => listed(setting.default, ","),
+            };
+            let said = format!("[--{} {values}]", setting.option);
+            assert!(readme.contains(&said), "README.md does not say {said}");
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
 
-use super::choices::{FitChoices, RecordingArgs, RegressorArg};
+use super::choices::{FitChoices, RecordingArgs, regressor};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
 use crate::analysis::{
@@ -27,12 +27,12 @@ pub struct CompareArgs {
     /// Only these regressors [default: all].
     #[arg(
         long,
-        value_enum,
+        value_parser = regressor(),
         value_delimiter = ',',
         value_name = "NAME,…",
         help_heading = "Regressor"
     )]
-    regressors: Vec<RegressorArg>,
+    regressors: Vec<Regressor>,
     /// Only this amount of data: 1 is the paper's pattern A, 10 its pattern B [default: both].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     decimate: Option<usize>,
@@ -50,12 +50,12 @@ pub struct CompareArgs {
 pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
     check_targets(args.recordings.inputs(), args.csv.as_slice(), args.force)?;
     let recordings = Arc::new(args.recordings.read()?);
-    let regressors: Vec<Regressor> = match &args.regressors[..] {
-        [] => Regressor::ALL.to_vec(),
-        named => named.iter().copied().map(Regressor::from).collect(),
+    let regressors = match &args.regressors[..] {
+        [] => &Regressor::ALL,
+        named => named,
     };
     let settings = args.choices.settings(&recordings, Regressor::Linear, 1);
-    let mut candidates = paper_candidates(&settings, &regressors);
+    let mut candidates = paper_candidates(&settings, regressors);
     if let Some(step) = args.decimate {
         for candidate in &mut candidates {
             candidate.decimation = step;

@@ -101,7 +101,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         None => None,
     };
     if let Some(reason) = calibration.why_not_left_out() {
-        tell(&format_args!("note: no leave-one-out figures: {reason}"));
+        tell(&format_args!("note: no cross-validation figures: {reason}"));
     }
     let mut out = io::stdout().lock();
     if args.json {

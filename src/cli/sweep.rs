@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::choices::{BlockArgs, List, RecordingArgs};
+use super::choices::{BlockArgs, List, RecordingArgs, one_of};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file};
 use crate::analysis::{AnalysisError, BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
-use crate::calibration::Scores;
+use crate::calibration::{DECIMATION, FitSettings, Scores};
 use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
@@ -23,7 +24,7 @@ use crate::evaluation::threshold_study::{
 use crate::export::{
     check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
 };
-use crate::features::{Distance, Thresholds};
+use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
@@ -51,21 +52,21 @@ pub struct SweepArgs {
     /// or full-scale without any].
     #[arg(long, value_enum, value_name = "MEASURE")]
     measure: Option<MeasureArg>,
-    /// Also choose play radii or creep time constants by leave-one-out, each beside the other blocks that are named.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "BLOCK,…")]
-    pick: Vec<BlockArg>,
-    /// Use every N-th sample only.
+    /// Also choose the values of these blocks by cross-validation, each beside the other blocks that are named.
+    #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
+    pick: Vec<HistoryBlock>,
     #[arg(
-        long,
+        long = DECIMATION.option,
+        help = DECIMATION.help(),
         value_name = "N",
-        default_value_t = 1,
+        default_value_t = FitSettings::default().decimation,
         allow_negative_numbers = true
     )]
     decimate: usize,
     /// Write the errors at every pair as CSV.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
-    /// Write the map of the leave-one-out error as a picture.
+    /// Write the map of the cross-validation error as a picture.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     svg: Option<PathBuf>,
     /// Write over files that are there already.
@@ -162,13 +163,10 @@ fn symbols(axes: &[Axis]) -> Vec<&'static str> {
     axes.iter().map(|axis| axis.symbol()).collect()
 }
 
-/// [`HistoryBlock`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum BlockArg {
-    /// Radii of play operators.
-    Play,
-    /// Time constants of creep.
-    Creep,
+/// Takes a block whose values can be found by its option's name.
+fn searched_block() -> impl TypedValueParser<Value = HistoryBlock> {
+    let blocks = BLOCKS.iter().filter(|block| block.search().is_some());
+    one_of(blocks.map(|block| (*block, block.setting().option, block.setting().label)))
 }
 
 /// All that is printed.
@@ -244,13 +242,7 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
         }
     })?;
     let suggestion = map.suggestion(measure).map_err(AnalysisError::from)?;
-    let pick = |block: &BlockArg| {
-        let block = match block {
-            BlockArg::Play => HistoryBlock::Play,
-            BlockArg::Creep => HistoryBlock::Creep,
-        };
-        study.suggest_block(block, measure, &progress)
-    };
+    let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, &progress);
     Ok(Sweep {
         simulated: recordings.is_simulated(),
         n_recordings: recordings.entries().len(),
@@ -445,7 +437,7 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
         .map_or_else(String::new, |change| format!(", {change:+.1} %"));
     writeln!(
         out,
-        "\nLeast leave-one-out error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
+        "\nLeast cross-validation error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
          {} {} left out in turn)",
         sweep.measure.label(&map.scale),
         significant(found.left_out, 4),
@@ -466,7 +458,7 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     if !found.beats_conventional {
         writeln!(
             out,
-            "  Note: the conventional calibration does as well within one standard error; a look-back may not be worth it"
+            "  Note: the conventional calibration is within one standard error of it; a look-back may not be worth it"
         )?;
     }
     let (f_edge, t_edge) = found.is_at_edge(map);
@@ -550,10 +542,12 @@ fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
-    let (name, option, unit) = match pick.block {
-        HistoryBlock::Play => ("Play radii", "--play", "standard deviations"),
-        HistoryBlock::Creep => ("Creep time constants", "--creep", "s"),
-    };
+    let Setting {
+        label: name,
+        option,
+        unit,
+        ..
+    } = pick.block.setting();
     let measure_unit = sweep.measure.unit(&sweep.map.scale);
     if pick.values.is_empty() {
         return writeln!(
@@ -563,11 +557,11 @@ fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io
             significant(pick.left_out_without, 4),
         );
     }
-    let values: Vec<String> = pick.values.iter().map(f64::to_string).collect();
     writeln!(
         out,
-        "{name} ({unit}): {option} {}: leave-one-out {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
-        values.join(","),
+        "{name} ({}): --{option} {}: cross-validation {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
+        unit.words,
+        listed(&pick.values, ","),
         significant(pick.left_out, 4),
         significant(pick.left_out_without, 4),
         pick.n_tried,

@@ -71,7 +71,7 @@ fn kind(candidate: &Candidate) -> impl PartialEq + use<> {
     (
         candidate.regressor,
         candidate.features.has_history(),
-        candidate.features.polynomial,
+        candidate.features.without_history().blocks,
         candidate.decimation,
     )
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{BlockSuggestion, Datasets, HistoryBlock, Request, View};
+use crate::analysis::{BlockSuggestion, Datasets, Request, View};
 use crate::calibration::{Calibration, FitSettings};
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
@@ -129,7 +129,6 @@ pub enum Edit {
 
 /// Why a change cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum EditError {
     #[error(
         "There is nothing to split: the recordings are off, have no reference, or are too short"
@@ -162,11 +161,8 @@ impl Project {
             Edit::Settings(settings) => self.settings = settings,
             Edit::Thresholds(thresholds) => self.set_thresholds(thresholds),
             Edit::Block(chosen) => {
-                let features = &mut self.settings.features;
-                match chosen.block {
-                    HistoryBlock::Play => features.play_radii = chosen.values,
-                    HistoryBlock::Creep => features.creep_secs = chosen.values,
-                }
+                let blocks = &mut self.settings.features.blocks;
+                blocks.set(chosen.block, chosen.values);
             }
             Edit::Role(at, role) => Arc::make_mut(&mut self.recordings).set_role(at, role),
             Edit::AllRoles(role) => {

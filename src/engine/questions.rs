@@ -340,11 +340,7 @@ impl Query for ChooseBlock {
     type Cache = ();
 
     fn title(&self) -> String {
-        let title = match self.block {
-            HistoryBlock::Play => "Choosing play radii",
-            HistoryBlock::Creep => "Choosing creep times",
-        };
-        title.to_owned()
+        format!("Choosing {}", self.block.setting().label.to_lowercase())
     }
 
     fn is_same(&self, other: &Self) -> bool {

@@ -41,7 +41,6 @@ const BYTES_LIMIT: u64 = 16 << 20;
 /// | `layout` | where the panes stand |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-#[expect(missing_docs, reason = "the table above says what the fields are")]
 pub struct Session {
     pub format: String,
     pub version: u32,
@@ -60,7 +59,6 @@ pub struct Session {
 
 /// Why a file is no session.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SessionError {
     #[error("not a session: {0}")]
     Json(#[from] serde_json::Error),

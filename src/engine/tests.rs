@@ -8,18 +8,22 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
-use crate::analysis::{Analysis, Candidate, HistoryBlock, View, analyse};
+use crate::analysis::{Analysis, Candidate, View, analyse};
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::engine::MOST_NOTICES;
+use crate::engine::files::{Opened, OpenedFile};
+use crate::engine::project::SessionFile;
+use crate::engine::questions::StudyThresholds;
 use crate::engine::session::OpenedSession;
+use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
 use crate::engine::{
     Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
-    Notice, Opened, OpenedFile, Project, Session, SessionFile, SessionPart, StudyThresholds,
+    Notice, Project, Session,
 };
 use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, with_sources};
-use crate::features::Thresholds;
+use crate::features::{Creep, Play, Polynomial, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::import::{Finding, LoadWarning, Loaded};
 use crate::progress::Progress;
@@ -968,16 +972,17 @@ fn a_training_that_fails_says_why() {
 fn numbers_of_a_block_that_were_chosen_are_a_step() {
     let mut engine = engine_with_files();
     let before = engine.project().settings.clone();
-    engine.act(Action::ChooseBlock(HistoryBlock::Creep, None));
+    engine.act(Action::ChooseBlock(&Creep, None));
     settle(&mut engine);
     let chosen = engine.choice.answer().expect("a choice").clone();
-    assert_eq!(engine.project().settings.features.creep_secs, chosen.values);
+    let features = &engine.project().settings.features;
+    assert_eq!(features.blocks.of(&Creep), chosen.values);
     if engine.history().can_undo() {
         engine.act(Action::Undo);
     }
     assert_eq!(engine.project().settings, before);
     edit(&mut engine, Edit::AllRoles(Role::Test));
-    engine.act(Action::ChooseBlock(HistoryBlock::Play, None));
+    engine.act(Action::ChooseBlock(&Play, None));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "no recording is in the train role");
 }
@@ -1043,7 +1048,7 @@ fn a_comparison_that_is_stopped_keeps_the_rows_that_ended() {
     });
     // Other settings move no outcome to another row.
     let mut settings = engine.project().settings.clone();
-    settings.features.polynomial = 2;
+    settings.features.blocks.set(&Polynomial, vec![2.0]);
     edit(&mut engine, Edit::Settings(settings));
     engine.act(Action::StopComparing);
     settle(&mut engine);

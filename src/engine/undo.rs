@@ -72,12 +72,12 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{BlockSuggestion, HistoryBlock, View};
+    use crate::analysis::{BlockSuggestion, View};
     use crate::engine::tests::{
         FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
     };
     use crate::engine::{Edit, FromFile};
-    use crate::features::Thresholds;
+    use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
     use crate::recording::{Axis, Role};
 
@@ -233,8 +233,8 @@ mod tests {
                 f_th: 0.125,
                 t_th_secs: 9.0,
             }),
-            Edit::Block(block(HistoryBlock::Play, &[0.5])),
-            Edit::Block(block(HistoryBlock::Creep, &[0.5])),
+            Edit::Block(block(&Play, &[0.5])),
+            Edit::Block(block(&Creep, &[0.5])),
             Edit::Role(0, Role::Test),
             Edit::AllRoles(Role::Train),
             Edit::Remove(1),

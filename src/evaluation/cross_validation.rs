@@ -1,4 +1,4 @@
-//! Leave-one-recording-out: how training recordings are cut, and which ridge the parts ask for. The fits to what remains
+//! Cross-validation by recording: how training recordings are cut, and which ridge the parts ask for. The fits to what remains
 //! are those of [`LeftOut`](crate::evaluation::left_out::LeftOut).
 //!
 //! Samples are never shuffled: neighbours in time know of each other, and a shuffled test would praise a fit for what it

@@ -5,11 +5,11 @@ pub mod holds;
 pub mod left_out;
 pub mod loops;
 pub mod mean_hysteresis;
-pub mod metrics;
+pub(crate) mod metrics;
 pub mod metrology;
 pub mod numbers;
-pub mod quantile;
-pub mod series;
+pub(crate) mod quantile;
+pub(crate) mod series;
 pub mod threshold_study;
 
-pub use series::Series;
+pub(crate) use series::Series;

@@ -14,7 +14,6 @@ const LARGEST_FILE_BYTES: u64 = 64 << 20;
 
 /// Why a calibration could not be read.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadCalibrationError {
     #[error("cannot read {}: {source}", .path.display())]
     Io { path: PathBuf, source: io::Error },
@@ -69,7 +68,7 @@ mod tests {
     use super::*;
     use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, UsedRecording, VERSION};
     use crate::export::code::Program;
-    use crate::features::{FeatureSettings, GaugeScale};
+    use crate::features::{Blocks, FeatureSettings, GaugeScale, Polynomial};
     use crate::recording::{Axis, Role};
 
     fn calibration() -> Calibration {
@@ -179,7 +178,7 @@ mod tests {
     #[test]
     fn gauges_may_be_called_like_other_columns() {
         let features = FeatureSettings {
-            polynomial: 2,
+            blocks: Blocks::default().with(&Polynomial, &[2.0]),
             ..FeatureSettings::default()
         };
         for second in ["S1_past", "S1^2", "offset", "Crosstalk Fx"] {

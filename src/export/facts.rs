@@ -126,7 +126,7 @@ fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
 fn scores(scores: &Scores) -> String {
     let sets = [
         ("on test recordings", &scores.test_rmse),
-        ("left out one by one", &scores.cv_rmse),
+        ("in cross-validation", &scores.cv_rmse),
         ("on what was fitted", &scores.train_rmse),
     ];
     let told: Vec<String> = (sets.iter())

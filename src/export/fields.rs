@@ -3,7 +3,7 @@
 //! Networks and kernels are not in it: only files of arrays have room for them.
 
 use crate::calibration::{Calibration, LinearMap, Scores};
-use crate::features::Thresholds;
+use crate::features::{Setting, Stored, Thresholds};
 
 /// One of its parts.
 pub(super) struct Field {
@@ -68,13 +68,19 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
                 &calibration.distance_weights(),
             )
         },
-        numbers("blocks", "fixed_lags_secs", &features.fixed_lags_secs),
-        numbers("blocks", "creep_secs", &features.creep_secs),
+    ]);
+    fields.extend(features.blocks.stored().map(|(block, stored)| {
+        let Setting { key, unit, .. } = block.setting();
+        let value = match stored {
+            Stored::Number(number) => Value::Count(number),
+            Stored::List(values) => Value::Numbers(values.to_vec()),
+        };
         Field {
-            about: "in standard deviations of each gauge",
-            ..numbers("blocks", "play_radii", &features.play_radii)
-        },
-        field("blocks", "polynomial", Value::Count(features.polynomial)),
+            about: unit.words,
+            ..field("blocks", key, value)
+        }
+    }));
+    fields.extend([
         numbers("gauge_scale", "shift", &scale.shift),
         numbers("gauge_scale", "inverse_scale", &scale.inverse_scale),
         numbers("gauge_scale", "deviation", &scale.deviation),

@@ -20,17 +20,24 @@ mod threshold_pictures;
 mod traces;
 mod writable;
 
-pub use atomic::{WriteError, clean_up_when_asked_to_end, write_atomically};
-pub use calibration_file::{ReadCalibrationError, read_calibration, write_calibration};
+pub use atomic::clean_up_when_asked_to_end;
+pub(crate) use atomic::{WriteError, write_atomically};
+pub(crate) use calibration_file::ReadCalibrationError;
+pub use calibration_file::{read_calibration, write_calibration};
 pub use hash::sha256;
-pub use report::{ReportCurves, ReportData, ReportErrors, ReportRecording, utc, write_report};
-pub use sources::{used_recordings, with_sources};
-pub use target::{Export, Outline, ReadBack, Refusal, Target};
-pub use targets::{TARGETS, listed_targets, name_gauges, names_gauges, target_endings, target_for};
-pub use threshold_csv::write_threshold_csv;
-pub use threshold_pictures::{
+pub(crate) use report::{ReportCurves, ReportErrors, utc};
+pub use report::{ReportData, ReportRecording, write_report};
+pub(crate) use sources::used_recordings;
+pub use sources::with_sources;
+pub use target::Export;
+pub(crate) use target::Outline;
+pub use targets::{TARGETS, name_gauges, target_for};
+pub(crate) use targets::{listed_targets, names_gauges, target_endings};
+pub(crate) use threshold_csv::write_threshold_csv;
+pub(crate) use threshold_pictures::{
     curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, threshold_map_files,
     write_threshold_map, write_threshold_svg,
 };
-pub use traces::{Stretch, TraceFormat, write_loads_csv, write_traces};
-pub use writable::{TargetError, check_targets};
+pub use traces::Stretch;
+pub(crate) use traces::{TraceFormat, write_loads_csv, write_traces};
+pub(crate) use writable::{TargetError, check_targets};

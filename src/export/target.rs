@@ -59,7 +59,6 @@ pub trait Target: Sync {
 
 /// What a calibration is made of, as far as it is known before the fit.
 #[derive(Clone, Copy, Debug)]
-#[expect(missing_docs, reason = "the fields are those of a calibration")]
 pub struct Outline<'a> {
     pub regressor: Regressor,
     pub learner: Option<Learner>,

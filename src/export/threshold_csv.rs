@@ -6,7 +6,7 @@ use crate::calibration::Scores;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::formats::csv::CsvWriter;
 
-/// Writes one row per pair of thresholds and set (train, test, leave-one-out): thresholds, RMSE per axis, and the group
+/// Writes one row per pair of thresholds and set (train, test, cross-validation): thresholds, RMSE per axis, and the group
 /// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without
 /// scores are left out.
 ///
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(
             String::from_utf8(out).unwrap(),
             "f_th,t_th,set,Fz [N],forces [N],all axes [% FS]\n\
-             ,,train,3,3,75\n1.5,2,train,1,1,25\n1.5,2,leave-one-out,2,2,50\n"
+             ,,train,3,3,75\n1.5,2,train,1,1,25\n1.5,2,cross-validation,2,2,50\n"
         );
     }
 }

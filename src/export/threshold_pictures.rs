@@ -27,7 +27,7 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
 }
 
 /// The curves of every set over F_th, at the t_th at this position; where there is a suggestion, its F_th is marked and the
-/// F_th that do about as well are shaded.
+/// F_th within one standard error are shaded.
 ///
 /// # Panics
 /// If there is no such t_th.

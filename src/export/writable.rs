@@ -9,7 +9,6 @@ use super::atomic::check_writable;
 
 /// Why files cannot be written where they are to go.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum TargetError {
     #[error("{} would be written over {}, which is read; choose another name", .output.display(), .input.display())]
     OverInput { input: PathBuf, output: PathBuf },

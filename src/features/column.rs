@@ -5,17 +5,15 @@
 
 use std::fmt;
 
+use crate::features::{Appends, Block, Monomial};
+
 /// Which past of the gauges a set of columns holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum History {
     /// What the look-back at this place of the settings' list finds.
     LookBack(usize),
-    /// The gauges this long ago (s).
-    FixedLag(f64),
-    /// Low-passes with this time constant (s).
-    Creep(f64),
-    /// Play operators of this radius (standard deviations of the gauge).
-    Play(f64),
+    /// What a block makes of this value of its list.
+    Block(&'static dyn Block, f64),
 }
 
 impl fmt::Display for History {
@@ -23,9 +21,10 @@ impl fmt::Display for History {
         match self {
             Self::LookBack(0) => write!(f, "past"),
             Self::LookBack(at) => write!(f, "past{}", at + 1),
-            Self::FixedLag(secs) => write!(f, "lag_{secs}s"),
-            Self::Creep(secs) => write!(f, "creep_{secs}s"),
-            Self::Play(radius) => write!(f, "play_{radius}"),
+            Self::Block(block, value) => match block.appends() {
+                Appends::Past(name) => f.write_str(&name(*value)),
+                Appends::Monomials(_) => f.write_str(block.name()),
+            },
         }
     }
 }
@@ -42,10 +41,8 @@ pub enum Column {
         /// Which gauge.
         gauge: usize,
     },
-    /// The product of two standardised gauges, or the square of one.
-    Product(usize, usize),
-    /// The cube of a standardised gauge.
-    Cube(usize),
+    /// A product of standardised gauges.
+    Monomial(Monomial),
     /// 1.
     Offset,
 }
@@ -74,13 +71,12 @@ impl Column {
         match self {
             Self::Offset => ColumnKind::Offset,
             Self::Gauge(_) => ColumnKind::Gauge,
-            Self::Past { .. } | Self::Product(..) | Self::Cube(_) => ColumnKind::Appended,
+            Self::Past { .. } | Self::Monomial(_) => ColumnKind::Appended,
         }
     }
 
     /// What it is called where the gauges have these names: `<gauge>`, `<gauge>_past` (further look-backs
-    /// `<gauge>_past2` …), `<gauge>_lag_<Δ>s`, `<gauge>_creep_<τ>s`, `<gauge>_play_<r>`, `<gauge>^2`, `<gauge>*<gauge>`,
-    /// `<gauge>^3`, `offset`.
+    /// `<gauge>_past2` …), `<gauge>_<history>` as its block says, `<gauge>*<gauge>`, `offset`.
     ///
     /// # Panics
     /// If a gauge has no name.
@@ -89,9 +85,7 @@ impl Column {
         match self {
             Self::Gauge(gauge) => gauges[gauge].clone(),
             Self::Past { history, gauge } => format!("{}_{history}", gauges[gauge]),
-            Self::Product(left, right) if left == right => format!("{}^2", gauges[left]),
-            Self::Product(left, right) => format!("{}*{}", gauges[left], gauges[right]),
-            Self::Cube(gauge) => format!("{}^3", gauges[gauge]),
+            Self::Monomial(monomial) => monomial.name(gauges),
             Self::Offset => "offset".to_owned(),
         }
     }

@@ -3,16 +3,12 @@
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
 //! starts anew with each [`FeatureStream`].
 
-use crate::features::creep::Creep;
-use crate::features::fixed_lag::FixedLag;
-use crate::features::play::Play;
-use crate::features::polynomial::{monomials, n_monomials};
-use crate::features::{Column, ColumnKind, FeatureSettings, GaugeScale};
+use crate::features::{Block, Column, ColumnKind, FeatureSettings, GaugeScale, History, Stream};
 
 /// What the columns of a row are.
 ///
-/// In order: gauges; for each look-back, fixed lag, creep time constant and play radius one set of gauges (a
-/// *history*); the polynomial's monomials; offset.
+/// In order: gauges; for each look-back one set of past gauges; what each block of the list appends, histories before
+/// monomials; offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// The blocks.
@@ -33,9 +29,7 @@ impl Design {
     /// The number of columns.
     #[must_use]
     pub fn n_columns(&self) -> usize {
-        self.n_histories_end()
-            + n_monomials(self.n_gauges(), self.features.polynomial)
-            + usize::from(self.offset)
+        self.features.n_columns(self.n_gauges()) + usize::from(self.offset)
     }
 
     /// Where the last history ends.
@@ -61,6 +55,19 @@ impl Design {
         let columns = self.columns().into_iter().enumerate();
         let meant = columns.filter(|(_, column)| is_meant(*column));
         meant.map(|(position, _)| position).collect()
+    }
+
+    /// For each value of a block the positions of its set of past gauges.
+    #[must_use]
+    pub fn sets_of(&self, block: &'static dyn Block) -> Vec<Vec<usize>> {
+        let values = self.features.blocks.of(block).iter();
+        let sets = values.map(|value| {
+            let wanted = History::Block(block, *value);
+            self.where_column(
+                |column| matches!(column, Column::Past { history, .. } if history == wanted),
+            )
+        });
+        sets.collect()
     }
 
     /// Every column.
@@ -159,28 +166,25 @@ impl Design {
 }
 
 /// The blocks' memory of one recording.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct FeatureStream<'a> {
     design: &'a Design,
-    lag: FixedLag,
-    creep: Creep,
-    play: Play,
-    z: Vec<f64>,
+    /// The memory of each block in use, with the number of its columns.
+    blocks: Vec<(usize, Box<dyn Stream>)>,
 }
 
 impl<'a> FeatureStream<'a> {
     /// Before the first sample of a recording.
     #[must_use]
     pub fn new(design: &'a Design) -> Self {
-        let Design {
-            features, scale, ..
-        } = design;
+        let used = design.features.blocks.used();
+        let blocks = used.map(|(block, values)| {
+            let n_columns = block.n_columns(values, design.n_gauges());
+            (n_columns, block.stream(values, &design.scale))
+        });
         Self {
             design,
-            lag: FixedLag::new(&features.fixed_lags_secs, design.n_gauges()),
-            creep: Creep::new(&features.creep_secs),
-            play: Play::new(&features.play_radii, &scale.deviation),
-            z: vec![0.0; design.n_gauges()],
+            blocks: blocks.collect(),
         }
     }
 
@@ -195,39 +199,20 @@ impl<'a> FeatureStream<'a> {
         past: impl Fn(usize) -> &'g [f64],
         row: &mut [f64],
     ) {
-        let Design {
-            features,
-            scale,
-            offset,
-        } = self.design;
         let g = gauges.len();
-        let (present, mut rest) = row.split_at_mut(g);
+        let (present, rest) = row.split_at_mut(g);
         present.copy_from_slice(gauges);
-        let mut next = |sets: usize| {
-            let (own, others) = std::mem::take(&mut rest).split_at_mut(sets * g);
-            rest = others;
-            own
-        };
-        let look_backs = next(features.look_backs.len());
+        let n_look_backs = self.design.features.look_backs.len();
+        let (look_backs, mut rest) = rest.split_at_mut(n_look_backs * g);
         for (at, out) in look_backs.chunks_exact_mut(g).enumerate() {
             out.copy_from_slice(past(at));
         }
-        if !features.fixed_lags_secs.is_empty() {
-            self.lag
-                .step(time, gauges, next(features.fixed_lags_secs.len()));
+        for (n_columns, stream) in &mut self.blocks {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(*n_columns);
+            stream.step(time, gauges, own);
+            rest = others;
         }
-        if !features.creep_secs.is_empty() {
-            self.creep
-                .step(time, gauges, next(features.creep_secs.len()));
-        }
-        if !features.play_radii.is_empty() {
-            self.play.step(gauges, next(features.play_radii.len()));
-        }
-        if features.polynomial > 1 {
-            scale.apply(gauges, &mut self.z);
-            monomials(&self.z, features.polynomial, rest);
-        }
-        if *offset {
+        if self.design.offset {
             *rest.last_mut().expect("there is an offset column") = 1.0;
         }
     }
@@ -236,16 +221,17 @@ impl<'a> FeatureStream<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::Thresholds;
+    use crate::features::{Blocks, Creep, FixedLag, Play, Polynomial, Thresholds};
 
     fn every_block() -> Design {
         Design {
             features: FeatureSettings {
                 look_backs: vec![Thresholds::default(); 2],
-                fixed_lags_secs: vec![0.5],
-                creep_secs: vec![1.0, 6.0],
-                play_radii: vec![0.2],
-                polynomial: 3,
+                blocks: Blocks::default()
+                    .with(&FixedLag, &[0.5])
+                    .with(&Creep, &[1.0, 6.0])
+                    .with(&Play, &[0.2])
+                    .with(&Polynomial, &[3.0]),
                 ..FeatureSettings::present()
             },
             scale: GaugeScale {
@@ -283,6 +269,7 @@ mod tests {
         assert_eq!(appended.count(), 17);
         assert_eq!(kinds[1..3], [ColumnKind::Gauge, ColumnKind::Appended]);
         assert_eq!(kinds[18..], [ColumnKind::Appended, ColumnKind::Offset]);
+        assert_eq!(design.sets_of(&Creep), [[8, 9], [10, 11]]);
     }
 
     /// Relaxed, nothing has happened before: every history is zero.

@@ -1,29 +1,38 @@
 //! What a sample is described by: its gauges, and what each chosen block appends.
 //!
-//! | block | columns | file |
-//! |---|---|---|
-//! | look-back | the gauges when the load last differed by F_th (Eq. 9-12) | [`look_back`] |
-//! | fixed lag | the gauges a fixed time ago | [`fixed_lag`] |
-//! | creep | first-order low-passes of the gauges | [`creep`] |
-//! | play | play operators on the gauges | [`play`] |
-//! | polynomial | squares, products, cubes: no past | [`polynomial`] |
+//! The look-back (Eq. 9-12, [`look_back`]) stands first: it finds its past by the load. The other blocks are those of the list
+//! [`BLOCKS`]; each is one file that implements [`Block`] and says there all that window, command line, exports and guide
+//! know of it.
 //!
 //! Each is causal, runs in bounded memory and starts anew in each recording. Columns enter the fit *standardised*
 //! ([`GaugeScale`]), those that are gauges of the past relative to the present one (`(s_past − s) / scale`): where the
 //! past never differs they are zero, and the answer is the conventional one. [`Design::columns`] says which column is which.
 
+mod block;
+mod blocks;
 mod column;
-pub mod creep;
 mod design;
-pub mod fixed_lag;
 mod gauge_scale;
 pub mod look_back;
-pub mod play;
-pub mod polynomial;
+mod monomial;
+mod setting;
 mod settings;
+mod source;
 
-pub use column::{Column, ColumnKind, History};
-pub use design::{Design, FeatureStream};
-pub use gauge_scale::GaugeScale;
-pub use look_back::{Distance, LiveLookBack, LoadPath, Thresholds};
-pub use settings::{FeatureError, FeatureSettings, MOST_COLUMNS};
+pub(crate) use block::{Appends, Block, Lists, Search, Stream};
+pub(crate) use blocks::BLOCKS;
+pub use blocks::{Creep, FixedLag, Play, Polynomial};
+pub use column::Column;
+pub(crate) use column::{ColumnKind, History};
+pub use design::Design;
+pub(crate) use design::FeatureStream;
+pub(crate) use gauge_scale::GaugeScale;
+pub(crate) use look_back::{Distance, F_TH, LiveLookBack, T_TH};
+pub use look_back::{LoadPath, Thresholds};
+pub(crate) use monomial::Monomial;
+pub use setting::listed;
+pub(crate) use setting::{Choice, OutOfRange, Range, Setting, Unit};
+pub(crate) use settings::FeatureError;
+pub use settings::{Blocks, FeatureSettings, Stored};
+pub(crate) use source::{Code, Constant, Memory, Numbers, Precision};
+pub use source::{Rows, Source};

@@ -1,38 +1,108 @@
-//! Which blocks describe a sample, and with which thresholds, lags, time constants and radii.
+//! Which blocks describe a sample, and with which values.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
 
-use crate::features::polynomial::monomial_columns;
-use crate::features::{Column, Distance, History, Thresholds};
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::ser::SerializeMap as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::features::{
+    Appends, BLOCKS, Block, Column, Distance, F_TH, History, OutOfRange, T_TH, Thresholds,
+};
 
 /// A design with more columns than this is refused: its sums alone would fill the memory.
 pub const MOST_COLUMNS: usize = 640;
 
-/// The blocks that are appended to the present gauges.
+/// The values of every block of the list; a block without any is not used.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Blocks {
+    values: [Vec<f64>; BLOCKS.len()],
+    /// How many sets of past gauges they make; every sample asks for it.
+    n_histories: usize,
+}
+
+impl Blocks {
+    /// The values of a block.
+    #[must_use]
+    pub fn of(&self, block: &dyn Block) -> &[f64] {
+        &self.values[position(block)]
+    }
+
+    /// Every block with what it begins with.
+    #[must_use]
+    pub fn every() -> Self {
+        let blocks = BLOCKS.iter().copied();
+        blocks.fold(Self::default(), |all, block| {
+            all.with(block, block.setting().default)
+        })
+    }
+
+    /// Gives a block other values; the first of a few choices stands for none.
+    pub fn set(&mut self, block: &dyn Block, values: Vec<f64>) {
+        let none = block.setting().choices().map(|choices| choices[0].value);
+        let is_none = none.is_some_and(|none| values == [f64::from(none)]);
+        self.values[position(block)] = if is_none { Vec::new() } else { values };
+        let histories = self.used().filter(|(block, _)| is_history(*block));
+        self.n_histories = histories.map(|(_, values)| values.len()).sum();
+    }
+
+    /// These with other values of a block.
+    #[must_use]
+    pub fn with(mut self, block: &dyn Block, values: &[f64]) -> Self {
+        self.set(block, values.to_vec());
+        self
+    }
+
+    /// The blocks in use with their values, in the order of their columns.
+    pub fn used(&self) -> impl Iterator<Item = (&'static dyn Block, &[f64])> {
+        let all = BLOCKS.iter().copied().zip(&self.values);
+        all.filter_map(|(block, values)| (!values.is_empty()).then_some((block, &values[..])))
+    }
+
+    /// Every block with its values as a file has them: the one number of a choice, the list of the others.
+    pub fn stored(&self) -> impl Iterator<Item = (&'static dyn Block, Stored<'_>)> {
+        BLOCKS
+            .iter()
+            .copied()
+            .zip(&self.values)
+            .map(|(block, values)| {
+                let stored = match block.setting().choices() {
+                    Some(choices) => {
+                        Stored::Number(values.first().map_or(choices[0].value, |v| *v as u8))
+                    }
+                    None => Stored::List(values),
+                };
+                (block, stored)
+            })
+    }
+}
+
+/// The values of a block as a file has them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Stored<'a> {
+    /// Of a choice.
+    Number(u8),
+    /// Of any other block.
+    List(&'a [f64]),
+}
+
+fn position(block: &dyn Block) -> usize {
+    let own = BLOCKS.iter().position(|own| *own == block);
+    own.expect("a block that is used stands in the list of blocks")
+}
+
+/// What is appended to the present gauges: look-backs, and the blocks of the list.
 ///
-/// | field | default | range | what it stands for |
-/// |---|---|---|---|
-/// | `look_backs` | one: 3 N, 15 s | ≥ 0 | the gauges when the load last differed by F_th (Eq. 9-12); one set per entry |
-/// | `distance` | force | force, full scale | what F_th is measured in |
-/// | `fixed_lags_secs` | none | > 0 | the gauges so many seconds ago |
-/// | `creep_secs` | none | > 0 | first-order low-passes of the gauges with these time constants |
-/// | `play_radii` | none | > 0 | play operators, radii in standard deviations of the gauge |
-/// | `polynomial` | 1 | 1, 2, 3 | 2: squares and products of the gauges; 3: also their cubes. No past in it |
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+/// In files each block's values stand under the key of its [`Setting`](crate::features::Setting).
+#[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSettings {
-    /// Thresholds of each look-back.
+    /// Thresholds of each look-back; one set of past gauges per entry.
     pub look_backs: Vec<Thresholds>,
     /// What F_th is measured in, for all look-backs.
     pub distance: Distance,
-    /// Lags (s).
-    pub fixed_lags_secs: Vec<f64>,
-    /// Time constants (s).
-    pub creep_secs: Vec<f64>,
-    /// Radii (standard deviations of the gauge).
-    pub play_radii: Vec<f64>,
-    /// Degree of the polynomial.
-    pub polynomial: u8,
+    /// The values of the other blocks.
+    pub blocks: Blocks,
 }
 
 impl Default for FeatureSettings {
@@ -44,16 +114,61 @@ impl Default for FeatureSettings {
     }
 }
 
+impl Serialize for FeatureSettings {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("look_backs", &self.look_backs)?;
+        map.serialize_entry("distance", &self.distance)?;
+        for (block, stored) in self.blocks.stored() {
+            map.serialize_entry(block.setting().key, &stored)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for FeatureSettings {
+    /// What is missing is as by default, what is not known is passed over.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Fields;
+        impl<'de> Visitor<'de> for Fields {
+            type Value = FeatureSettings;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the features with their values")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FeatureSettings, A::Error> {
+                let mut settings = FeatureSettings::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    let block = BLOCKS
+                        .iter()
+                        .copied()
+                        .find(|block| block.setting().key == key);
+                    match (&*key, block) {
+                        ("look_backs", _) => settings.look_backs = map.next_value()?,
+                        ("distance", _) => settings.distance = map.next_value()?,
+                        (_, Some(block)) if block.setting().choices().is_some() => {
+                            let number: u8 = map.next_value()?;
+                            settings.blocks.set(block, vec![f64::from(number)]);
+                        }
+                        (_, Some(block)) => settings.blocks.set(block, map.next_value()?),
+                        (_, None) => {
+                            map.next_value::<IgnoredAny>()?;
+                        }
+                    }
+                }
+                Ok(settings)
+            }
+        }
+        deserializer.deserialize_map(Fields)
+    }
+}
+
 /// A choice of blocks that makes no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum FeatureError {
-    #[error("{what} is {value}; it must be a number from zero up")]
-    Threshold { what: &'static str, value: f64 },
-    #[error("a {what} is {value}; it must be a number above zero")]
-    NotPositive { what: &'static str, value: f64 },
-    #[error("the degree of the polynomial is {0}; it must be 1 (none), 2 or 3")]
-    Degree(u8),
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     #[error(
         "these blocks make {columns} columns of {gauges} gauges, which is more than {MOST_COLUMNS}; take fewer blocks, \
          thresholds or radii"
@@ -62,33 +177,27 @@ pub enum FeatureError {
 }
 
 impl FeatureSettings {
-    /// Time constants for a sensor of which nothing is known (s).
-    pub const DEFAULT_CREEP_SECS: [f64; 3] = [1.0, 6.0, 40.0];
-    /// Radii for a sensor of which nothing is known (standard deviations).
-    pub const DEFAULT_PLAY_RADII: [f64; 6] = [0.1, 0.2, 0.4, 0.7, 1.1, 1.6];
-    /// Lag for a sensor of which nothing is known (s).
-    pub const DEFAULT_LAG_SECS: f64 = 0.5;
-
     /// No block: the present gauges alone.
     #[must_use]
     pub fn present() -> Self {
         Self {
             look_backs: Vec::new(),
             distance: Distance::Force,
-            fixed_lags_secs: Vec::new(),
-            creep_secs: Vec::new(),
-            play_radii: Vec::new(),
-            polynomial: 1,
+            blocks: Blocks::default(),
         }
     }
 
     /// These settings without what needs the past.
     #[must_use]
     pub fn without_history(&self) -> Self {
+        let mut blocks = self.blocks.clone();
+        for (block, _) in self.blocks.used().filter(|(block, _)| is_history(*block)) {
+            blocks.set(block, Vec::new());
+        }
         Self {
-            polynomial: self.polynomial,
+            look_backs: Vec::new(),
             distance: self.distance,
-            ..Self::present()
+            blocks,
         }
     }
 
@@ -101,69 +210,62 @@ impl FeatureSettings {
     /// How many sets of gauges the history blocks append.
     #[must_use]
     pub fn n_histories(&self) -> usize {
-        self.look_backs.len()
-            + self.fixed_lags_secs.len()
-            + self.creep_secs.len()
-            + self.play_radii.len()
-    }
-
-    /// The histories in the order of their columns.
-    pub fn histories(&self) -> impl Iterator<Item = History> + '_ {
-        let look_backs = (0..self.look_backs.len()).map(History::LookBack);
-        let lags = self.fixed_lags_secs.iter().copied().map(History::FixedLag);
-        let creep = self.creep_secs.iter().copied().map(History::Creep);
-        let play = self.play_radii.iter().copied().map(History::Play);
-        look_backs.chain(lags).chain(creep).chain(play)
+        self.look_backs.len() + self.blocks.n_histories
     }
 
     /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, offset.
     #[must_use]
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
-        let histories = self
-            .histories()
-            .flat_map(|history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge }));
-        (0..n_gauges)
-            .map(Column::Gauge)
-            .chain(histories)
-            .chain(monomial_columns(n_gauges, self.polynomial))
-            .chain(offset.then_some(Column::Offset))
-            .collect()
+        let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
+        let past = |history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge });
+        columns.extend((0..self.look_backs.len()).flat_map(|at| past(History::LookBack(at))));
+        for (block, values) in self.blocks.used() {
+            let values = values.iter().copied();
+            match block.appends() {
+                Appends::Past(_) => {
+                    columns.extend(values.flat_map(|value| past(History::Block(block, value))));
+                }
+                Appends::Monomials(of) => {
+                    let monomials = values.flat_map(|value| of(value, n_gauges));
+                    columns.extend(monomials.map(Column::Monomial));
+                }
+            }
+        }
+        columns.extend(offset.then_some(Column::Offset));
+        columns
+    }
+
+    /// How many columns so many gauges have with these blocks, without the offset.
+    pub(super) fn n_columns(&self, n_gauges: usize) -> usize {
+        let blocks = self.blocks.used();
+        let appended = blocks.map(|(block, values)| block.n_columns(values, n_gauges));
+        n_gauges * (1 + self.look_backs.len()) + appended.sum::<usize>()
     }
 
     /// How long a sample may be looked back at (s); zero where no block keeps samples.
     #[must_use]
     pub fn window_secs(&self) -> f64 {
-        let t_th_secs = self.look_backs.iter().map(|look_back| &look_back.t_th_secs);
-        t_th_secs
-            .chain(&self.fixed_lags_secs)
-            .fold(0.0, |a, b| a.max(*b))
+        let t_ths_secs = self.look_backs.iter().map(|look_back| look_back.t_th_secs);
+        let blocks = self.blocks.used();
+        let windows_secs = blocks.map(|(block, values)| block.window_secs(values));
+        t_ths_secs.chain(windows_secs).fold(0.0, f64::max)
     }
 
-    /// Checks every range of the table above.
+    /// Checks every value.
     ///
     /// # Errors
-    /// [`FeatureError`] with the first choice that is out of range.
+    /// [`FeatureError::OutOfRange`] with the first that is not allowed.
     pub fn validate(&self) -> Result<(), FeatureError> {
         for Thresholds { f_th, t_th_secs } in &self.look_backs {
-            for (what, value) in [("F_th", *f_th), ("t_th", *t_th_secs)] {
-                if !(value >= 0.0 && value.is_finite()) {
-                    return Err(FeatureError::Threshold { what, value });
-                }
+            F_TH.check(*f_th)?;
+            T_TH.check(*t_th_secs)?;
+        }
+        for (block, values) in self.blocks.used() {
+            for value in values {
+                block.setting().check(*value)?;
             }
         }
-        for (what, values) in [
-            ("fixed lag", &self.fixed_lags_secs),
-            ("creep time constant", &self.creep_secs),
-            ("play radius", &self.play_radii),
-        ] {
-            if let Some(&value) = values.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
-                return Err(FeatureError::NotPositive { what, value });
-            }
-        }
-        match self.polynomial {
-            1..=3 => Ok(()),
-            degree => Err(FeatureError::Degree(degree)),
-        }
+        Ok(())
     }
 
     /// Checks that a sensor with so many gauges does not get too many columns.
@@ -171,8 +273,7 @@ impl FeatureSettings {
     /// # Errors
     /// [`FeatureError::Columns`] if it does.
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
-        let columns = n_gauges * (1 + self.n_histories())
-            + super::polynomial::n_monomials(n_gauges, self.polynomial);
+        let columns = self.n_columns(n_gauges);
         if columns > MOST_COLUMNS {
             return Err(FeatureError::Columns {
                 columns,
@@ -185,10 +286,6 @@ impl FeatureSettings {
     /// The blocks in words, as tables show them; empty without any.
     #[must_use]
     pub fn describe(&self) -> String {
-        let list = |values: &[f64]| {
-            let texts: Vec<String> = values.iter().map(f64::to_string).collect();
-            texts.join(", ")
-        };
         let mut parts = Vec::new();
         for (at, Thresholds { f_th, t_th_secs }) in self.look_backs.iter().enumerate() {
             let repeated = at > 0 && self.look_backs[0].t_th_secs == *t_th_secs;
@@ -196,32 +293,24 @@ impl FeatureSettings {
                 true => String::new(),
                 false => format!(", t_th {t_th_secs} s"),
             };
-            parts.push(match self.distance {
-                Distance::Force => format!("F_th {f_th} N{t_th}"),
-                Distance::FullScale => format!("F_th {} % of full scale{t_th}", 100.0 * f_th),
-            });
+            parts.push(self.distance.in_words(*f_th) + &t_th);
         }
-        for (name, values, unit) in [
-            ("lag", &self.fixed_lags_secs, " s"),
-            ("creep", &self.creep_secs, " s"),
-            ("play", &self.play_radii, " SD"),
-        ] {
-            if !values.is_empty() {
-                parts.push(format!("{name} {}{unit}", list(values)));
-            }
-        }
-        match self.polynomial {
-            2 => parts.push("squares and products".to_owned()),
-            3 => parts.push("squares, products and cubes".to_owned()),
-            _ => {}
-        }
+        parts.extend(self.blocks.used().map(|(block, values)| {
+            let name = block.name().to_lowercase();
+            format!("{name} {}", block.setting().in_words(values))
+        }));
         parts.join("; ")
     }
+}
+
+fn is_history(block: &dyn Block) -> bool {
+    matches!(block.appends(), Appends::Past(_))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::features::{Creep, FixedLag, Play, Polynomial};
 
     #[test]
     fn values_out_of_range_are_named() {
@@ -233,16 +322,16 @@ mod tests {
         assert_eq!(FeatureSettings::default().validate(), Ok(()));
         assert!(refused(|s| s.look_backs[0].f_th = -1.0).contains("F_th is -1"));
         assert!(refused(|s| s.look_backs[0].t_th_secs = f64::INFINITY).contains("t_th"));
-        assert!(refused(|s| s.play_radii = vec![0.1, 0.0]).contains("play radius is 0"));
-        assert!(refused(|s| s.creep_secs = vec![f64::NAN]).contains("NaN"));
-        assert!(refused(|s| s.fixed_lags_secs = vec![-2.0]).contains("fixed lag"));
-        assert!(refused(|s| s.polynomial = 4).contains("polynomial is 4"));
+        assert!(refused(|s| s.blocks.set(&Play, vec![0.1, 0.0])).contains("play radius is 0"));
+        assert!(refused(|s| s.blocks.set(&Creep, vec![f64::NAN])).contains("NaN"));
+        assert!(refused(|s| s.blocks.set(&FixedLag, vec![-2.0])).contains("fixed lag"));
+        assert!(refused(|s| s.blocks.set(&Polynomial, vec![4.0])).contains("polynomial is 4"));
     }
 
     #[test]
     fn too_many_columns_are_refused_before_they_are_made() {
         let squares = FeatureSettings {
-            polynomial: 2,
+            blocks: Blocks::default().with(&Polynomial, &[2.0]),
             ..FeatureSettings::present()
         };
         assert_eq!(squares.check_columns(6), Ok(()));
@@ -258,14 +347,46 @@ mod tests {
                     t_th_secs: 15.0,
                 })
                 .to_vec(),
-            play_radii: vec![0.1, 0.2],
-            polynomial: 2,
+            blocks: Blocks::default()
+                .with(&Play, &[0.1, 0.2])
+                .with(&Polynomial, &[2.0]),
             ..FeatureSettings::present()
         };
         assert_eq!(
             settings.describe(),
-            "F_th 3 N, t_th 15 s; F_th 8 N; play 0.1, 0.2 SD; squares and products"
+            "F_th 3 N, t_th 15 s; F_th 8 N; play 0.1, 0.2 σ; polynomial degree 2"
         );
         assert_eq!(FeatureSettings::present().describe(), "");
+    }
+
+    /// What files of calibrations and sessions have had from the first; blocks that came later stand beside it.
+    #[test]
+    fn every_block_stands_in_files_under_its_own_key() {
+        let chosen = FeatureSettings {
+            blocks: Blocks::default()
+                .with(&FixedLag, &[0.5])
+                .with(&Creep, &[1.0, 6.0])
+                .with(&Play, &[0.1])
+                .with(&Polynomial, &[3.0]),
+            ..FeatureSettings::default()
+        };
+        let text = r#"{"look_backs": [{"f_th": 3.0, "t_th_secs": 15.0}], "distance": "force", "fixed_lags_secs": [0.5],
+            "creep_secs": [1.0, 6.0], "play_radii": [0.1], "polynomial": 3}"#;
+        let old: serde_json::Value = serde_json::from_str(text).unwrap();
+        let written = serde_json::to_value(&chosen).unwrap();
+        for (key, value) in old.as_object().unwrap() {
+            assert_eq!(&written[key], value, "{key}");
+        }
+        for block in BLOCKS {
+            assert!(!written[block.setting().key].is_null());
+        }
+        let read = |text| serde_json::from_str::<FeatureSettings>(text);
+        assert_eq!(read(text).unwrap(), chosen);
+        assert_eq!(
+            read(r#"{"polynomial": 1, "unheard_of": {"a": [1]}}"#).unwrap(),
+            FeatureSettings::default()
+        );
+        let error = read(r#"{"play_radii": ["x"]}"#).unwrap_err().to_string();
+        assert!(error.contains("line 1 column"), "{error}");
     }
 }

@@ -33,7 +33,7 @@ pub mod text;
 pub(crate) use arrays::{Array, Entry};
 pub(crate) use columns::{Cell, Row};
 pub use error::FileError;
-pub use format::Format;
+pub(crate) use format::Format;
 pub(crate) use opened::{Opened, Part, open};
 
 /// Every format that is read.

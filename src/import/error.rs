@@ -16,7 +16,6 @@ const OTHER_MAP: &str = "take another map, or none; `loopscope inspect` shows wh
 
 /// What is wrong with a table, at one of its lines. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum TableError {
     #[error(
         "no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #, or say what they are in a column map ({HOW_TO_MAP})"

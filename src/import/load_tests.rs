@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::load::Reading;
+use super::warning::Trouble;
 use super::*;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;

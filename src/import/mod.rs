@@ -34,11 +34,12 @@ mod two_clocks;
 mod warning;
 mod weigh;
 
-pub use error::{ReadError, TableError};
-pub use estimate::estimate_weight;
+pub use error::ReadError;
+pub(crate) use error::TableError;
+pub(crate) use estimate::estimate_weight;
 pub use load::Loaded;
 pub use read::read;
-pub use warning::{Finding, LoadWarning, Trouble};
+pub(crate) use warning::{Finding, LoadWarning};
 
 #[cfg(test)]
 mod bad_input_tests;

@@ -24,7 +24,6 @@ pub struct LoadWarning {
 
 /// What happened. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Finding {
     /// A row is skipped or left out for one of its cells.
     #[error("column {column} ({}) {}", shown(name), trouble.told(&shown(value)))]

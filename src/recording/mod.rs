@@ -16,6 +16,8 @@ pub mod units;
 
 pub use axis::Axis;
 pub(crate) use recording::median;
-pub use recording::{Recording, RecordingError, Source};
-pub use set::{Entry, Layout, LayoutError, RecordingSet, Role};
-pub use tare::{Tare, TareError};
+pub use recording::{Recording, Source};
+pub use set::{Entry, RecordingSet, Role};
+pub(crate) use set::{Layout, LayoutError};
+pub use tare::Tare;
+pub(crate) use tare::TareError;

@@ -40,7 +40,6 @@ pub struct Recording {
 
 /// Why numbers do not make a recording.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum RecordingError {
     #[error("{name}: no samples")]
     NoSamples { name: String },

@@ -57,7 +57,6 @@ impl FromStr for Tare {
 
 /// Why a recording cannot be tared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum TareError {
     #[error("{name}: no sample from {from} s to {to} s to tare by; it is {duration_secs} s long")]
     NoSamples {

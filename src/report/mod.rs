@@ -10,8 +10,11 @@ mod metrology;
 mod table;
 mod trace;
 
-pub use errors::{errors, factory_note};
-pub use loops::{LoopScale, drifts, loop_figures};
-pub use metrology::{axis_figures, crosstalk, figure_records, overview};
-pub use table::{Align, Cell, Column, Table, Value};
-pub use trace::{Shown, Trace};
+pub use errors::errors;
+pub(crate) use errors::factory_note;
+pub(crate) use loops::{LoopScale, drifts, loop_figures};
+pub use metrology::crosstalk;
+pub(crate) use metrology::{axis_figures, figure_records, overview};
+pub(crate) use table::{Align, Cell};
+pub use table::{Column, Table, Value};
+pub(crate) use trace::{Shown, Trace};

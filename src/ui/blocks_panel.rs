@@ -1,68 +1,66 @@
-//! The blocks beside the look-back: a switch, a list of numbers and a sentence each.
+//! The blocks beside the look-back, each as its setting says: a switch and a list of numbers, or one of a few.
 
 use egui::{Id, TextEdit};
 
-use crate::features::FeatureSettings;
+use crate::features::{BLOCKS, Block, Choice, FeatureSettings};
 
-/// Draws the switches.
+/// Draws them.
 pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings) {
-    let lag = [FeatureSettings::DEFAULT_LAG_SECS];
-    for (name, unit, explanation, values, default) in [
-        (
-            "Fixed lag",
-            "s",
-            "Appends the gauges so many seconds ago: the plainest history (references 23 and 24 of the paper)",
-            &mut features.fixed_lags_secs,
-            &lag[..],
-        ),
-        (
-            "Creep",
-            "s",
-            "Appends low-passes of each gauge with these time constants: what follows a load only slowly (reference 22)",
-            &mut features.creep_secs,
-            &FeatureSettings::DEFAULT_CREEP_SECS[..],
-        ),
-        (
-            "Play",
-            "SD",
-            "Appends play operators: each gauge dragged through a clearance of ± these radii, in standard deviations of the \
-             gauge. They remember the last reversals, as hysteresis does (Prandtl-Ishlinskii)",
-            &mut features.play_radii,
-            &FeatureSettings::DEFAULT_PLAY_RADII[..],
-        ),
-    ] {
-        ui.horizontal(|ui| {
-            let mut used = !values.is_empty();
-            let id = Id::unique((name, "while it is off"));
-            let switch = ui.checkbox(&mut used, name).on_hover_text(explanation);
-            if switch.changed() {
-                *values = if used {
-                    let kept = ui.data(|data| data.get_temp::<Vec<f64>>(id));
-                    kept.unwrap_or_else(|| default.to_vec())
-                } else {
-                    ui.data_mut(|data| data.insert_temp(id, values.clone()));
-                    Vec::new()
-                };
-            }
-            ui.add_enabled_ui(used, |ui| {
-                list_field(ui, switch.id, "", explanation, values);
-                ui.label(unit);
-            });
-        });
+    for &block in BLOCKS {
+        let values = features.blocks.of(block).to_vec();
+        let chosen = match block.setting().choices() {
+            Some(choices) => one_of(ui, block, choices, values),
+            None => list(ui, block, values),
+        };
+        features.blocks.set(block, chosen);
     }
+}
+
+/// A switch and a list of numbers.
+fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
+    let (name, setting) = (block.name(), block.setting());
+    let explanation = setting.help();
+    ui.horizontal(|ui| {
+        let mut used = !values.is_empty();
+        let id = Id::unique((name, "while it is off"));
+        let switch = ui.checkbox(&mut used, name).on_hover_text(&explanation);
+        if switch.changed() {
+            values = if used {
+                let kept = ui.data(|data| data.get_temp::<Vec<f64>>(id));
+                kept.unwrap_or_else(|| setting.default.to_vec())
+            } else {
+                ui.data_mut(|data| data.insert_temp(id, values.clone()));
+                Vec::new()
+            };
+        }
+        ui.add_enabled_ui(used, |ui| {
+            list_field(ui, switch.id, "", &explanation, &mut values);
+            ui.label(setting.unit.symbol);
+        });
+    });
+    values
+}
+
+/// One of a few values.
+fn one_of(
+    ui: &mut egui::Ui,
+    block: &dyn Block,
+    choices: &[Choice],
+    mut values: Vec<f64>,
+) -> Vec<f64> {
     ui.horizontal_wrapped(|ui| {
-        ui.label("Polynomial");
-        for (degree, label, explanation) in [
-            (1, "none", "The gauges as they are"),
-            (2, "squares", "Squares and products of the gauges: no past, only nonlinearity. What they take away was no hysteresis"),
-            (3, "cubes", "Squares, products and cubes of the gauges"),
-        ] {
-            let selected = features.polynomial == degree;
-            if ui.selectable_label(selected, label).on_hover_text(explanation).clicked() {
-                features.polynomial = degree;
+        ui.label(block.name()).on_hover_text(block.setting().help());
+        let none = f64::from(choices[0].value);
+        for choice in choices {
+            let value = f64::from(choice.value);
+            let selected = *values.first().unwrap_or(&none) == value;
+            let button = ui.selectable_label(selected, choice.label);
+            if button.on_hover_text(choice.explanation).clicked() {
+                values = vec![value];
             }
         }
     });
+    values
 }
 
 /// A field with numbers above zero and commas between them; true once they changed. What cannot be read is marked and

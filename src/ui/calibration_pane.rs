@@ -114,9 +114,11 @@ fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut V
         );
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
-            let held =
-                TARGETS.map(|target| format!(".{}: {}", target.endings()[0], target.holds()));
-            let export = ui.button("Export").on_hover_text(held.join("\n"));
+            let held = TARGETS.iter();
+            let held = held.map(|target| format!(".{}: {}", target.endings()[0], target.holds()));
+            let export = ui
+                .button("Export")
+                .on_hover_text(held.collect::<Vec<_>>().join("\n"));
             let path = path.trim();
             if (export.clicked() || entered) && !path.is_empty() {
                 out.push(Action::Export(path.into(), Existing::Ask).into());
@@ -158,7 +160,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
     let is_one_block = |one: &Column, other: &Column| match (one, other) {
         (Column::Gauge(_), Column::Gauge(_)) => true,
         (Column::Past { history: one, .. }, Column::Past { history: other, .. }) => one == other,
-        (Column::Product(..) | Column::Cube(_), Column::Product(..) | Column::Cube(_)) => true,
+        (Column::Monomial(_), Column::Monomial(_)) => true,
         _ => false,
     };
     let mut end = 0;
@@ -170,7 +172,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
             Column::Past { history, .. } => {
                 format!("S_{{{}}}", history.to_string().replace('_', " "))
             }
-            Column::Product(..) | Column::Cube(_) => "products".to_owned(),
+            Column::Monomial(_) => "products".to_owned(),
             Column::Offset => "c".to_owned(),
         };
         Block {
@@ -305,7 +307,7 @@ fn brackets<'a>(ui: &egui::Ui, numbers: egui::Rect, borders: impl Iterator<Item 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::FeatureSettings;
+    use crate::features::{Blocks, FeatureSettings, Play, Polynomial};
 
     #[test]
     fn blocks_and_their_equation_follow_the_columns() {
@@ -318,8 +320,9 @@ mod tests {
             equation(&blocks)
         };
         assert_eq!(said(&features, true), "L = C^{-1} [S, S_{past}]^T + c");
-        features.play_radii = vec![0.1];
-        features.polynomial = 2;
+        features.blocks = Blocks::default()
+            .with(&Play, &[0.1])
+            .with(&Polynomial, &[2.0]);
         assert_eq!(
             said(&features, true),
             "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T + c"
@@ -329,8 +332,7 @@ mod tests {
             "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T"
         );
         features.look_backs.clear();
-        features.play_radii.clear();
-        features.polynomial = 1;
+        features.blocks = Blocks::default();
         assert_eq!(said(&features, false), "L = C^{-1} S");
     }
 }

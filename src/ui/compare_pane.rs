@@ -94,7 +94,7 @@ fn compare_pane(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut
                 .on_hover_text("Where the table is written");
             let path = fields.path.trim();
             let save = ui.button("Save");
-            let save = save.on_hover_text("Every row that has a result, with train, test and LOO-CV");
+            let save = save.on_hover_text("Every row that has a result, with train, test and cross-validation");
             if save.clicked() && !path.is_empty() {
                 let content = FileContent::Comparison(rows.clone());
                 out.push(Action::Save(content, path.into(), Existing::Ask).into());

@@ -71,9 +71,7 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
-        let calibrations = TARGETS
-            .into_iter()
-            .filter(|target| target.reader().is_some());
+        let calibrations = TARGETS.iter().filter(|target| target.reader().is_some());
         let calibrations = calibrations.flat_map(|target| target.endings().iter().copied());
         let endings: Vec<&str> = formats::endings().chain(calibrations).collect();
         let dialog = rfd::AsyncFileDialog::new()

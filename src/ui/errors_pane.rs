@@ -1,4 +1,4 @@
-//! The table of errors: Conv. and Comp. per axis, on train, on test, and by leave-one-recording-out.
+//! The table of errors: Conv. and Comp. per axis, on train, on test, and by cross-validation.
 
 use crate::analysis::Analysis;
 use crate::engine::Engine;
@@ -12,7 +12,7 @@ use crate::ui::table;
 pub const PANE: Pane = Pane(&Kind {
     key: "errors",
     title: "Errors",
-    explanation: "RMSE per axis: on train, on test, and by leave-one-recording-out",
+    explanation: "RMSE per axis: on train, on test, and by cross-validation",
 });
 
 /// Nothing of its own.
@@ -55,7 +55,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
                 .on_hover_text(undetermined.to_string());
         }
         if let Some(reason) = analysis.calibration.why_not_left_out() {
-            ui.weak(format!("no LOO-CV: {reason}"));
+            ui.weak(format!("no cross-validation: {reason}"));
         }
     });
     let Some(analysis) = engine.analysis() else {

@@ -3,6 +3,7 @@
 use egui::RichText;
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
+use crate::features::BLOCKS;
 use crate::ui::actions::Action;
 use crate::ui::equation::laid_out;
 
@@ -56,7 +57,7 @@ const GUIDE: [(&str, &str); 8] = [
 ];
 
 /// The paper's equations by their numbers, then what the program adds to them.
-const EQUATIONS: [(&str, &str, &str); 16] = [
+const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Eq. 1",
         "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T",
@@ -114,16 +115,6 @@ const EQUATIONS: [(&str, &str, &str); 16] = [
         "Comp.",
         "L = C^{-1} [S, S_{past}, …]^T + c",
         "least squares on the gauges and all that the features append",
-    ),
-    (
-        "Play",
-        "p ← max(s − r, min(s + r, p))",
-        "each gauge s with a slack of r: the element of the Prandtl-Ishlinskii model",
-    ),
-    (
-        "Creep",
-        "τ dc/dt = s − c",
-        "a low-pass of each gauge with the time constant τ",
     ),
 ];
 
@@ -215,6 +206,14 @@ fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
         });
 }
 
+/// The blocks' names, formulas and explanations.
+fn blocks() -> Vec<(&'static str, &'static str, String)> {
+    let blocks = BLOCKS.iter();
+    blocks
+        .map(|block| (block.name(), block.formula(), block.setting().help()))
+        .collect()
+}
+
 fn equations(ui: &mut egui::Ui) {
     let color = ui.visuals().strong_text_color();
     egui::Grid::new("equations")
@@ -222,7 +221,11 @@ fn equations(ui: &mut egui::Ui) {
         .striped(true)
         .spacing([16.0, 8.0])
         .show(ui, |ui| {
-            for (number, equation, words) in EQUATIONS {
+            let blocks = blocks();
+            let own = blocks
+                .iter()
+                .map(|(name, formula, help)| (*name, *formula, &**help));
+            for (number, equation, words) in EQUATIONS.into_iter().chain(own) {
                 ui.label(RichText::new(number).strong());
                 ui.vertical(|ui| {
                     ui.label(laid_out(ui, equation, color));

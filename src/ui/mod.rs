@@ -28,6 +28,7 @@ mod picture;
 mod plots;
 mod recordings_panel;
 mod regressor_panel;
+mod setting;
 mod settings_panel;
 mod shell;
 mod start;

@@ -3,7 +3,7 @@
 use egui::{Color32, Stroke, Visuals};
 
 use crate::calibration::Regressor;
-pub use crate::report::Trace;
+pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
 
 impl Trace {

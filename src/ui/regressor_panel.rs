@@ -1,15 +1,16 @@
 //! Which regressor, how strong its ridge, and the training of what takes long.
 
-use egui::{ComboBox, DragValue};
+use egui::ComboBox;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 
 use crate::calibration::{
-    EpochReport, FitSettings, Learner, NetworkSettings, Regressor, RidgeChoice,
+    EPOCHS, EpochReport, FitSettings, LANDMARKS, Learner, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::engine::{Action, Engine};
 use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
+use crate::ui::setting::number;
 use crate::ui::{picture, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
@@ -26,12 +27,12 @@ pub fn regressor(
             .show_ui(ui, |ui| {
                 for regressor in Regressor::ALL {
                     item(ui, &mut settings.regressor, regressor, regressor.label())
-                        .on_hover_text(explanation(regressor));
+                        .on_hover_text(regressor.explanation());
                 }
             })
             .response
             .labelled_by(label.id)
-            .on_hover_text(explanation(settings.regressor));
+            .on_hover_text(settings.regressor.explanation());
         ridge(ui, &mut settings.ridge);
     });
     if let Some(learner) = settings.regressor.learner() {
@@ -43,40 +44,16 @@ pub fn regressor(
     }
 }
 
-fn explanation(regressor: Regressor) -> &'static str {
-    match regressor {
-        Regressor::Linear => "Least squares (Eq. 8): a matrix that any controller can run",
-        Regressor::Network => {
-            "The paper's network: three hidden layers of 100 units, trained on the summed squared error"
-        }
-        Regressor::Kernel => {
-            "Kernel ridge regression on landmark samples (the mean of a Gaussian process), with a band that says how sure it is"
-        }
-        Regressor::HybridNetwork => {
-            "Least squares first, then a network on what they leave over (section 3.2)"
-        }
-        Regressor::HybridKernel => "Least squares first, then a kernel on what they leave over",
-    }
-}
-
 fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
-    let label = ui.label("ridge");
     let mut auto = *ridge == RidgeChoice::Auto;
-    if let RidgeChoice::Strength(strength) = ridge {
-        let field = DragValue::new(strength)
-            .range(0.0..=1e9)
-            .speed(0.001)
-            .max_decimals(6);
-        ui.add(field).labelled_by(label.id).on_hover_text(
-            "How much the linear fit shrinks what the blocks append: 0 is plain least squares, ever more leaves only the \
-             conventional calibration",
-        );
+    match ridge {
+        RidgeChoice::Strength(strength) => number(ui, &RIDGE, strength),
+        RidgeChoice::Auto => {
+            ui.label(RIDGE.label).on_hover_text(RIDGE.help());
+        }
     }
-    let switch = ui.checkbox(&mut auto, "auto").on_hover_text(
-        "Per axis the strength with which left-out recordings are predicted best. Blocks that only memorise are then \
-         shrunk away",
-    );
-    if switch.changed() {
+    let switch = ui.checkbox(&mut auto, "auto");
+    if switch.on_hover_text(RIDGE.help()).changed() {
         *ridge = match auto {
             true => RidgeChoice::Auto,
             false => RidgeChoice::default(),
@@ -86,29 +63,13 @@ fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
 
 fn network(ui: &mut egui::Ui, settings: &mut FitSettings) {
     ui.horizontal(|ui| {
-        let label = ui.label("Epochs");
-        let epochs =
-            DragValue::new(&mut settings.network.epochs).range(1..=NetworkSettings::MOST_EPOCHS);
-        ui.add(epochs)
-            .labelled_by(label.id)
-            .on_hover_text("Passes over the training samples; the paper's are 1000");
-        let label = ui.label("seed");
-        let seed = DragValue::new(&mut settings.network.seed);
-        ui.add(seed)
-            .labelled_by(label.id)
-            .on_hover_text("The same seed gives the same network");
+        number(ui, &EPOCHS, &mut settings.network.epochs);
+        number(ui, &SEED, &mut settings.network.seed);
     });
 }
 
 fn kernel(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    ui.horizontal(|ui| {
-        let label = ui.label("Landmarks");
-        let landmarks = DragValue::new(&mut settings.kernel.landmarks)
-            .range(1..=crate::calibration::KernelSettings::MOST_LANDMARKS);
-        ui.add(landmarks).labelled_by(label.id).on_hover_text(
-            "Training samples that the others are compared with. More are slower, and larger in the file",
-        );
-    });
+    ui.horizontal(|ui| number(ui, &LANDMARKS, &mut settings.kernel.landmarks));
 }
 
 fn training(ui: &mut egui::Ui, engine: &Engine, learner: Learner, out: &mut Vec<Command>) {

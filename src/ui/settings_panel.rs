@@ -2,12 +2,13 @@
 
 use egui::{DragValue, Slider, SliderClamping};
 
-use crate::calibration::FitSettings;
+use crate::calibration::{DECIMATION, FitSettings, OFFSET};
 use crate::engine::{Edit, Engine};
-use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::features::{Distance, F_TH, FeatureSettings, T_TH, Thresholds};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::setting::number;
 use crate::ui::{blocks_panel, regressor_panel};
 
 /// The t_th slider reaches this far where recordings are longer; larger values can be typed.
@@ -41,9 +42,8 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         look_back(ui, engine, &mut settings.features);
         blocks_panel::blocks(ui, &mut settings.features);
         regressor_panel::regressor(ui, engine, &mut settings, out);
-        ui.checkbox(&mut settings.offset, "Offset term").on_hover_text(
-            "A constant added to each axis. The paper has none (Eq. 3); real gauges have a zero point",
-        );
+        ui.checkbox(&mut settings.offset, OFFSET.label)
+            .on_hover_text(OFFSET.help());
     });
     decimation(ui, &mut settings);
     ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {
@@ -98,13 +98,11 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
     f_th_slider(ui, engine, distance, &mut first.f_th);
     let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(engine))
-        .text("t_th")
+        .text(T_TH.label)
         .suffix(" s")
         .max_decimals(2)
         .clamping(SliderClamping::Never);
-    ui.add(t_th).on_hover_text(
-        "How old the past sample may be (Eq. 12). With 0 s there is no past, and Comp. equals Conv.",
-    );
+    ui.add(t_th).on_hover_text(T_TH.help());
     for value in [&mut first.f_th, &mut first.t_th_secs] {
         // Typed values may exceed the slider, but neither be negative nor no number.
         *value = if value.is_finite() {
@@ -121,16 +119,9 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     if axes.iter().any(|axis| axis.is_force()) {
         ui.horizontal_wrapped(|ui| {
             ui.label("F_th is measured over");
-            for (kind, label, explanation) in [
-                (Distance::Force, "forces [N]", "Norm of the force difference, as in the paper"),
-                (
-                    Distance::FullScale,
-                    "all axes [% FS]",
-                    "Norm over all axes, each divided by its full scale: for sensors whose moments move on their own",
-                ),
-            ] {
-                let radio = ui.radio(distance == kind, label).on_hover_text(explanation);
-                if radio.clicked() && distance != kind {
+            for kind in Distance::ALL {
+                let radio = ui.radio(distance == kind, kind.label());
+                if radio.on_hover_text(kind.explanation()).clicked() && distance != kind {
                     features.distance = kind;
                     features.look_backs = vec![Thresholds::default_for(kind)];
                 }
@@ -180,15 +171,11 @@ fn f_th_slider(ui: &mut egui::Ui, engine: &Engine, distance: Distance, f_th: &mu
     };
     let mut shown = *f_th * shown_as;
     let slider = Slider::new(&mut shown, 0.0..=largest)
-        .text("F_th")
+        .text(F_TH.label)
         .suffix(suffix)
         .max_decimals(3)
         .clamping(SliderClamping::Never);
-    let response = ui.add(slider).on_hover_text(
-        "How much the load must have differed (Fig. 2). The gauges at the last moment when the conventional load \
-         differed by this much are appended to the present ones. With 0 Comp. equals Conv.; near the mean hysteresis \
-         (2.64 N in the paper) it helps most",
-    );
+    let response = ui.add(slider).on_hover_text(F_TH.help());
     if response.changed() {
         *f_th = shown / shown_as;
     }
@@ -239,14 +226,7 @@ fn rounded_up(value: f64) -> f64 {
 
 fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Use every");
-        let field = DragValue::new(&mut settings.decimation)
-            .range(1..=FitSettings::MOST_DECIMATION)
-            .speed(0.05);
-        ui.add(field).labelled_by(label.id).on_hover_text(
-            "Of each recording the first sample, and then every so many; the search for the past sees only these (section 4.3)",
-        );
-        ui.label("-th sample");
+        number(ui, &DECIMATION, &mut settings.decimation);
         for (name, step, explanation) in [
             ("A", 1, "Pattern A of the paper: all samples"),
             ("B", 10, "Pattern B of the paper: every tenth sample"),

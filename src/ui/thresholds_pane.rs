@@ -7,10 +7,9 @@ mod map;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::analysis::HistoryBlock;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
-use crate::features::{Distance, Thresholds};
+use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::ui::command::{Command, Kind, Pane, PictureTo};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
@@ -223,7 +222,7 @@ fn suggestion(
 ) {
     let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
-        let take = ui.button("Take the leave-one-out minimum").on_hover_text(
+        let take = ui.button("Take the cross-validation minimum").on_hover_text(
             "Test recordings take no part in it. The range holds the F_th whose left-out error is no more than one standard \
              error over recordings above the minimum",
         );
@@ -296,7 +295,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ", no better than Conv. beyond luck"
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} does as well; {n_parts} {parts}",
+        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} is within one standard error; {n_parts} {parts}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
@@ -310,13 +309,11 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
 fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Command>) {
     let choosing = !engine.choice.is_idle();
     ui.horizontal_wrapped(|ui| {
-        for (block, label) in [
-            (HistoryBlock::Play, "Choose play radii"),
-            (HistoryBlock::Creep, "Choose creep times"),
-        ] {
+        for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
+            let label = format!("Choose {}", block.setting().label.to_lowercase());
             let button = egui::Button::new(label);
             let button = ui.add_enabled(!choosing, button).on_hover_text(
-                "By leave-one-out over a grid, everything else as it is set; the shortest list that does about as well as the best",
+                "By cross-validation over a grid, everything else as it is set; the shortest list within one standard error of the best",
             );
             if button.clicked() {
                 out.push(Action::ChooseBlock(block, Some(measure)).into());
@@ -325,14 +322,10 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
         if choosing {
             ui.spinner();
         } else if let Some(chosen) = engine.choice.answer() {
-            let name = match chosen.block {
-                HistoryBlock::Play => "Play",
-                HistoryBlock::Creep => "Creep",
-            };
-            let list: Vec<String> = chosen.values.iter().map(f64::to_string).collect();
-            let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
             ui.label(format!(
-                "{name}: {list}; left-out error {}, without {} ({} lists tried)",
+                "{}: {}; left-out error {}, without {} ({} lists tried)",
+                chosen.block.setting().label,
+                chosen.block.setting().in_words(&chosen.values),
                 significant(chosen.left_out, 4),
                 significant(chosen.left_out_without, 4),
                 chosen.n_tried

@@ -180,7 +180,7 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
         ),
         (
             &["--regressor", "kernel", "--landmarks", "0"],
-            &["0 landmarks"],
+            &["number of landmarks is 0"],
         ),
         (&["--regressor", "network", "--epochs", "0"], &["epochs"]),
         (
@@ -256,7 +256,7 @@ fn the_comparison_has_every_regressor_without_and_with_the_past() {
     .concat();
     let text = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
     assert!(
-        text.contains("RMSE, test") && text.contains("squares and products"),
+        text.contains("RMSE, test") && text.contains("polynomial degree 2"),
         "{text}"
     );
     assert_eq!(text.matches("Linear").count(), 9);

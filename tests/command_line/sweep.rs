@@ -97,7 +97,7 @@ fn the_files_hold_what_is_printed() {
     }
     let picture = workshop.read("map.svg");
     assert!(picture.starts_with("<svg ") && picture.ends_with("</svg>\n"));
-    assert!(picture.contains("leave-one-out"));
+    assert!(picture.contains("cross-validation"));
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn the_tables_say_what_to_take_and_what_it_rests_on() {
     for said in [
         "RMSE of forces [N] at t_th",
         "RMSE of forces [N] at F_th",
-        "Least leave-one-out error of forces",
+        "Least cross-validation error of forces",
         "within one standard error",
         "mean hysteresis",
         "reversals (Fz",

@@ -10,7 +10,7 @@ use loopscope::calibration::{
     Calibration, Estimator, FitSettings, KernelSettings, NetworkSettings, Regressor, Taken,
 };
 use loopscope::export::write_calibration;
-use loopscope::features::{FeatureSettings, Thresholds};
+use loopscope::features::{Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds};
 use loopscope::progress::Progress;
 use loopscope::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
@@ -45,57 +45,42 @@ pub fn every_block() -> FeatureSettings {
         look_backs: [(3.0, 15.0), (1.0, 4.0)]
             .map(|(f_th, t_th_secs)| Thresholds { f_th, t_th_secs })
             .to_vec(),
-        fixed_lags_secs: vec![0.52, 3.0],
-        creep_secs: vec![1.0, 40.0],
-        play_radii: vec![0.1, 0.7],
-        polynomial: 3,
+        blocks: Blocks::every()
+            .with(&FixedLag, &[0.52, 3.0])
+            .with(&Creep, &[1.0, 40.0])
+            .with(&Play, &[0.1, 0.7])
+            .with(&Polynomial, &[3.0]),
         ..FeatureSettings::present()
     }
 }
 
 /// No block, each block alone, all together.
 pub fn block_sets() -> Vec<(&'static str, FeatureSettings)> {
-    let (all, none) = (every_block(), FeatureSettings::present());
-    let none = || none.clone();
-    vec![
-        ("present", none()),
+    let all = every_block();
+    let listed = |blocks| FeatureSettings {
+        blocks,
+        ..FeatureSettings::present()
+    };
+    let mut sets = vec![
+        ("present", FeatureSettings::present()),
         (
             "look_back",
             FeatureSettings {
                 look_backs: all.look_backs.clone(),
-                ..none()
-            },
-        ),
-        (
-            "fixed_lag",
-            FeatureSettings {
-                fixed_lags_secs: all.fixed_lags_secs.clone(),
-                ..none()
-            },
-        ),
-        (
-            "creep",
-            FeatureSettings {
-                creep_secs: all.creep_secs.clone(),
-                ..none()
-            },
-        ),
-        (
-            "play",
-            FeatureSettings {
-                play_radii: all.play_radii.clone(),
-                ..none()
+                ..FeatureSettings::present()
             },
         ),
         (
             "squares",
-            FeatureSettings {
-                polynomial: 2,
-                ..none()
-            },
+            listed(Blocks::default().with(&Polynomial, &[2.0])),
         ),
-        ("all_blocks", all),
-    ]
+    ];
+    for (block, values) in all.blocks.used() {
+        let alone = Blocks::default().with(block, values);
+        sets.push((block.setting().key, listed(alone)));
+    }
+    sets.push(("all_blocks", all));
+    sets
 }
 
 pub fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibration {

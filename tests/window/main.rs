@@ -21,7 +21,7 @@ use loopscope::analysis::{Analysis, View};
 use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
-use loopscope::features::Column;
+use loopscope::features::{Column, Play, Polynomial};
 use loopscope::recording::{self, Axis};
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
@@ -905,23 +905,23 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
     let before = analysis(&window).calibration.feature_names().len();
     click(&mut window, Role::CheckBox, "Play");
     let features = analysis(&window).calibration.features.clone();
-    assert_eq!(features.play_radii, [0.1, 0.2, 0.4, 0.7, 1.1, 1.6]);
+    assert_eq!(features.blocks.of(&Play), [0.1, 0.2, 0.4, 0.7, 1.1, 1.6]);
     type_into(&mut window, "Play", "0.2, 0.5");
     settle(&mut window);
     assert_eq!(
-        analysis(&window).calibration.features.play_radii,
+        analysis(&window).calibration.features.blocks.of(&Play),
         [0.2, 0.5]
     );
     type_into(&mut window, "Play", "0.2, -1");
     settle(&mut window);
     let calibration = Arc::clone(&analysis(&window).calibration);
-    assert_eq!(calibration.features.play_radii, [0.2, 0.5]);
+    assert_eq!(calibration.features.blocks.of(&Play), [0.2, 0.5]);
     assert_eq!(calibration.feature_names().len(), before + 6);
     click(&mut window, Role::CheckBox, "Look-back");
-    click(&mut window, Role::Button, "squares");
+    click(&mut window, Role::Button, "degree 2");
     let calibration = Arc::clone(&analysis(&window).calibration);
     assert!(calibration.features.look_backs.is_empty());
-    assert_eq!(calibration.features.polynomial, 2);
+    assert_eq!(calibration.features.blocks.of(&Polynomial), [2.0]);
     click(&mut window, Role::CheckBox, "auto");
     assert_eq!(state(&window).project().settings.ridge, RidgeChoice::Auto);
     assert_eq!(analysis(&window).calibration.quality.ridge.len(), 3);
@@ -1022,7 +1022,11 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!(study.touch.n_samples > 0);
     let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
-    click(&mut window, Role::Button, "Take the leave-one-out minimum");
+    click(
+        &mut window,
+        Role::Button,
+        "Take the cross-validation minimum",
+    );
     assert_eq!(state(&window).project().thresholds(), suggested);
     let left_out = analysis(&window)
         .calibration
@@ -1063,7 +1067,7 @@ fn play_radii_are_chosen_by_leave_one_out() {
         .cloned()
         .expect("a list was chosen");
     assert_eq!(
-        analysis(&window).calibration.features.play_radii,
+        analysis(&window).calibration.features.blocks.of(&Play),
         chosen.values
     );
     assert!(chosen.left_out <= chosen.left_out_without);
@@ -1156,7 +1160,7 @@ fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
     click(&mut window, Role::Button, "Loops");
     assert!(has(&window, "Fz stays between 5 and 5 N"));
     click(&mut window, Role::Button, "Drift");
-    assert!(has(&window, "1 rest"));
+    assert!(has(&window, "1 dwell"));
     assert_eq!(panes(&window, "Fz drift [N]"), 1);
     type_number(&mut window, "at least", "60");
     assert!(has(&window, "no recording holds its load still for 60 s"));

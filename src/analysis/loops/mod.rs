@@ -24,9 +24,10 @@ use crate::recording::{Axis, RecordingSet, Role};
 
 use source::Source;
 
-pub use cross::{Channel, CrossPicture, CrossQuestion, LoadKind};
-pub use picture::{LoopCurve, LoopFigures, LoopPicture, LoopQuestion, Up};
-pub use rest::{RestCurve, RestOutput, RestPicture, RestQuestion};
+pub(crate) use cross::{Channel, CrossPicture, CrossQuestion, LoadKind};
+pub(crate) use picture::{LoopCurve, LoopFigures, LoopPicture};
+pub use picture::{LoopQuestion, Up};
+pub(crate) use rest::{RestCurve, RestPicture, RestQuestion};
 
 /// More points than this of rising or of falling branches are drawn only where nothing was drawn before.
 const MOST_POINTS: usize = 8000;

@@ -1,8 +1,9 @@
-//! Play radii and creep time constants by leave-one-out: every candidate's columns in one pass, any choice of them from
-//! the sums.
+//! The values of a block by cross-validation: every candidate's columns in one pass, any choice of them from the sums.
+
+use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{Study, check_parts};
 use crate::analysis::AnalysisError;
@@ -10,56 +11,28 @@ use crate::analysis::fit::Sums;
 use crate::calibration::{Terms, past_samples};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::threshold_study::{Measure, NoSuggestion, paired};
-use crate::features::{Column, ColumnKind, Design, FeatureSettings, History};
+use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
 use crate::recording::{Recording, Role};
 
-/// A block with a list of numbers that nobody knows beforehand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum HistoryBlock {
-    /// Play operators: radii in standard deviations of the gauge.
-    Play,
-    /// Creep: time constants (s).
-    Creep,
-}
+/// A block whose values nobody knows beforehand: one with a [`search`](Block::search).
+pub type HistoryBlock = &'static dyn Block;
 
-impl HistoryBlock {
-    /// Whether the block brings this column.
-    fn has(self, column: Column) -> bool {
-        let Column::Past { history, .. } = column else {
-            return false;
-        };
-        match self {
-            Self::Play => matches!(history, History::Play(_)),
-            Self::Creep => matches!(history, History::Creep(_)),
-        }
-    }
+fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(block.setting().option)
 }
-
-/// Radii that are tried: each about 1.46 times the one before, from hardly any play to a gauge's whole range.
-const RADII: [f64; 12] = [
-    0.05, 0.073, 0.11, 0.16, 0.23, 0.33, 0.49, 0.71, 1.0, 1.5, 2.2, 3.2,
-];
-/// Lists of radii have from three to eight of them, evenly spaced in the list above.
-const LIST_LENGTHS: std::ops::RangeInclusive<usize> = 3..=8;
-/// Time constants that are tried, as far as the recordings can show them (s).
-const TAUS_SECS: [f64; 12] = [
-    0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0,
-];
-/// At most so many time constants are taken.
-const MOST_TAUS: usize = 3;
 
 /// A list for one block.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BlockSuggestion {
     /// Which block.
+    #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
     /// The list, rising; empty if none predicts left-out parts better than no such block, beyond one standard error.
     pub values: Vec<f64>,
-    /// The leave-one-out measure with it.
+    /// The cross-validation measure with it.
     pub left_out: f64,
-    /// The leave-one-out measure without the block, everything else unchanged.
+    /// The cross-validation measure without the block, everything else unchanged.
     pub left_out_without: f64,
     /// How many lists were tried.
     pub n_tried: usize,
@@ -91,9 +64,8 @@ struct Tried {
 impl Study {
     /// The list for a block that left-out parts are predicted best with, the others staying as the settings say.
     ///
-    /// Radii: every evenly spaced list of three to eight out of twelve; of those within one standard error of the best,
-    /// the shortest. Time constants: the best one first, then the best beside it, up to three, as long as each gains more
-    /// than one standard error. Standard errors are of [`paired`] differences.
+    /// Lists are made of the block's candidates as its [`Lists`] say; standard errors are of [`paired`] differences. A block
+    /// without a search has no candidates.
     ///
     /// # Errors
     /// [`AnalysisError`] where nothing can be left out, no axis counts, or somebody asked to stop.
@@ -103,13 +75,20 @@ impl Study {
         measure: Measure,
         progress: &Progress,
     ) -> Result<BlockSuggestion, AnalysisError> {
-        let candidates = self.candidates(block);
+        let search = block.search();
+        let candidates = search.map_or_else(Vec::new, |search| self.candidates(block, search));
         let bench = Bench::lay(self, block, &candidates, measure)?;
         progress.check()?;
         let without = bench.try_one(Vec::new())?;
-        let (best, n_tried) = match block {
-            HistoryBlock::Play => bench.shortest_good_list(candidates.len(), &without, progress)?,
-            HistoryBlock::Creep => bench.one_after_another(candidates.len(), &without, progress)?,
+        let (best, n_tried) = match search.map(|search| search.lists) {
+            None => (without.clone(), 0),
+            Some(Lists::Even { min, max }) => {
+                let lists = even_lists(candidates.len(), min..=max);
+                bench.shortest_good_list(lists, &without, progress)?
+            }
+            Some(Lists::OneByOne(max)) => {
+                bench.one_after_another(candidates.len(), max, &without, progress)?
+            }
         };
         Ok(BlockSuggestion {
             block,
@@ -121,24 +100,21 @@ impl Study {
     }
 
     /// What these recordings can show, and as many as there is room for columns.
-    fn candidates(&self, block: HistoryBlock) -> Vec<f64> {
-        let mut candidates = match block {
-            HistoryBlock::Play => RADII.to_vec(),
-            HistoryBlock::Creep => {
-                let training = || {
-                    let entries = self.data.entries.iter();
-                    let own = entries.filter(|entry| entry.role == Role::Train);
-                    own.map(|entry| &*entry.recording)
-                };
-                let step = training()
-                    .filter_map(Recording::rate_hz)
-                    .map(|rate| 1.0 / rate);
-                let shortest = step.fold(f64::INFINITY, f64::min);
-                let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
-                let visible = |tau: &f64| *tau >= shortest && *tau <= longest;
-                TAUS_SECS.into_iter().filter(visible).collect()
-            }
-        };
+    fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
+        let mut candidates = search.candidates.to_vec();
+        if block.setting().unit == Unit::SECONDS {
+            let training = || {
+                let entries = self.data.entries.iter();
+                let own = entries.filter(|entry| entry.role == Role::Train);
+                own.map(|entry| &*entry.recording)
+            };
+            let step = training()
+                .filter_map(Recording::rate_hz)
+                .map(|rate| 1.0 / rate);
+            let shortest = step.fold(f64::INFINITY, f64::min);
+            let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
+            candidates.retain(|secs| *secs >= shortest && *secs <= longest);
+        }
         let n_gauges = self.blank.gauges.len();
         let fits = |candidates: &[f64]| {
             let features = with_values(&self.blank.features, block, candidates);
@@ -154,12 +130,10 @@ impl Study {
 
 /// The settings with this list for the block.
 fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) -> FeatureSettings {
-    let mut features = features.clone();
-    match block {
-        HistoryBlock::Play => features.play_radii = values.to_vec(),
-        HistoryBlock::Creep => features.creep_secs = values.to_vec(),
+    FeatureSettings {
+        blocks: features.blocks.clone().with(block, values),
+        ..features.clone()
     }
-    features
 }
 
 impl Bench {
@@ -185,19 +159,21 @@ impl Bench {
             ..blank.design()
         };
         let sums = data.sums(&design, &past, blank.axes.len());
-        let others = design.where_column(|column| !block.has(column));
-        let own = design.where_column(|column| block.has(column));
-        let own = own.chunks(design.n_gauges()).map(<[usize]>::to_vec);
+        let own = design.sets_of(block);
+        let is_other = |at: &usize| own.iter().all(|set| !set.contains(at));
+        let others: Vec<usize> = design.all().into_iter().filter(is_other).collect();
         let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
-        check_parts(&part_samples, others.len())?;
+        let kinds = design.kinds();
+        let kept = others.iter().map(|column| kinds[*column]);
+        check_parts(&part_samples, kept, study.settings.ridge)?;
         Ok(Self {
             sums,
             others,
-            own: own.collect(),
+            own,
             weights,
             ridge: study.settings.ridge,
             part_samples,
-            kinds: design.kinds(),
+            kinds,
             known: data.map.standardised(&design),
         })
     }
@@ -258,11 +234,11 @@ impl Bench {
 
     fn shortest_good_list(
         &self,
-        n_candidates: usize,
+        lists: Vec<Vec<usize>>,
         without: &Tried,
         progress: &Progress,
     ) -> Result<(Tried, usize), AnalysisError> {
-        let tried = self.try_all(even_lists(n_candidates), progress)?;
+        let tried = self.try_all(lists, progress)?;
         let n_tried = tried.len();
         let least = |a: &&Tried, b: &&Tried| a.mean_square.total_cmp(&b.mean_square);
         let Some(best) = tried.iter().min_by(least) else {
@@ -280,12 +256,13 @@ impl Bench {
     fn one_after_another(
         &self,
         n_candidates: usize,
+        max: usize,
         without: &Tried,
         progress: &Progress,
     ) -> Result<(Tried, usize), AnalysisError> {
         let mut taken = without.clone();
         let mut n_tried = 0;
-        while taken.chosen.len() < MOST_TAUS {
+        while taken.chosen.len() < max {
             let left = (0..n_candidates).filter(|at| !taken.chosen.contains(at));
             let lists = left
                 .map(|at| {
@@ -306,10 +283,10 @@ impl Bench {
     }
 }
 
-/// Every list of evenly spaced positions.
-fn even_lists(n: usize) -> Vec<Vec<usize>> {
+/// Every list of evenly spaced positions with one of these lengths.
+fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
     let mut lists = Vec::new();
-    for length in LIST_LENGTHS {
+    for length in lengths {
         for stride in 1.. {
             let span = (length - 1) * stride;
             if span >= n {

@@ -1,4 +1,4 @@
-//! Choosing what a fit remembers: thresholds, play radii, creep time constants.
+//! Choosing what a fit remembers: thresholds, and the values of blocks.
 //!
 //! A [`Study`] is laid once for recordings and settings; then it answers each question from one pass over the samples.
 //! Guarantees: what it suggests rests on the training recordings alone; recordings in the test role are only scored.
@@ -10,16 +10,17 @@ use std::sync::Arc;
 
 use crate::analysis::dataset::{Dataset, Datasets, Key, Paths, in_role};
 use crate::analysis::{AnalysisError, Request};
-use crate::calibration::{Calibration, FitSettings};
-use crate::evaluation::left_out::fewest_samples_without_a_part;
+use crate::calibration::{Calibration, FitSettings, RidgeChoice};
+use crate::evaluation::left_out::too_short;
 use crate::evaluation::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
 use crate::evaluation::threshold_study::{MeasureScale, Touch};
-use crate::features::{Distance, Thresholds};
+use crate::features::{ColumnKind, Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, RecordingSet, Role};
 
-pub use blocks::{BlockSuggestion, HistoryBlock};
-pub use thresholds::StudyEvent;
+pub(crate) use blocks::BlockSuggestion;
+pub use blocks::HistoryBlock;
+pub(crate) use thresholds::StudyEvent;
 
 /// Bins of age up to t_th, and as many beyond it.
 const AGE_BINS: usize = 30;
@@ -140,13 +141,20 @@ fn takes_part(entry: &Entry) -> bool {
     entry.role != Role::Off && entry.recording.has_reference()
 }
 
-/// Checks that enough samples remain where a part is left out.
-fn check_parts(part_samples: &[u64], columns: usize) -> Result<(), AnalysisError> {
-    let samples = fewest_samples_without_a_part(part_samples.iter().copied()).unwrap_or(0);
-    if samples < columns as u64 {
-        return Err(AnalysisError::TooShort { samples, columns });
+/// Checks that enough samples remain where a part is left out. An automatic ridge may shrink nothing.
+fn check_parts(
+    part_samples: &[u64],
+    kinds: impl Iterator<Item = ColumnKind>,
+    ridge: RidgeChoice,
+) -> Result<(), AnalysisError> {
+    let strength = match ridge {
+        RidgeChoice::Strength(strength) => strength,
+        RidgeChoice::Auto => 0.0,
+    };
+    match too_short(part_samples.iter().copied(), kinds, &[strength]) {
+        Some((samples, columns)) => Err(AnalysisError::TooShort { samples, columns }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 #[cfg(test)]

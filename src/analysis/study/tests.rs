@@ -6,7 +6,7 @@ use super::*;
 use crate::analysis::analyse;
 use crate::calibration::{RidgeChoice, Scores};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, ThresholdMap};
-use crate::features::FeatureSettings;
+use crate::features::{Blocks, Creep, FeatureSettings, Play, Polynomial};
 use crate::recording::{Recording, simulated};
 
 /// Every `step`-th recording of the built-in sensor; those of path 6 test.
@@ -128,9 +128,8 @@ fn other_blocks_and_further_look_backs_stay_as_they_are() {
     };
     let blocks = settings(|s| {
         s.features.look_backs.push(further);
-        s.features.creep_secs = vec![6.0];
-        s.features.play_radii = vec![0.3];
-        s.features.polynomial = 2;
+        let blocks = Blocks::default().with(&Creep, &[6.0]);
+        s.features.blocks = blocks.with(&Play, &[0.3]).with(&Polynomial, &[2.0]);
     });
     assert_like_fresh_fits(&some(15), &blocks);
 }
@@ -260,7 +259,7 @@ fn test_recordings_take_no_part_in_any_suggestion() {
             map.suggestion(Measure::Forces).unwrap(),
             study.mean_hysteresis(),
             study.touch(Thresholds::default()),
-            [HistoryBlock::Play, HistoryBlock::Creep].map(block),
+            [&Play as HistoryBlock, &Creep].map(block),
         )
     };
     assert_eq!(suggested(Arc::new(training)), suggested(all));
@@ -287,7 +286,7 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
         let grid = ThresholdGrid::new(vec![3.0], vec![15.0]).unwrap();
         let result = study.threshold_map(&grid, &Progress::default(), &|_| {});
         assert!(matches!(result, Err(AnalysisError::TooShort { .. })), "{n}");
-        let block = study.suggest_block(HistoryBlock::Play, Measure::Forces, &Progress::default());
+        let block = study.suggest_block(&Play, Measure::Forces, &Progress::default());
         assert!(matches!(block, Err(AnalysisError::TooShort { .. })), "{n}");
     }
     let untrained = Arc::new(RecordingSet::default());
@@ -313,16 +312,13 @@ fn a_suggested_list_keeps_what_it_promises() {
         &progress,
     )
     .unwrap();
-    for block in [HistoryBlock::Play, HistoryBlock::Creep] {
+    for block in [&Play as HistoryBlock, &Creep] {
         let found = study
             .suggest_block(block, Measure::FullScale, &progress)
             .unwrap();
         assert!(!found.values.is_empty() && found.values.is_sorted());
         let mut with = plain.clone();
-        match block {
-            HistoryBlock::Play => with.features.play_radii.clone_from(&found.values),
-            HistoryBlock::Creep => with.features.creep_secs.clone_from(&found.values),
-        }
+        with.features.blocks.set(block, found.values.clone());
         let request = Request::fit(Arc::clone(&recordings), with);
         let quality = analyse(&request, &progress)
             .unwrap()
@@ -342,7 +338,7 @@ fn a_suggested_list_keeps_what_it_promises() {
     }
 }
 
-/// The paper's rule and leave-one-out, on the sensor whose mean hysteresis was made 2.64 N.
+/// The paper's rule and cross-validation, on the sensor whose mean hysteresis was made 2.64 N.
 #[test]
 fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));

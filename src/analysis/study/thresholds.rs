@@ -140,7 +140,11 @@ impl<'a> Rows<'a> {
         } = data.sums(&design, &unmoved, n_axes);
         let scorer = Scorer::new(&design, &data.map, parts, test, study.settings.ridge)
             .with_ridge_by(data.recordings_left_out(&of_recordings));
-        check_parts(&scorer.part_samples(), design.n_columns())?;
+        check_parts(
+            &scorer.part_samples(),
+            design.kinds().into_iter(),
+            study.settings.ridge,
+        )?;
         Ok(Self {
             study,
             grid,

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::features::OutOfRange;
 use crate::progress::Cancelled;
 
 /// A column of the samples, counted from zero; it shows itself counted from one.
@@ -24,14 +25,9 @@ impl fmt::Display for Column {
 
 /// Why there is no network, or why it cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum NetworkError {
-    #[error("{what} is {value}; it must be {allowed}")]
-    Setting {
-        what: &'static str,
-        value: String,
-        allowed: String,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     #[error("a network needs at least one input and one target column")]
     NoColumns,
     #[error("there are no {which} samples; load a recording for them or change a role")]

@@ -32,9 +32,11 @@ mod samples;
 mod settings;
 mod training;
 
-pub use error::{Column, NetworkError};
-pub use fitted::{Layer, Network};
-pub use predict::Scratch;
+pub use error::Column;
+pub(crate) use error::NetworkError;
+pub(crate) use fitted::Layer;
+pub use fitted::Network;
 pub use samples::Samples;
 pub use settings::NetworkSettings;
-pub use training::{EpochReport, Stopped, Trained};
+pub(crate) use settings::{EPOCHS, SEED};
+pub(crate) use training::EpochReport;

@@ -3,25 +3,81 @@
 use serde::{Deserialize, Serialize};
 
 use super::NetworkError;
+use crate::features::{Range, Setting, Unit};
 
 /// More layers than this are a slip of the keyboard.
-const MOST_LAYERS: usize = 16;
-/// A wider layer would keep a cancelled training busy for longer than a person waits.
-const MOST_UNITS: usize = 2048;
-/// A larger batch likewise; and it would leave too few steps to learn anything.
-const MOST_SAMPLES_PER_BATCH: usize = 8192;
-/// Adam moves every weight by about the rate at each step; standardised data need no more.
-const FASTEST_RATE: f64 = 1.0;
+const LAYERS: Setting = Setting {
+    what: "the number of hidden layers",
+    range: Range::Whole(0, 16),
+    ..UNITS
+};
+
+/// How many units a hidden layer has. A wider layer would keep a cancelled training busy for longer than a person waits.
+const UNITS: Setting = Setting {
+    key: "hidden",
+    option: "",
+    label: "Units of each hidden layer",
+    what: "the number of units of a hidden layer",
+    default: &[100.0, 100.0, 100.0],
+    range: Range::Whole(1, 2048),
+    explanation: "From the inputs to the outputs; without any a linear map",
+    ..EPOCHS
+};
+
+/// Samples per step. A larger batch would leave too few steps to learn anything.
+const BATCH: Setting = Setting {
+    key: "batch",
+    option: "",
+    label: "Batch",
+    what: "the batch",
+    default: &[100.0],
+    range: Range::Whole(1, 8192),
+    explanation: "Samples per step",
+    ..EPOCHS
+};
+
+/// How often every sample is seen. More would take days, and the network of the best epoch is long found.
+pub const EPOCHS: Setting = Setting {
+    key: "epochs",
+    option: "epochs",
+    label: "Epochs",
+    what: "the number of epochs",
+    unit: Unit::NONE,
+    default: &[1000.0],
+    range: Range::Whole(1, 100_000),
+    step: 0.25,
+    explanation: "Passes of a network over the training samples",
+    source: "section 4.2.1",
+};
+
+/// The first step's rate. Adam moves every weight by about the rate at each step; standardised data need no more.
+const LEARNING_RATE: Setting = Setting {
+    key: "learning_rate",
+    option: "",
+    label: "Learning rate",
+    what: "the learning rate",
+    default: &[0.003],
+    range: Range::UpTo(1.0),
+    step: 0.001,
+    explanation: "The first step's rate; it falls to zero along half a cosine",
+    source: "",
+    ..EPOCHS
+};
+
+/// Decides the first weights and the order of samples.
+pub const SEED: Setting = Setting {
+    key: "seed",
+    option: "seed",
+    label: "seed",
+    what: "the seed",
+    default: &[0.0],
+    range: Range::Whole(0, u64::MAX),
+    explanation: "What a network starts from; the same seed gives the same network",
+    source: "",
+    ..EPOCHS
+};
 
 /// The choices of one network.
-///
-/// | field | default | range | meaning |
-/// |---|---|---|---|
-/// | `hidden` | 100, 100, 100 | up to 16 layers of 1 to 2048 | units of each hidden layer; none: a linear map |
-/// | `batch` | 100 | 1 to 8192 | samples per step |
-/// | `epochs` | 1000 | 1 to 100,000 | how often every sample is seen |
-/// | `learning_rate` | 0.003 | > 0, ≤ 1 | the first step's rate; it falls to zero along half a cosine |
-/// | `seed` | 0 | | first weights and the order of samples |
 ///
 /// **Source** section 4.2.1 for layers, batch and epochs; it does not name the optimiser.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,52 +98,28 @@ pub struct NetworkSettings {
 impl Default for NetworkSettings {
     fn default() -> Self {
         Self {
-            hidden: vec![100; 3],
-            batch: 100,
-            epochs: 1000,
-            learning_rate: 0.003,
-            seed: 0,
+            hidden: UNITS.default.iter().map(|units| *units as usize).collect(),
+            batch: BATCH.number() as usize,
+            epochs: EPOCHS.number() as usize,
+            learning_rate: LEARNING_RATE.number(),
+            seed: SEED.number() as u64,
         }
     }
 }
 
 impl NetworkSettings {
-    /// More epochs than this would take days, and the network of the best epoch is long found.
-    pub const MOST_EPOCHS: usize = 100_000;
-
-    /// Checks every range of the table above.
+    /// Checks every value.
     ///
     /// # Errors
     /// [`NetworkError::Setting`] with the first choice that is out of range.
     pub fn validate(&self) -> Result<(), NetworkError> {
-        let wrong = |what: &'static str, value: String, allowed: String| {
-            Err(NetworkError::Setting {
-                what,
-                value,
-                allowed,
-            })
-        };
-        let within = |what, value: usize, most: usize| {
-            if (1..=most).contains(&value) {
-                Ok(())
-            } else {
-                wrong(what, value.to_string(), format!("1 to {most}"))
-            }
-        };
-        if self.hidden.len() > MOST_LAYERS {
-            let allowed = format!("0 to {MOST_LAYERS}");
-            let layers = self.hidden.len().to_string();
-            return wrong("the number of hidden layers", layers, allowed);
-        }
+        LAYERS.check(self.hidden.len() as f64)?;
         for &units in &self.hidden {
-            within("the number of units of a hidden layer", units, MOST_UNITS)?;
+            UNITS.check(units as f64)?;
         }
-        within("the batch", self.batch, MOST_SAMPLES_PER_BATCH)?;
-        within("the number of epochs", self.epochs, Self::MOST_EPOCHS)?;
-        if !(self.learning_rate > 0.0 && self.learning_rate <= FASTEST_RATE) {
-            let allowed = format!("above 0 and at most {FASTEST_RATE}");
-            return wrong("the learning rate", self.learning_rate.to_string(), allowed);
-        }
+        BATCH.check(self.batch as f64)?;
+        EPOCHS.check(self.epochs as f64)?;
+        LEARNING_RATE.check(self.learning_rate)?;
         Ok(())
     }
 }

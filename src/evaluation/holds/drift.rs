@@ -39,7 +39,6 @@ pub struct Drift {
 
 /// Why a drift has no time constant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum NoTimeConstant {
     #[error("the output does not drift by more than its noise in {duration_secs:.3} s")]
     BelowNoise { duration_secs: f64 },

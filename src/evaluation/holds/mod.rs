@@ -6,5 +6,7 @@
 mod drift;
 mod stillness;
 
-pub use drift::{Drift, NoTimeConstant};
-pub use stillness::{FEWEST_SAMPLES, Hold, holds};
+pub use drift::Drift;
+pub(crate) use drift::NoTimeConstant;
+pub(crate) use stillness::Hold;
+pub use stillness::holds;

@@ -14,13 +14,17 @@
 mod curve;
 mod cycle;
 mod outline;
+mod raster;
 mod turns;
 
-pub use curve::Curve;
+pub(crate) use curve::Curve;
+pub(crate) use cycle::Cycle;
+pub use cycle::Loop;
 pub(crate) use cycle::even_loads;
-pub use cycle::{Cycle, LOADS, Loop};
-pub use outline::{Frame, Stroke, outline};
-pub use turns::{Branch, LEAST_SHARE, NOISE_FACTOR, branches, default_dead_band, noise};
+pub(crate) use outline::Stroke;
+pub use outline::{Frame, outline};
+pub(crate) use turns::{Branch, NOISE_FACTOR};
+pub use turns::{branches, default_dead_band, noise};
 pub(crate) use turns::{dead_band_of, range};
 
 /// A cycle or branch is full if it covers at least this share of the largest one's range.

@@ -40,10 +40,12 @@ use crate::evaluation::numbers::significant;
 use crate::recording::{Axis, Recording};
 
 pub(crate) use measured::{check_numbers, joined};
-pub use quantity::{Definition, Quantity};
-pub use reason::Reason;
-pub use rests::{Rest, rests};
-pub use settings::{MetrologyError, MetrologySettings};
+pub(crate) use quantity::{Definition, Quantity};
+pub(crate) use reason::Reason;
+pub(crate) use rests::Rest;
+pub use rests::rests;
+pub(crate) use settings::MetrologyError;
+pub use settings::MetrologySettings;
 
 /// A load this much beyond full scale is worth a note …
 const BEYOND: f64 = 1.2;

@@ -7,7 +7,6 @@ use crate::recording::Axis;
 
 /// Why the data do not give a figure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Reason {
     #[error("no recording has a reference load for {}; record one, in a column of that name", .axis.symbol())]
     NoReference { axis: Axis },

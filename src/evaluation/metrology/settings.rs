@@ -44,7 +44,6 @@ impl Default for MetrologySettings {
 
 /// A choice, or a table of numbers, from which no figures can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum MetrologyError {
     #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]
     Count {

@@ -20,7 +20,6 @@ pub struct ThresholdGrid {
 
 /// Values from which no grid can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum GridError {
     #[error(
         "{what} has no values; give start:stop:step, or numbers in rising order with commas between them"

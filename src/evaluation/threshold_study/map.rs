@@ -29,7 +29,7 @@ impl ScoreSet {
         match self {
             Self::Train => "train",
             Self::Test => "test",
-            Self::LeftOut => "leave-one-out",
+            Self::LeftOut => "cross-validation",
         }
     }
 
@@ -39,7 +39,7 @@ impl ScoreSet {
         match self {
             Self::Train => "Train",
             Self::Test => "Test",
-            Self::LeftOut => "LOO-CV",
+            Self::LeftOut => "Cross-validation",
         }
     }
 
@@ -50,7 +50,7 @@ impl ScoreSet {
             Self::Train => "On the training recordings themselves, which flatters",
             Self::Test => "On the test recordings",
             Self::LeftOut => {
-                "Leave-one-recording-out: each training recording scored by a fit to the others; with fewer than three, five \
+                "Cross-validation by recording: each training recording scored by a fit to the others; with fewer than three, five \
                  contiguous blocks of them take turns. The look-back's trigger stays the conventional calibration of all"
             }
         }

@@ -90,12 +90,6 @@ impl Scorer {
         &self.conventional
     }
 
-    /// Training samples.
-    #[must_use]
-    pub fn n_train(&self) -> u64 {
-        self.train.n_samples()
-    }
-
     /// Test samples.
     #[must_use]
     pub fn n_test(&self) -> u64 {

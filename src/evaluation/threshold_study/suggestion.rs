@@ -6,22 +6,22 @@ use crate::evaluation::threshold_study::map::ScoreSet;
 use crate::evaluation::threshold_study::{Measure, Paired, PointScores, ThresholdMap, paired};
 use crate::features::Thresholds;
 
-/// The values of one threshold that do about as well as the best.
+/// The values of one threshold within one standard error of the best.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
     /// The least of them.
     pub from: f64,
     /// The greatest of them.
     pub to: f64,
-    /// Whether `from` is the first value that was tried, so that lesser ones may do as well.
+    /// Whether `from` is the first value that was tried, so that lesser ones may be, too.
     pub from_is_first_tried: bool,
-    /// Whether `to` is the last value that was tried, so that greater ones may do as well.
+    /// Whether `to` is the last value that was tried, so that greater ones may be, too.
     pub to_is_last_tried: bool,
 }
 
-/// The minimum of the leave-one-out error over the map.
+/// The minimum of the cross-validation error over the map.
 ///
-/// A neighbour does about as well if its pooled mean squared error over the left-out parts exceeds the minimum's by no more
+/// A neighbour is within one standard error if its pooled mean squared error over the left-out parts exceeds the minimum's by no more
 /// than one standard error of the [paired](paired()) difference, the other threshold being kept. A range is the run of such
 /// neighbours around the minimum. The test recordings take no part.
 ///
@@ -38,9 +38,9 @@ pub struct Suggestion {
     pub conventional: f64,
     /// Whether the conventional calibration is worse by more than one standard error.
     pub beats_conventional: bool,
-    /// F_th that do about as well, at this t_th.
+    /// F_th within one standard error, at this t_th.
     pub f_th_range: FlatRange,
-    /// t_th that do about as well, at this F_th (s).
+    /// t_th within one standard error, at this F_th (s).
     pub t_th_range: FlatRange,
     /// Parts that were left out in turn.
     pub n_parts: usize,

@@ -9,13 +9,14 @@ use std::io;
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, merge_maps};
-use minijinja::{Environment, UndefinedBehavior, Value, context};
+use minijinja::{Environment, State, UndefinedBehavior, Value, context};
 
 pub(in crate::export) use self::program::{LearnedProgram, Program};
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, LEAP_SECS, Learned, STRAYS};
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::export::text::identifier;
+use crate::features::Precision;
 
 /// The rate for which a C file keeps room where neither it nor the calibration says another (Hz) …
 const DEFAULT_RATE_HZ: u64 = 1000;
@@ -130,8 +131,20 @@ impl Language {
         templates.add_filter("indices", move |indices: Vec<usize>| {
             self.list(indices.iter().map(usize::to_string))
         });
+        templates.add_filter("filled", filled);
         templates.render_str(self.template, values)
     }
+}
+
+/// A block's own text, which knows the program's names and the number of the block's values.
+fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, minijinja::Error> {
+    let names = context! {
+        prefix => state.lookup("prefix"),
+        PREFIX => state.lookup("PREFIX"),
+        n_gauges => state.lookup("n_gauges"),
+        sets,
+    };
+    state.env().render_str(text.trim_matches('\n'), names)
 }
 
 /// A number with all its digits, and with a point or an exponent.
@@ -242,7 +255,13 @@ fn state_bytes(program: &Program, rate_hz: u64, real: usize) -> usize {
         of_sample += real * program.measured.len();
         of_box = 17 * 2 * real * program.measured.len();
     }
-    let of_blocks = 8 * program.lags_secs.len()
-        + n_gauges * (8 * program.taus_secs.len() + real * program.radii.len());
-    32 + 4 * real * n_axes + boxes * (256 * of_sample + of_box) + of_blocks
+    let memory = program.blocks.iter().flat_map(|block| &block.source.memory);
+    let of_blocks = memory.map(|memory| {
+        let bytes = match memory.precision {
+            Precision::Real => real,
+            Precision::Double | Precision::Index => 8,
+        };
+        bytes * memory.sets * if memory.of_gauges { n_gauges } else { 1 }
+    });
+    32 + 4 * real * n_axes + boxes * (256 * of_sample + of_box) + of_blocks.sum::<usize>()
 }

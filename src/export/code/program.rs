@@ -6,12 +6,11 @@
 use serde::Serialize;
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
-use crate::features::{Column, Design};
+use crate::features::{Column, Design, Rows, Source};
 
 /// The steps of one update, with their numbers.
 ///
-/// A *row* is: gauges less centre; for each look-back, lag, low-pass and play operator one set of gauges less the present
-/// gauges; monomials. The load is `linear` of the row plus what was `learned`.
+/// A *row* is: gauges less centre; for each history one set of gauges less the present gauges; monomials. The load is `linear` of the row plus what was `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
@@ -21,19 +20,22 @@ pub(in crate::export) struct Program {
     pub look_backs: Vec<(f64, f64)>,
     /// The axes that the look-back measures, with what their load is multiplied by.
     pub measured: Vec<(usize, f64)>,
-    pub lags_secs: Vec<f64>,
     /// How long the past is kept (s); zero where no block needs it.
     pub window_secs: f64,
-    pub taus_secs: Vec<f64>,
-    /// In the unit of each gauge, one set per operator.
-    pub radii: Vec<Vec<f64>>,
-    /// Degree of the polynomial, 1 for none.
-    pub degree: u8,
+    /// The other blocks.
+    pub blocks: Vec<RunBlock>,
     /// What makes standardised gauges of gauges less centre: factor and constant.
     pub standardise: Vec<(f64, f64)>,
     pub n_columns: usize,
     pub linear: Option<Affine>,
     pub learned: Option<LearnedProgram>,
+}
+
+/// A block with the number of its values.
+#[derive(Clone, Debug, Serialize)]
+pub(in crate::export) struct RunBlock {
+    pub sets: usize,
+    pub source: Source,
 }
 
 /// `load = matrix · row + base`.
@@ -58,9 +60,18 @@ impl Program {
         let n_columns = design.where_column(|column| column != Column::Offset).len();
         // Rounded, so that a build in single precision subtracts the same number.
         let centre: Vec<f64> = scale.shift.iter().map(|s| f64::from(*s as f32)).collect();
-        let standardise = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
+        let standardise: Vec<_> = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
             .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
             .collect();
+        let rows = Rows {
+            scale,
+            standardise: &standardise,
+        };
+        let blocks = features.blocks.used().map(|(block, values)| RunBlock {
+            sets: values.len(),
+            source: block.source(values, &rows),
+        });
+        let blocks: Vec<_> = blocks.collect();
         let mut measured: Vec<(usize, f64)> = calibration
             .distance_weights()
             .into_iter()
@@ -78,13 +89,8 @@ impl Program {
                 .map(|look_back| (look_back.f_th * look_back.f_th, look_back.t_th_secs))
                 .collect(),
             measured,
-            lags_secs: features.fixed_lags_secs.clone(),
             window_secs: features.window_secs(),
-            taus_secs: features.creep_secs.clone(),
-            radii: (features.play_radii.iter())
-                .map(|radius| scale.deviation.iter().map(|sd| radius * sd).collect())
-                .collect(),
-            degree: features.polynomial.max(1),
+            blocks,
             standardise,
             n_columns,
             linear: (calibration.compensated.as_ref()).map(|map| on_rows(map, &centre)),
@@ -103,7 +109,7 @@ impl Program {
 
     /// Whether samples are kept.
     pub fn keeps_samples(&self) -> bool {
-        !(self.look_backs.is_empty() && self.lags_secs.is_empty())
+        !self.look_backs.is_empty() || self.window_secs > 0.0
     }
 
     /// Multiplications of one update beside the search; the search visits the kept samples at worst.
@@ -136,7 +142,7 @@ impl Program {
                 let (first, constant) = match column {
                     Column::Gauge(gauge) => self.standardise[gauge],
                     Column::Past { gauge, .. } => (self.standardise[gauge].0, 0.0),
-                    Column::Product(..) | Column::Cube(_) | Column::Offset => (1.0, 0.0),
+                    Column::Monomial(_) | Column::Offset => (1.0, 0.0),
                 };
                 (first * factor, (constant - shift) * factor)
             })
@@ -161,7 +167,7 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
                     row[*gauge] += slope;
                     row.push(*slope);
                 }
-                Column::Gauge(_) | Column::Product(..) | Column::Cube(_) => row.push(*slope),
+                Column::Gauge(_) | Column::Monomial(_) => row.push(*slope),
             }
         }
         let at_centre: f64 = row.iter().zip(centre).map(|(slope, at)| slope * at).sum();

@@ -17,7 +17,7 @@ pub use self::cal::name_gauges;
 use super::target::Target;
 
 /// All formats, the complete one first.
-pub static TARGETS: [&dyn Target; 10] = [
+pub static TARGETS: &[&dyn Target] = &[
     &json::Json,
     &c_header::C_HEADER,
     &rust::RUST,
@@ -34,7 +34,7 @@ pub static TARGETS: [&dyn Target; 10] = [
 #[must_use]
 pub fn target_for(path: &Path) -> Option<&'static dyn Target> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-    let mut targets = TARGETS.into_iter();
+    let mut targets = TARGETS.iter().copied();
     targets.find(|target| target.endings().contains(&&*ending))
 }
 
@@ -47,18 +47,19 @@ pub fn names_gauges(path: &Path) -> bool {
 /// The usual endings of all formats with their dots, as messages list them.
 #[must_use]
 pub fn target_endings() -> String {
-    let endings = TARGETS.map(|target| format!(".{}", target.endings()[0]));
-    endings.join(" ")
+    let endings = TARGETS.iter();
+    let endings = endings.map(|target| format!(".{}", target.endings()[0]));
+    endings.collect::<Vec<_>>().join(" ")
 }
 
 /// All formats with what they are, one after the other, as help lists them.
 #[must_use]
 pub fn listed_targets() -> String {
-    let listed = TARGETS.map(|target| {
+    let listed = TARGETS.iter().map(|target| {
         let endings = target.endings().join(" .");
         format!(".{endings} {}", target.name())
     });
-    listed.join(", ")
+    listed.collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -68,7 +69,7 @@ mod tests {
     /// The guide is written by hand around this table.
     #[test]
     fn the_guide_lists_every_format() {
-        let rows = TARGETS.map(|target| {
+        let rows = TARGETS.iter().map(|target| {
             let endings = target.endings().iter().map(|ending| format!("`.{ending}`"));
             let reads_back = match (target.reader(), target.names_gauges()) {
                 (None, _) => "no",
@@ -84,7 +85,7 @@ mod tests {
         });
         let table = format!(
             "| file | format | holds | reads back |\n|---|---|---|---|\n{}",
-            rows.concat()
+            rows.collect::<String>()
         );
         let guide = include_str!("../../../assets/guide/exports.md");
         assert!(

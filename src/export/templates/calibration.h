@@ -1,3 +1,4 @@
+{% set kinds = {"real": prefix ~ "_real", "double": "double", "index": "long"} %}
 /*
  * A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
  *
@@ -42,6 +43,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -81,19 +83,11 @@ typedef struct {
     {{ prefix }}_real f_th_squared[{{ look_backs|length }}];
     double t_th_secs[{{ look_backs|length }}];
 {% endif %}
-{% if lags_secs %}
-    double lag_secs[{{ lags_secs|length }}];
-{% endif %}
-{% if taus_secs %}
-    double tau_secs[{{ taus_secs|length }}];
-{% endif %}
-{% if radii %}
-    {{ prefix }}_real radius[{{ radii|length }}][{{ n_gauges }}];
-{% endif %}
-{% if degree > 1 %}
-    {{ prefix }}_real standard_factor[{{ n_gauges }}];
-    {{ prefix }}_real standard_constant[{{ n_gauges }}];
-{% endif %}
+{% for block in blocks %}
+{% for constant in block.source.constants %}
+    {{ kinds[constant.precision] }} {{ constant.name }}[{{ constant.numbers|length }}]{{ "[" ~ n_gauges ~ "]" if constant.numbers[0] is sequence else "" }};
+{% endfor %}
+{% endfor %}
 {% if linear %}
     {{ prefix }}_real linear[{{ n_axes }}][{{ n_columns }}];
     {{ prefix }}_real linear_base[{{ n_axes }}];
@@ -145,15 +139,11 @@ typedef struct {
     {{ prefix }}_real small_boxes[{{ PREFIX }}_BOXES * 16][2 * {{ measured|length }}];    /* low, high over 16 samples */
     {{ prefix }}_real large_boxes[{{ PREFIX }}_BOXES][2 * {{ measured|length }}];         /* and over 256 */
 {% endif %}
-{% if lags_secs %}
-    long behind[{{ lags_secs|length }}];                             /* how far back the first sample younger than the lag is */
-{% endif %}
-{% if taus_secs %}
-    double creep[{{ taus_secs|length }}][{{ n_gauges }}];                    /* double: in float the small steps of a slow one would be lost */
-{% endif %}
-{% if radii %}
-    {{ prefix }}_real play[{{ radii|length }}][{{ n_gauges }}];
-{% endif %}
+{% for block in blocks %}
+{% for memory in block.source.memory %}
+    {{ kinds[memory.precision] }} {{ memory.name }}[{{ memory.sets }}]{{ "[" ~ n_gauges ~ "]" if memory.of_gauges else "" }};{{ " /* " ~ memory.comment ~ " */" if memory.comment else "" }}
+{% endfor %}
+{% endfor %}
 } {{ prefix }}_state;
 
 static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
@@ -166,19 +156,11 @@ static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
     {{ look_backs|map(attribute=0)|numbers }},
     {{ look_backs|map(attribute=1)|numbers }},
 {% endif %}
-{% if lags_secs %}
-    {{ lags_secs|numbers }},
-{% endif %}
-{% if taus_secs %}
-    {{ taus_secs|numbers }},
-{% endif %}
-{% if radii %}
-    {{ radii|rows }},
-{% endif %}
-{% if degree > 1 %}
-    {{ standardise|map(attribute=0)|numbers }},
-    {{ standardise|map(attribute=1)|numbers }},
-{% endif %}
+{% for block in blocks %}
+{% for constant in block.source.constants %}
+    {{ constant.numbers|rows if constant.numbers[0] is sequence else constant.numbers|numbers }},
+{% endfor %}
+{% endfor %}
 {% if linear %}
     {{ linear.matrix|rows }},
     {{ linear.base|numbers }},
@@ -206,11 +188,11 @@ static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
 /* Forgets the past. */
 static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {
-{% if lags_secs %}
-    int lag;
-    for (lag = 0; lag < {{ lags_secs|length }}; lag++)
-        s->behind[lag] = 0;
-{% endif %}
+{% for block in blocks %}
+{% for memory in block.source.memory %}
+    memset(s->{{ memory.name }}, 0, sizeof s->{{ memory.name }});
+{% endfor %}
+{% endfor %}
 {% if ring %}
     s->newest = 0;
     s->kept = 0;
@@ -271,14 +253,6 @@ static inline {{ prefix }}_status {{ prefix }}_judge({{ prefix }}_state *s, doub
     {{ prefix }}_forget(s);
     return {{ PREFIX }}_RESTARTED;
 }
-{% if ring %}
-
-/* Where the sample stands that came so many before the newest. */
-static inline long {{ prefix }}_slot(const {{ prefix }}_state *s, long back)
-{
-    return s->newest >= back ? s->newest - back : s->newest - back + (long){{ PREFIX }}_RING;
-}
-{% endif %}
 {% if look_backs %}
 
 static inline void {{ prefix }}_widen({{ prefix }}_real *box, const {{ prefix }}_real *point, int is_first)
@@ -361,30 +335,10 @@ static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefi
 {% endif %}
 }
 {% endif %}
-{% if lags_secs %}
+{% for block in blocks if block.source.c.functions %}
 
-/* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
-static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, double wanted, {{ prefix }}_real *out)
-{
-    long behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
-    int g;
-    while (behind > 0 && s->times[{{ prefix }}_slot(s, behind)] <= wanted)
-        behind--;
-    s->behind[lag] = behind;
-    if (behind + 1 >= s->kept) {
-        for (g = 0; g < {{ n_gauges }}; g++)
-            out[g] = 0;
-    } else {
-        long older = {{ prefix }}_slot(s, behind + 1), younger = {{ prefix }}_slot(s, behind);
-        double start = s->times[older], end = s->times[younger];
-        {{ prefix }}_real share = end > start ? ({{ prefix }}_real)((wanted - start) / (end - start)) : 0;
-        for (g = 0; g < {{ n_gauges }}; g++) {
-            {{ prefix }}_real before = s->gauges[older][g], after = s->gauges[younger][g];
-            out[g] = before + share * (after - before) - s->gauges[s->newest][g];
-        }
-    }
-}
-{% endif %}
+{{ block.source.c.functions|filled(block.sets) }}
+{% endfor %}
 {% if network %}
 
 /* One layer; weights stand input by input, so that a compiler can do many outputs at once. */
@@ -439,59 +393,11 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
             }
         }
 {% endif %}
-{% if lags_secs %}
+{% for block in blocks %}
         {
-            int at;
-            for (at = 0; at < {{ lags_secs|length }}; at++) {
-                {{ prefix }}_lagged(s, at, time - c->lag_secs[at], next);
-                next += {{ n_gauges }};
-            }
+{{ block.source.c.update|filled(block.sets) }}
         }
-{% endif %}
-{% if taus_secs %}
-        {
-            int at;
-            for (at = 0; at < {{ taus_secs|length }}; at++) {
-                double share = s->started ? -expm1((s->time - time) / c->tau_secs[at]) : 1.0;
-                for (g = 0; g < {{ n_gauges }}; g++) {
-                    double state = s->started ? s->creep[at][g] : (double)row[g];
-                    state += share * ((double)row[g] - state);
-                    s->creep[at][g] = state;
-                    *next++ = ({{ prefix }}_real)(state - (double)row[g]);
-                }
-            }
-        }
-{% endif %}
-{% if radii %}
-        {
-            int at;
-            for (at = 0; at < {{ radii|length }}; at++) {
-                for (g = 0; g < {{ n_gauges }}; g++) {
-                    {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
-                    {{ prefix }}_real position = s->started ? s->play[at][g] : row[g];
-                    position = position > high ? high : position;
-                    position = position < low ? low : position;
-                    s->play[at][g] = position;
-                    *next++ = position - row[g];
-                }
-            }
-        }
-{% endif %}
-{% if degree > 1 %}
-        {
-            {{ prefix }}_real z[{{ n_gauges }}];
-            int other;
-            for (g = 0; g < {{ n_gauges }}; g++)
-                z[g] = row[g] * c->standard_factor[g] + c->standard_constant[g];
-            for (g = 0; g < {{ n_gauges }}; g++)
-                for (other = g; other < {{ n_gauges }}; other++)
-                    *next++ = z[g] * z[other];
-{% if degree > 2 %}
-            for (g = 0; g < {{ n_gauges }}; g++)
-                *next++ = z[g] * z[g] * z[g];
-{% endif %}
-        }
-{% endif %}
+{% endfor %}
         for (axis = 0; axis < {{ n_axes }}; axis++) {
 {% if linear %}
             s->load[axis] = c->linear_base[axis] + {{ prefix }}_dot(c->linear[axis], row, {{ n_columns }});

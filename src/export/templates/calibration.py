@@ -39,20 +39,11 @@ MEASURED_WEIGHT = np.array({{ measured|map(attribute=1)|numbers }})
 F_TH_SQUARED = {{ look_backs|map(attribute=0)|numbers }}
 T_TH_SECS = {{ look_backs|map(attribute=1)|numbers }}
 {% endif %}
-{% if lags_secs %}
-LAG_SECS = {{ lags_secs|numbers }}
-{% endif %}
-{% if taus_secs %}
-TAU_SECS = {{ taus_secs|numbers }}
-{% endif %}
-{% if radii %}
-RADIUS = np.array({{ radii|rows }})
-{% endif %}
-{% if degree > 1 %}
-STANDARD_FACTOR = np.array({{ standardise|map(attribute=0)|numbers }})
-STANDARD_CONSTANT = np.array({{ standardise|map(attribute=1)|numbers }})
-FIRST, SECOND = np.triu_indices(GAUGES)
-{% endif %}
+{% for block in blocks %}
+{% for constant in block.source.constants %}
+{{ constant.name|upper }} = np.array({{ constant.numbers|rows if constant.numbers[0] is sequence else constant.numbers|numbers }})
+{% endfor %}
+{% endfor %}
 {% if linear %}
 LINEAR = np.array({{ linear.matrix|rows }})
 LINEAR_BASE = np.array({{ linear.base|numbers }})
@@ -147,31 +138,9 @@ class State:
         for f_th_squared, t_th_secs in zip(F_TH_SQUARED, T_TH_SECS):
             row.append(self.gauges[self._past(time, f_th_squared, t_th_secs)] - present)
 {% endif %}
-{% if lags_secs %}
-        for lag_secs in LAG_SECS:
-            row.append(self._lagged(time - lag_secs, present) - present)
-{% endif %}
-{% if taus_secs %}
-        if not self.started:
-            self.creep = np.tile(present, (len(TAU_SECS), 1))
-        for state, tau_secs in zip(self.creep, TAU_SECS):
-            if self.started:
-                state += -np.expm1((self.time - time) / tau_secs) * (present - state)
-            row.append(state - present)
-{% endif %}
-{% if radii %}
-        if not self.started:
-            self.play = np.tile(present, (len(RADIUS), 1))
-        self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
-        row.extend(self.play - present)
-{% endif %}
-{% if degree > 1 %}
-        z = present * STANDARD_FACTOR + STANDARD_CONSTANT
-        row.append(z[FIRST] * z[SECOND])
-{% if degree > 2 %}
-        row.append(z**3)
-{% endif %}
-{% endif %}
+{% for block in blocks %}
+{{ block.source.python.update|filled(block.sets) }}
+{% endfor %}
         self.load = _answer(np.concatenate(row))
 {% if ring %}
 
@@ -218,17 +187,10 @@ class State:
             end = start
         return self.kept - 1
 {% endif %}
-{% if lags_secs %}
+{% for block in blocks if block.source.python.functions %}
 
-    def _lagged(self, wanted, present):
-        """Gauges at the lag, interpolated; the present ones before it has passed."""
-        younger = np.searchsorted(self.times[: self.kept], wanted, side="right")
-        if younger == 0 or younger == self.kept:
-            return present
-        start, end = self.times[younger - 1], self.times[younger]
-        before, after = self.gauges[younger - 1], self.gauges[younger]
-        return before + (wanted - start) / (end - start) * (after - before)
-{% endif %}
+{{ block.source.python.functions|filled(block.sets) }}
+{% endfor %}
 
 
 def _answer(row):

@@ -16,16 +16,42 @@ mod live;
 
 use serde::{Deserialize, Serialize};
 
+use crate::features::{Range, Setting, Unit};
 use crate::recording::Axis;
 
-pub use live::LiveLookBack;
+pub(crate) use live::LiveLookBack;
 
-/// The two thresholds of the look-back.
-///
-/// | field | default | range | meaning |
-/// |---|---|---|---|
-/// | `f_th` | 3 | ≥ 0 | how much the load must have differed: (N), or a share of full scale, see [`Distance`] |
-/// | `t_th_secs` | 15 | ≥ 0 | how old the past sample may be (s) |
+/// How much the load must have differed; the paper's choice (section 4.2).
+pub const F_TH: Setting = Setting {
+    key: "f_th",
+    option: "f-th",
+    label: "F_th",
+    what: "F_th",
+    unit: Unit::NEWTONS,
+    default: &[3.0],
+    range: Range::NotNegative,
+    step: 0.1,
+    explanation: "How much the load must have differed: the gauges at the last moment when the conventional load differed by \
+                  this much are appended to the present ones. With 0 Comp. equals Conv.; near the mean hysteresis (2.64 N in \
+                  the paper) it helps most",
+    source: "Eq. 9-12, Fig. 2",
+};
+
+/// How old the past sample may be; the paper's choice (section 4.2).
+pub const T_TH: Setting = Setting {
+    key: "t_th_secs",
+    option: "t-th",
+    label: "t_th",
+    what: "t_th",
+    unit: Unit::SECONDS,
+    default: &[15.0],
+    range: Range::NotNegative,
+    step: 0.1,
+    explanation: "How old the past sample may be. With 0 s there is no past, and Comp. equals Conv.",
+    source: "Eq. 12",
+};
+
+/// The two thresholds of the look-back: [`F_TH`] and [`T_TH`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
     /// F_th: (N), or a share of full scale (1 = full scale) for [`Distance::FullScale`].
@@ -47,10 +73,10 @@ impl Thresholds {
     pub fn default_for(distance: Distance) -> Self {
         Self {
             f_th: match distance {
-                Distance::Force => 3.0,
+                Distance::Force => F_TH.number(),
                 Distance::FullScale => 0.25,
             },
-            t_th_secs: 15.0,
+            t_th_secs: T_TH.number(),
         }
     }
 }
@@ -67,6 +93,47 @@ pub enum Distance {
 }
 
 impl Distance {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::FullScale => "full-scale",
+        }
+    }
+
+    /// Its title.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Force => "forces [N]",
+            Self::FullScale => "all axes [% FS]",
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Force => "Norm of the force difference in newtons, as in the paper",
+            Self::FullScale => {
+                "Norm over all axes, each divided by its full scale: for sensors whose moments move on their own"
+            }
+        }
+    }
+
+    /// An F_th with its unit.
+    #[must_use]
+    pub fn in_words(self, f_th: f64) -> String {
+        match self {
+            Self::Force => format!("F_th {f_th} N"),
+            Self::FullScale => format!("F_th {} % of full scale", 100.0 * f_th),
+        }
+    }
+
     /// The factor for each axis: d is the norm of the differences times these.
     ///
     /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.

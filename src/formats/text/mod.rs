@@ -20,10 +20,10 @@ pub(crate) mod times;
 mod written;
 
 pub(crate) use cells::lines;
-pub use encoding::Encoding;
+pub(crate) use encoding::Encoding;
 pub(super) use file::FORMAT;
 pub(crate) use file::TextFile;
 pub(crate) use layout::Head;
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};
-pub use written::{Decimal, Delimiter, Preamble, TextLayout};
+pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout};

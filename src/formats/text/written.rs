@@ -25,7 +25,6 @@ pub struct TextLayout {
 /// What stands between two cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum Delimiter {
     #[default]
     Comma,

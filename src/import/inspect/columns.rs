@@ -60,7 +60,6 @@ impl ColumnReport {
 /// What most cells of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum Content {
     Numbers,
     Times,

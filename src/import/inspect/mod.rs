@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub use columns::{ColumnReport, Content};
+pub(crate) use columns::ColumnReport;
 pub use question::Question;
 
 use super::load::{BLOCK_BYTES, Loaded, Reading};

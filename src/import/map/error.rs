@@ -7,7 +7,6 @@ use super::{Attitude, ColumnKey, ColumnRole};
 
 /// Why a column map is of no use, whatever the recording.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum MapError {
     #[error(
         "no JSON of a column map; `loopscope inspect FILE --write-map MAP.json` writes one for a recording"
@@ -84,7 +83,6 @@ pub enum MapError {
 
 /// Why a file gives no column map.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum MapFileError {
     #[error("{}: cannot be read: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },

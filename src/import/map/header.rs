@@ -17,7 +17,6 @@ pub struct Header<'a> {
 
 /// Why a map's keys are not the columns of a file, each once. Indices count from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum KeyError {
     /// No column is called so.
     Missing { name: String },

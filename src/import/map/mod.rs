@@ -17,10 +17,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::formats::text::TextLayout;
 use crate::recording::Tare;
-pub use error::{MapError, MapFileError};
-pub use header::{Header, KeyError};
-pub use role::{ColumnRole, PosePart};
-pub use weight::{Angles, Attitude, Mount, WeightMap};
+pub(crate) use error::{MapError, MapFileError};
+pub(crate) use header::{Header, KeyError};
+pub use role::ColumnRole;
+pub(crate) use role::PosePart;
+pub(crate) use weight::{Angles, Attitude, Mount, WeightMap};
 
 /// How a file, or a pair of files, becomes recordings.
 ///

@@ -35,7 +35,6 @@ pub enum ColumnRole {
 /// One number of a pose: of the sensor's position in the world, or of how it is turned (sensor to world).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(prefix = "pose_", serialize_all = "snake_case")]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum PosePart {
     X,
     Y,

@@ -7,6 +7,7 @@
 //! and on nothing else; reference loads are exact.
 
 mod arm;
+#[cfg(test)]
 mod mean_hysteresis;
 mod sensor;
 
@@ -15,8 +16,6 @@ use rayon::prelude::*;
 use self::arm::{MOUNTS_M, Path};
 use super::{Axis, Entry, Recording, RecordingSet, Role, Source};
 use crate::random::Random;
-
-pub use self::mean_hysteresis::mean_hysteresis_newtons;
 
 /// The seed of the recordings that the program starts with.
 pub const DEFAULT_SEED: u64 = 2019;

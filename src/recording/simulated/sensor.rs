@@ -131,6 +131,7 @@ impl Sensor {
     }
 
     /// A relaxed sensor that does not creep, so that only the order of loads matters and not their times.
+    #[cfg(test)]
     pub(super) fn without_creep() -> Self {
         Self::with_creep(None)
     }

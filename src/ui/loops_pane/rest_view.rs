@@ -52,7 +52,7 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
         None => "–".to_owned(),
     };
     ui.horizontal(|ui| {
-        ui.label(format!("{n} rest{}", if n == 1 { "" } else { "s" }));
+        ui.label(format!("{n} dwell{}", if n == 1 { "" } else { "s" }));
         let copy = ui.small_button("Copy list");
         if copy.on_hover_text("As tab-separated text").clicked() {
             let rows = picture.rests.iter().enumerate().map(|(at, rest)| {
@@ -125,7 +125,7 @@ fn drawing<'a>(
     let lines = lines.filter(|(output, _)| shown.contains(output));
     Figure {
         title: axis.label_of("drift"),
-        across: Scale::new("time at rest [s]", frame.loads),
+        across: Scale::new("dwell time [s]", frame.loads),
         up: Scale::new(axis.label_of("error"), frame.outputs),
         lines: lines
             .flat_map(|(output, own)| {

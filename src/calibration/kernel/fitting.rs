@@ -1,0 +1,714 @@
+//! How a kernel regression comes of rows: landmarks, the whitened columns, length scale and ridge by cross-validation.
+
+use std::borrow::Cow;
+
+use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::{Mat, Par, Side};
+use rayon::prelude::*;
+
+use super::model::{Band, Kernel, KernelError, KernelSettings, square_distance};
+use crate::calibration::{NormalEquations, Ridge, Terms, fit, fit_targets};
+use crate::features::ColumnKind;
+use crate::progress::{Cancelled, Progress};
+
+/// Added to the diagonal of the landmarks' kernel matrix, whose entries are at most 1, so that it can be inverted.
+const JITTER: f64 = 1e-6;
+/// Length scales that are tried, in units of √(number of columns): typical standardised samples are √2 of these apart.
+const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// Ridge strengths that are tried: variance of the noise over that of the function.
+const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
+/// The length scale is chosen on about so many samples.
+const TUNING_SAMPLES: usize = 20_000;
+/// Landmarks are picked among about so many samples.
+const CANDIDATES: usize = 4_000;
+
+/// Samples that follow each other, all of one fold; row-major.
+#[derive(Clone, Copy, Debug)]
+pub struct RowBlock<'a> {
+    /// The part that is left out with them.
+    pub fold: usize,
+    /// What the kernel sees, `n × n_inputs`.
+    pub inputs: &'a [f64],
+    /// The columns of the [`LinearStage`], `n × n_columns`; empty where there is none.
+    pub linear: &'a [f64],
+    /// `n × n_targets`.
+    pub targets: &'a [f64],
+}
+
+/// Takes the blocks of a run.
+pub type TakeRows<'a> = &'a mut dyn FnMut(RowBlock<'_>);
+
+/// The linear fit of which a kernel learns what is left over. It is fitted anew without each part that is left out, so
+/// that no score of the two together knows what it is asked.
+#[derive(Clone, Debug)]
+pub struct LinearStage {
+    /// What its columns are.
+    pub kinds: Vec<ColumnKind>,
+    /// What the targets lack already, see [`Terms::known`].
+    pub known: Vec<f64>,
+    /// The strength of its ridge, per target.
+    pub strengths: Vec<f64>,
+}
+
+/// Rows that can be passed over again and again.
+pub trait Rows: Sync {
+    /// The number of runs that can be passed over side by side.
+    fn n_runs(&self) -> usize;
+    /// The number of samples in a run.
+    fn n_samples(&self, run: usize) -> usize;
+    /// Columns of a row, and targets.
+    fn widths(&self) -> (usize, usize);
+    /// Calls `take` for each block of the run, in order.
+    fn pass(&self, run: usize, take: TakeRows<'_>);
+    /// What is fitted before the kernel; `None` where the targets are the kernel's own.
+    fn linear_stage(&self) -> Option<&LinearStage> {
+        None
+    }
+}
+
+/// A kernel regression with how it did.
+#[derive(Clone, Debug)]
+pub struct KernelFit {
+    /// The regression.
+    pub kernel: Kernel,
+    /// Sum of squared errors per axis, each part scored by a fit to the others; `None` with fewer than two parts.
+    pub left_out_squares: Option<Vec<f64>>,
+}
+
+impl Kernel {
+    /// Fits `rows`; ridge and, unless it is given, length scale are those that left-out parts are predicted best with.
+    ///
+    /// # Errors
+    /// [`KernelError`] if the settings make no sense for these rows.
+    pub fn fit(
+        rows: &impl Rows,
+        settings: &KernelSettings,
+        progress: &Progress,
+    ) -> Result<KernelFit, KernelError> {
+        settings.validate()?;
+        let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
+        if settings.landmarks > samples {
+            return Err(KernelError::FewSamples {
+                landmarks: settings.landmarks,
+                samples,
+            });
+        }
+        let scales: &[f64] = match &settings.length_scale {
+            Some(scale) => std::slice::from_ref(scale),
+            None => &LENGTH_SCALES,
+        };
+        let tries = if scales.len() > 1 { scales.len() } else { 0 };
+        // A whole pass counts as much as all tries together.
+        progress.add_total(2 * tries.max(1) as u64 * rows.n_runs() as u64);
+        let standardised = Standardised::measure(rows, progress)?;
+        let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
+        let columns = Columns::new(landmarks.len(), rows);
+        let root = (rows.widths().0 as f64).sqrt();
+        let mut best: Option<(f64, f64)> = None;
+        if tries > 0 {
+            let step = samples.div_ceil(TUNING_SAMPLES);
+            for scale in scales {
+                let Some(whitened) = Whitened::new(&standardised, &landmarks, scale * root) else {
+                    continue;
+                };
+                let parts = whitened.sums(rows, step, progress)?;
+                progress.advance(rows.n_runs() as u64);
+                let error =
+                    tuned(&parts, &columns, progress)?.map_or(f64::INFINITY, |tuned| tuned.error);
+                if best.is_none_or(|(_, least)| error < least) {
+                    best = Some((*scale, error));
+                }
+            }
+        }
+        let scale = match (settings.length_scale, best) {
+            (Some(scale), _) | (None, Some((scale, _))) => scale,
+            (None, None) => return Err(KernelError::Singular),
+        };
+        let whitened =
+            Whitened::new(&standardised, &landmarks, scale * root).ok_or(KernelError::Singular)?;
+        let parts = whitened.sums(rows, 1, progress)?;
+        let total = summed(&parts);
+        let tuned = tuned(&parts, &columns, progress)?;
+        let strength = tuned.as_ref().map_or(1e-3, |tuned| tuned.strength);
+        progress.advance(tries.max(1) as u64 * rows.n_runs() as u64);
+        let kernel = whitened.finish(
+            &columns.left_over(&total),
+            &columns,
+            strength,
+            tuned.as_ref(),
+        );
+        Ok(KernelFit {
+            kernel,
+            left_out_squares: tuned.map(|tuned| tuned.squares),
+        })
+    }
+}
+
+/// Mean and inverse deviation of each column, and of the targets the size of their errors.
+struct Standardised {
+    shift: Vec<f64>,
+    scale: Vec<f64>,
+}
+
+impl Standardised {
+    fn measure(rows: &impl Rows, progress: &Progress) -> Result<Self, Cancelled> {
+        let d = rows.widths().0;
+        let moments = (0..rows.n_runs())
+            .into_par_iter()
+            .map(|run| {
+                progress.check()?;
+                let mut moments = vec![0.0; 1 + 2 * d];
+                rows.pass(run, &mut |block| {
+                    for row in block.inputs.chunks_exact(d) {
+                        moments[0] += 1.0;
+                        for (column, value) in row.iter().enumerate() {
+                            moments[1 + column] += value;
+                            moments[1 + d + column] += value * value;
+                        }
+                    }
+                });
+                Ok(moments)
+            })
+            .collect::<Result<Vec<_>, Cancelled>>()?;
+        let sum = |at: usize| moments.iter().map(|moments| moments[at]).sum::<f64>();
+        let n = sum(0).max(1.0);
+        let shift: Vec<f64> = (0..d).map(|column| sum(1 + column) / n).collect();
+        let scale = (0..d)
+            .map(|column| {
+                let square = sum(1 + d + column) / n;
+                let variance = square - shift[column] * shift[column];
+                // Standardised features are near one in size; what is far below that is rounding.
+                if variance > 1e-20 * square.max(1e-10) {
+                    1.0 / variance.sqrt()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        Ok(Self { shift, scale })
+    }
+
+    fn apply(&self, row: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        let columns = row.iter().zip(&self.shift).zip(&self.scale);
+        out.extend(columns.map(|((value, shift), scale)| (value - shift) * scale));
+    }
+
+    /// Picks samples far from each other: the one nearest the mean, then always the one farthest from those picked.
+    fn landmarks(
+        &self,
+        rows: &impl Rows,
+        m: usize,
+        progress: &Progress,
+    ) -> Result<Vec<Vec<f64>>, Cancelled> {
+        let d = rows.widths().0;
+        let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
+        let step = samples / CANDIDATES.max(m) + usize::from(samples < CANDIDATES.max(m));
+        let mut first = 0_usize;
+        let mut candidates: Vec<Vec<f64>> = Vec::new();
+        for run in 0..rows.n_runs() {
+            progress.check()?;
+            let mut at = first;
+            rows.pass(run, &mut |block| {
+                for row in block.inputs.chunks_exact(d) {
+                    if at.is_multiple_of(step) {
+                        let mut own = Vec::new();
+                        self.apply(row, &mut own);
+                        candidates.push(own);
+                    }
+                    at += 1;
+                }
+            });
+            first += rows.n_samples(run);
+        }
+        let mut nearest: Vec<f64> = vec![f64::INFINITY; candidates.len()];
+        let origin = vec![0.0; d];
+        let mut next = (0..candidates.len()).min_by(|a, b| {
+            square_distance(&candidates[*a], &origin)
+                .total_cmp(&square_distance(&candidates[*b], &origin))
+        });
+        let mut landmarks: Vec<Vec<f64>> = Vec::new();
+        while let Some(chosen) = next.filter(|_| landmarks.len() < m) {
+            progress.check()?;
+            let landmark = candidates[chosen].clone();
+            for (nearest, candidate) in nearest.iter_mut().zip(&candidates) {
+                *nearest = nearest.min(square_distance(candidate, &landmark));
+            }
+            landmarks.push(landmark);
+            next = (0..candidates.len())
+                .max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]))
+                .filter(|at| nearest[*at] > 0.0); // equal samples say nothing new
+        }
+        Ok(landmarks)
+    }
+}
+
+/// Landmarks at one length scale, with what turns similarities into columns of unit prior variance.
+struct Whitened<'a> {
+    standardised: &'a Standardised,
+    landmarks: &'a [Vec<f64>],
+    length_scale: f64,
+    /// W with `φ = W k`: the inverse of the Cholesky factor of the landmarks' kernel matrix.
+    whitening: Mat<f64>,
+}
+
+impl<'a> Whitened<'a> {
+    fn new(
+        standardised: &'a Standardised,
+        landmarks: &'a [Vec<f64>],
+        length_scale: f64,
+    ) -> Option<Self> {
+        let m = landmarks.len();
+        let factor = -0.5 / (length_scale * length_scale);
+        let gram = Mat::from_fn(m, m, |i, j| {
+            let similarity = (factor * square_distance(&landmarks[i], &landmarks[j])).exp();
+            similarity + if i == j { JITTER } else { 0.0 }
+        });
+        Some(Self {
+            standardised,
+            landmarks,
+            length_scale,
+            whitening: inverse_factor(&gram)?,
+        })
+    }
+
+    /// Sums of [`Columns`] and targets for each fold, from every `step`-th sample.
+    fn sums(
+        &self,
+        rows: &impl Rows,
+        step: usize,
+        progress: &Progress,
+    ) -> Result<Vec<NormalEquations>, Cancelled> {
+        let (d, q) = rows.widths();
+        let m = self.landmarks.len();
+        let n_linear = rows.linear_stage().map_or(0, |stage| stage.kinds.len());
+        let n_columns = m + 1 + n_linear;
+        let factor = -0.5 / (self.length_scale * self.length_scale);
+        let of_runs = (0..rows.n_runs())
+            .into_par_iter()
+            .map(|run| {
+                let mut parts: Vec<(usize, NormalEquations)> = Vec::new();
+                let (mut at, mut x) = (0, Vec::new());
+                rows.pass(run, &mut |block| {
+                    if progress.is_cancelled() {
+                        return;
+                    }
+                    let first = at;
+                    at += block.inputs.len() / d;
+                    let taken: Vec<usize> = (first..at)
+                        .filter(|k| k.is_multiple_of(step))
+                        .map(|k| k - first)
+                        .collect();
+                    let mut similarities = Mat::zeros(m, taken.len());
+                    for (column, k) in taken.iter().enumerate() {
+                        self.standardised.apply(&block.inputs[k * d..][..d], &mut x);
+                        for (i, landmark) in self.landmarks.iter().enumerate() {
+                            similarities[(i, column)] =
+                                (factor * square_distance(landmark, &x)).exp();
+                        }
+                    }
+                    let phi = &self.whitening * similarities;
+                    if parts.last().is_none_or(|(last, _)| *last != block.fold) {
+                        parts.push((block.fold, NormalEquations::new(n_columns, q)));
+                    }
+                    let sums = &mut parts.last_mut().expect("was just pushed").1;
+                    let stride = sums.stride();
+                    let mut padded = vec![0.0; taken.len() * stride];
+                    for ((column, k), row) in taken
+                        .iter()
+                        .enumerate()
+                        .zip(padded.chunks_exact_mut(stride))
+                    {
+                        for (i, value) in row[..m].iter_mut().enumerate() {
+                            *value = phi[(i, column)];
+                        }
+                        row[m] = 1.0;
+                        let linear = &block.linear[k * n_linear..][..n_linear];
+                        row[m + 1..n_columns].copy_from_slice(linear);
+                        row[n_columns..][..q].copy_from_slice(&block.targets[k * q..][..q]);
+                    }
+                    sums.add_rows(&padded);
+                });
+                progress.check()?;
+                Ok(parts)
+            })
+            .collect::<Result<Vec<_>, Cancelled>>()?;
+        let mut folds: Vec<NormalEquations> = Vec::new();
+        for (fold, sums) in of_runs.into_iter().flatten() {
+            while folds.len() <= fold {
+                folds.push(NormalEquations::new(n_columns, q));
+            }
+            folds[fold].add(&sums);
+        }
+        Ok(folds)
+    }
+
+    /// The kernel from the sums of all samples, whose targets are what is left to learn.
+    fn finish(
+        &self,
+        total: &NormalEquations,
+        columns: &Columns,
+        strength: f64,
+        tuned: Option<&Tuned>,
+    ) -> Kernel {
+        let (m, q) = (self.landmarks.len(), total.n_targets());
+        let beta = columns.kernel(total, strength);
+        let on_phi = Mat::from_fn(q, m, |axis, i| beta[i * q + axis]);
+        let on_k = on_phi * &self.whitening;
+        let posterior = Mat::from_fn(m, m, |i, j| {
+            total.feature_product(i, j) + if i == j { strength } else { 0.0 }
+        });
+        let n = total.n_samples().max(1) as f64;
+        let squares = match tuned {
+            Some(tuned) => tuned.squares.clone(),
+            None => total.squared_residuals(&beta),
+        };
+        Kernel {
+            input_shift: self.standardised.shift.clone(),
+            input_scale: self.standardised.scale.clone(),
+            length_scale: self.length_scale,
+            landmarks: self.landmarks.to_vec(),
+            weights: (0..q)
+                .map(|axis| (0..m).map(|i| on_k[(axis, i)]).collect())
+                .collect(),
+            offset: (0..q).map(|axis| beta[m * q + axis]).collect(),
+            band: Band {
+                noise_variance: squares.iter().map(|square| square / n).collect(),
+                strength,
+                whitening: triangle(&self.whitening),
+                // Positive: a Gram matrix with the ridge on its diagonal.
+                posterior: triangle(
+                    &inverse_factor(&posterior).unwrap_or_else(|| Mat::zeros(m, m)),
+                ),
+            },
+        }
+    }
+}
+
+/// The inverse of the lower Cholesky factor; `None` if the matrix is not positive.
+fn inverse_factor(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+    let factor = matrix.llt(Side::Lower).ok()?;
+    let mut inverse = Mat::zeros(matrix.nrows(), matrix.ncols());
+    invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
+    Some(inverse)
+}
+
+fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
+    (0..matrix.nrows())
+        .map(|i| (0..=i).map(|j| matrix[(i, j)]).collect())
+        .collect()
+}
+
+/// The columns of the sums, `[φ | 1 | linear stage]`, and the two fits to them.
+struct Columns {
+    /// Of φ and the 1 beside it.
+    of_kernel: Vec<usize>,
+    of_linear: Vec<usize>,
+    kinds: Vec<ColumnKind>,
+    known: Vec<f64>,
+    /// Of the linear stage, per target.
+    strengths: Vec<f64>,
+}
+
+impl Columns {
+    fn new(m: usize, rows: &impl Rows) -> Self {
+        let mut kinds = vec![ColumnKind::Appended; m];
+        kinds.push(ColumnKind::Offset);
+        let mut known = vec![0.0; (m + 1) * rows.widths().1];
+        let mut strengths = Vec::new();
+        if let Some(stage) = rows.linear_stage() {
+            kinds.extend(&stage.kinds);
+            known.extend(&stage.known);
+            strengths.clone_from(&stage.strengths);
+        }
+        Self {
+            of_kernel: (0..=m).collect(),
+            of_linear: (m + 1..kinds.len()).collect(),
+            kinds,
+            known,
+            strengths,
+        }
+    }
+
+    /// The coefficients of the linear stage, fitted to these sums; `None` where there is none.
+    fn linear(&self, sums: &NormalEquations) -> Option<Vec<f64>> {
+        let terms = Terms {
+            used: &self.of_linear,
+            kinds: &self.kinds,
+            known: &self.known,
+        };
+        let is_there = !self.of_linear.is_empty();
+        is_there.then(|| fit_targets(sums, terms, &self.strengths).coefficients)
+    }
+
+    /// These sums with what the linear stage, fitted to them, leaves over as targets.
+    fn left_over<'a>(&self, sums: &'a NormalEquations) -> Cow<'a, NormalEquations> {
+        less(sums, self.linear(sums).as_deref())
+    }
+
+    /// The coefficients of the kernel, fitted to the targets of these sums; all of φ is shrunk.
+    fn kernel(&self, sums: &NormalEquations, strength: f64) -> Vec<f64> {
+        let terms = Terms {
+            used: &self.of_kernel,
+            kinds: &self.kinds,
+            known: &[],
+        };
+        fit(sums, terms, Ridge::Absolute(strength)).coefficients
+    }
+}
+
+fn less<'a>(sums: &'a NormalEquations, linear: Option<&[f64]>) -> Cow<'a, NormalEquations> {
+    match linear {
+        Some(linear) => Cow::Owned(sums.less(linear)),
+        None => Cow::Borrowed(sums),
+    }
+}
+
+fn summed(parts: &[NormalEquations]) -> NormalEquations {
+    let mut total = NormalEquations::new(parts[0].n_features(), parts[0].n_targets());
+    parts.iter().for_each(|part| total.add(part));
+    total
+}
+
+/// The ridge that predicts left-out parts best.
+struct Tuned {
+    strength: f64,
+    /// Sum over axes of squared errors, each over that axis' squared targets.
+    error: f64,
+    squares: Vec<f64>,
+}
+
+fn tuned(
+    parts: &[NormalEquations],
+    columns: &Columns,
+    progress: &Progress,
+) -> Result<Option<Tuned>, Cancelled> {
+    let has_samples = |part: &&NormalEquations| part.n_samples() > 0;
+    let parts: Vec<NormalEquations> = parts.iter().filter(has_samples).cloned().collect();
+    if parts.len() < 2 {
+        return Ok(None);
+    }
+    let total = summed(&parts);
+    let q = total.n_targets();
+    let left_over = columns.left_over(&total);
+    let squares = NormalEquations::each_without(
+        &parts,
+        |_| true,
+        |at, rest| {
+            let linear = columns.linear(rest);
+            let (rest, part) = (
+                less(rest, linear.as_deref()),
+                less(&parts[at], linear.as_deref()),
+            );
+            STRENGTHS
+                .iter()
+                .map(|&strength| {
+                    progress.check()?;
+                    Ok(part.squared_residuals(&columns.kernel(&rest, strength)))
+                })
+                .collect::<Result<Vec<_>, Cancelled>>()
+        },
+    );
+    let squares =
+        (squares.into_iter().map(|(_, squares)| squares)).collect::<Result<Vec<_>, Cancelled>>()?;
+    let candidates = STRENGTHS.iter().enumerate().map(|(at, &strength)| {
+        let squares: Vec<f64> = (0..q)
+            .map(|axis| squares.iter().map(|part| part[at][axis]).sum())
+            .collect();
+        let error = (0..q)
+            .map(|axis| squares[axis] / left_over.target_square(axis).max(f64::MIN_POSITIVE))
+            .sum();
+        Tuned {
+            strength,
+            error,
+            squares,
+        }
+    });
+    Ok(candidates.min_by(|a, b| a.error.total_cmp(&b.error)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::kernel::model::{KernelScratch, dot};
+
+    /// Runs of one input column and one target.
+    struct Function {
+        runs: Vec<Vec<(f64, f64)>>,
+    }
+
+    impl Function {
+        /// Three runs over −2 to 2, with a gap from `gap` on.
+        fn new(target: impl Fn(f64) -> f64, gap: f64) -> Self {
+            let run = |phase: f64| {
+                (0..200)
+                    .map(|k| (f64::from(k) + phase) / 50.0 - 2.0)
+                    .filter(|x| *x < gap)
+                    .map(|x| (x, target(x)))
+                    .collect()
+            };
+            Self {
+                runs: [0.0, 0.3, 0.6].map(run).to_vec(),
+            }
+        }
+    }
+
+    impl Rows for Function {
+        fn n_runs(&self) -> usize {
+            self.runs.len()
+        }
+
+        fn n_samples(&self, run: usize) -> usize {
+            self.runs[run].len()
+        }
+
+        fn widths(&self) -> (usize, usize) {
+            (1, 1)
+        }
+
+        fn pass(&self, run: usize, take: TakeRows<'_>) {
+            for samples in self.runs[run].chunks(64) {
+                let (x, y): (Vec<f64>, Vec<f64>) = samples.iter().copied().unzip();
+                take(RowBlock {
+                    fold: run,
+                    inputs: &x,
+                    linear: &[],
+                    targets: &y,
+                });
+            }
+        }
+    }
+
+    fn fit(rows: &Function, landmarks: usize) -> Result<Kernel, KernelError> {
+        let settings = KernelSettings {
+            landmarks,
+            ..KernelSettings::default()
+        };
+        Kernel::fit(rows, &settings, &Progress::default()).map(|fit| fit.kernel)
+    }
+
+    fn answer(kernel: &Kernel, x: f64) -> (f64, f64) {
+        let (mut load, mut deviation) = ([0.0], [0.0]);
+        let mut scratch = KernelScratch::default();
+        kernel.add(&[x], &mut scratch, &mut load);
+        kernel.deviation(&[x], &mut scratch, &mut deviation);
+        (load[0], deviation[0])
+    }
+
+    #[test]
+    fn a_smooth_function_is_learned_to_a_thousandth() {
+        let kernel = fit(&Function::new(|x| (2.0 * x).sin() + 0.3 * x, 9.0), 30).unwrap();
+        for at in -18..=18 {
+            let x = 0.1 * f64::from(at);
+            assert!(
+                (answer(&kernel, x).0 - ((2.0 * x).sin() + 0.3 * x)).abs() < 1e-3,
+                "{x}"
+            );
+        }
+    }
+
+    /// The formula as it stands in textbooks, with every matrix written out: with every sample a landmark, the mean is
+    /// `k(x)ᵀ (K + λI)⁻¹ y` and the variance over that of the noise `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
+    #[test]
+    fn with_every_sample_a_landmark_it_is_the_gaussian_process() {
+        let rows = Function {
+            runs: vec![
+                (0..12)
+                    .map(|k| f64::from(k * k % 12) - 5.5)
+                    .map(|x| (x, x.cos()))
+                    .collect(),
+            ],
+        };
+        let settings = KernelSettings {
+            landmarks: 12,
+            length_scale: Some(0.5),
+        };
+        let kernel = Kernel::fit(&rows, &settings, &Progress::default())
+            .unwrap()
+            .kernel;
+        let lambda = kernel.band.strength;
+        let samples: Vec<(f64, f64)> = rows.runs[0]
+            .iter()
+            .map(|(x, y)| {
+                (
+                    (x - kernel.input_shift[0]) * kernel.input_scale[0],
+                    y - kernel.offset[0],
+                )
+            })
+            .collect();
+        let k = |a: f64, b: f64| (-0.5 * ((a - b) / kernel.length_scale).powi(2)).exp();
+        let gram = Mat::from_fn(12, 12, |i, j| {
+            k(samples[i].0, samples[j].0) + if i == j { lambda } else { 0.0 }
+        });
+        let inverse = {
+            let whitening = inverse_factor(&gram).unwrap();
+            whitening.transpose() * &whitening
+        };
+        for x in [-4.0, 0.2, 3.3] {
+            let own = (x - kernel.input_shift[0]) * kernel.input_scale[0];
+            let similar: Vec<f64> = samples.iter().map(|(x, _)| k(own, *x)).collect();
+            let weights: Vec<f64> = (0..12)
+                .map(|i| (0..12).map(|j| similar[j] * inverse[(j, i)]).sum())
+                .collect();
+            let mean: f64 = weights.iter().zip(&samples).map(|(w, (_, y))| w * y).sum();
+            let explained: f64 = dot(&weights, &similar);
+            let variance = kernel.band.noise_variance[0] * (1.0 + (1.0 - explained) / lambda);
+            let (load, deviation) = answer(&kernel, x);
+            assert!((load - kernel.offset[0] - mean).abs() < 1e-4, "{x}: {load}");
+            assert!(
+                (deviation / variance.sqrt() - 1.0).abs() < 1e-3,
+                "{x}: {deviation}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_band_widens_where_nothing_was_seen() {
+        let kernel = fit(&Function::new(|x| x + 0.05 * (40.0 * x).sin(), 0.5), 20).unwrap();
+        let (inside, outside) = (answer(&kernel, -1.0), answer(&kernel, 8.0));
+        assert!(outside.1 > 5.0 * inside.1, "{inside:?} {outside:?}");
+        assert!((outside.0 - kernel.offset[0]).abs() < 0.2);
+    }
+
+    #[test]
+    fn settings_that_do_not_fit_the_samples_are_refused() {
+        let rows = Function::new(f64::sin, 9.0);
+        assert_eq!(
+            fit(&rows, 601),
+            Err(KernelError::FewSamples {
+                landmarks: 601,
+                samples: 600
+            })
+        );
+        assert!(fit(&rows, 0).is_err());
+        let cancelled = Progress::default();
+        cancelled.cancel();
+        assert!(matches!(
+            Kernel::fit(&rows, &KernelSettings::default(), &cancelled),
+            Err(KernelError::Cancelled(_))
+        ));
+    }
+
+    #[test]
+    fn a_constant_column_changes_nothing_and_edited_files_are_refused() {
+        let mut constant = Function::new(f64::sin, 9.0);
+        constant
+            .runs
+            .iter_mut()
+            .flatten()
+            .for_each(|(x, _)| *x = 3.0);
+        let kernel = fit(&constant, 5).unwrap();
+        assert_eq!((kernel.input_scale[0], kernel.landmarks.len()), (0.0, 1));
+        assert_eq!(kernel.validate(1, 1), Ok(()));
+        assert!(kernel.validate(2, 1).is_err());
+        let mut edited = kernel.clone();
+        edited.weights[0][0] = f64::NAN;
+        assert!(
+            edited
+                .validate(1, 1)
+                .unwrap_err()
+                .to_string()
+                .contains("weights")
+        );
+    }
+}

@@ -1,0 +1,254 @@
+//! A kernel regression as it stands in a calibration: what was chosen about it, and what it makes of a row.
+
+use serde::{Deserialize, Serialize};
+
+use crate::calibration::linear_map::is_usable;
+use crate::features::{OutOfRange, Range, Setting, Unit};
+use crate::progress::Cancelled;
+
+/// Samples that the others are compared with. With more, the landmarks' own matrix would take longer than the samples.
+pub const LANDMARKS: Setting = Setting {
+    key: "landmarks",
+    option: "landmarks",
+    label: "Landmarks",
+    what: "the number of landmarks",
+    unit: Unit::NONE,
+    default: &[200.0],
+    range: Range::Whole(1, 2000),
+    step: 0.25,
+    explanation: "Training samples that a kernel compares the others with. More are slower, and larger in the file",
+    source: "",
+};
+
+/// ℓ over √(number of columns).
+const LENGTH_SCALE: Setting = Setting {
+    key: "length_scale",
+    option: "",
+    label: "Length scale",
+    what: "the kernel's length scale",
+    range: Range::Positive,
+    explanation: "In units of √(number of columns); without one it is chosen by cross-validation",
+    ..LANDMARKS
+};
+
+/// The choices of a kernel fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct KernelSettings {
+    /// Samples that the others are compared with.
+    pub landmarks: usize,
+    /// ℓ over √(number of columns); `None`: chosen by cross-validation.
+    pub length_scale: Option<f64>,
+}
+
+impl Default for KernelSettings {
+    fn default() -> Self {
+        Self {
+            landmarks: LANDMARKS.number() as usize,
+            length_scale: None,
+        }
+    }
+}
+
+/// Why there is no kernel fit.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum KernelError {
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
+    #[error(
+        "{landmarks} landmarks are more than the {samples} training samples; take fewer landmarks"
+    )]
+    FewSamples { landmarks: usize, samples: usize },
+    #[error("the kernel's {field} has {actual} entries where {expected} are needed")]
+    Length {
+        field: &'static str,
+        expected: usize,
+        actual: usize,
+    },
+    #[error("the kernel's {field} holds a number that is not finite")]
+    NotFinite { field: &'static str },
+    #[error(
+        "no length scale makes the landmarks' kernel matrix positive; take fewer landmarks or a smaller one"
+    )]
+    Singular,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl KernelSettings {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`KernelError`] with the first choice that is out of range.
+    pub fn validate(&self) -> Result<(), KernelError> {
+        LANDMARKS.check(self.landmarks as f64)?;
+        self.length_scale
+            .map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
+        Ok(())
+    }
+}
+
+/// A fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.
+///
+/// **Shapes** `landmarks` m rows of n_columns; `weights` n_axes rows of m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kernel {
+    /// Subtracted from each column.
+    pub input_shift: Vec<f64>,
+    /// Then multiplied with it; zero for a constant column.
+    pub input_scale: Vec<f64>,
+    /// ℓ, in standardised columns.
+    pub length_scale: f64,
+    /// The landmarks, standardised.
+    pub landmarks: Vec<Vec<f64>>,
+    /// One row per axis.
+    pub weights: Vec<Vec<f64>>,
+    /// One entry per axis.
+    pub offset: Vec<f64>,
+    /// What the band needs.
+    pub band: Band,
+}
+
+/// How sure a kernel regression is of its answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Band {
+    /// Variance of what is left over when a part is left out, per axis.
+    pub noise_variance: Vec<f64>,
+    /// The ridge: variance of the noise over that of the function.
+    pub strength: f64,
+    /// Rows of the lower triangle that whitens `k`: φ = W k.
+    pub whitening: Vec<Vec<f64>>,
+    /// Rows of the lower triangle P with `|P φ|²` the variance of the fitted function, over that of the noise.
+    pub posterior: Vec<Vec<f64>>,
+}
+
+impl Kernel {
+    /// Checks what a file could have wrong.
+    ///
+    /// # Errors
+    /// [`KernelError`] with the first thing found.
+    pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
+        let m = self.landmarks.len();
+        let triangle = |rows: &[Vec<f64>]| {
+            rows.iter()
+                .enumerate()
+                .find(|(at, row)| row.len() != at + 1)
+                .map(|(at, row)| (at + 1, row.len()))
+        };
+        let of_width = |rows: &[Vec<f64>], width: usize| {
+            let row = rows.iter().find(|row| row.len() != width)?;
+            Some((width, row.len()))
+        };
+        let exactly =
+            |expected: usize, actual: usize| (expected != actual).then_some((expected, actual));
+        for (field, wrong) in [
+            ("input_shift", exactly(n_columns, self.input_shift.len())),
+            ("input_scale", exactly(n_columns, self.input_scale.len())),
+            ("landmarks", of_width(&self.landmarks, n_columns)),
+            ("weights", exactly(n_axes, self.weights.len())),
+            ("weights", of_width(&self.weights, m)),
+            ("offset", exactly(n_axes, self.offset.len())),
+            (
+                "noise_variance",
+                exactly(n_axes, self.band.noise_variance.len()),
+            ),
+            ("whitening", exactly(m, self.band.whitening.len())),
+            ("whitening", triangle(&self.band.whitening)),
+            ("posterior", exactly(m, self.band.posterior.len())),
+            ("posterior", triangle(&self.band.posterior)),
+        ] {
+            if let Some((expected, actual)) = wrong {
+                return Err(KernelError::Length {
+                    field,
+                    expected,
+                    actual,
+                });
+            }
+        }
+        let finite = |rows: &[Vec<f64>]| rows.iter().flatten().copied().all(is_usable);
+        let all = |values: &[f64]| values.iter().copied().all(is_usable);
+        for (field, is_finite) in [
+            ("input_shift", all(&self.input_shift)),
+            ("input_scale", all(&self.input_scale)),
+            ("landmarks", finite(&self.landmarks)),
+            ("weights", finite(&self.weights)),
+            ("offset", all(&self.offset)),
+            ("noise_variance", all(&self.band.noise_variance)),
+            ("whitening", finite(&self.band.whitening)),
+            ("posterior", finite(&self.band.posterior)),
+        ] {
+            if !is_finite {
+                return Err(KernelError::NotFinite { field });
+            }
+        }
+        for scale in [self.length_scale, self.band.strength] {
+            LENGTH_SCALE.check(scale)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the answer for one row of standardised features to `load`.
+    pub fn add(&self, row: &[f64], scratch: &mut KernelScratch, load: &mut [f64]) {
+        self.similarities(row, scratch);
+        for ((load, weights), offset) in load.iter_mut().zip(&self.weights).zip(&self.offset) {
+            *load += offset + dot(weights, &scratch.similarities);
+        }
+    }
+
+    /// Writes the standard deviation of the load around the answer for one row, per axis.
+    pub fn deviation(&self, row: &[f64], scratch: &mut KernelScratch, out: &mut [f64]) {
+        self.similarities(row, scratch);
+        let Band {
+            noise_variance,
+            strength,
+            whitening,
+            posterior,
+        } = &self.band;
+        scratch.whitened.clear();
+        let k = &scratch.similarities;
+        scratch
+            .whitened
+            .extend(whitening.iter().map(|row| dot(row, k)));
+        let phi = &scratch.whitened;
+        let fitted: f64 = posterior.iter().map(|row| dot(row, phi).powi(2)).sum();
+        let unseen = (1.0 - dot(phi, phi)).max(0.0) / strength;
+        for (out, noise) in out.iter_mut().zip(noise_variance) {
+            *out = (noise * (1.0 + fitted + unseen)).sqrt();
+        }
+    }
+
+    fn similarities(&self, row: &[f64], scratch: &mut KernelScratch) {
+        scratch.x.clear();
+        let standardised = row
+            .iter()
+            .zip(&self.input_shift)
+            .zip(&self.input_scale)
+            .map(|((value, shift), scale)| (value - shift) * scale);
+        scratch.x.extend(standardised);
+        let factor = -0.5 / (self.length_scale * self.length_scale);
+        scratch.similarities.clear();
+        scratch.similarities.extend(
+            self.landmarks
+                .iter()
+                .map(|landmark| (factor * square_distance(landmark, &scratch.x)).exp()),
+        );
+    }
+}
+
+/// Room for the steps between a row and its answer.
+#[derive(Clone, Debug, Default)]
+pub struct KernelScratch {
+    x: Vec<f64>,
+    similarities: Vec<f64>,
+    whitened: Vec<f64>,
+}
+
+/// The dot product of as many entries as the shorter one has: rows of a triangle end on the diagonal.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}

@@ -1,0 +1,173 @@
+//! Which cells of a grid lines touch, in squares of squares: whole blocks that are full are passed over.
+
+/// Cells across and up a block, and blocks across and up a block of blocks: as many bits as a word has.
+const SIDE: usize = 8;
+const LEVELS: usize = 4;
+
+/// Which cells of a picture were touched; blocks in which all were are passed in one step.
+#[derive(Debug)]
+pub(super) struct Raster {
+    /// Cells, blocks, blocks of blocks, and so on.
+    levels: [Level; LEVELS],
+}
+
+/// One bit for each cell or block, a word for each block of them.
+#[derive(Debug)]
+struct Level {
+    /// How many there are across and up.
+    n: [usize; 2],
+    words: Vec<u64>,
+}
+
+impl Level {
+    pub(super) fn new(n: [usize; 2]) -> Self {
+        let [across, up] = n.map(|n| n.div_ceil(SIDE));
+        let mut level = Self {
+            n,
+            words: vec![0; across * up],
+        };
+        // What lies beyond the picture does not keep a block from being full.
+        for y in 0..up * SIDE {
+            for x in 0..across * SIDE {
+                if x >= n[0] || y >= n[1] {
+                    level.set([x, y]);
+                }
+            }
+        }
+        level
+    }
+
+    fn place(&self, [x, y]: [usize; 2]) -> (usize, u64) {
+        let word = y / SIDE * self.n[0].div_ceil(SIDE) + x / SIDE;
+        (word, 1 << (y % SIDE * SIDE + x % SIDE))
+    }
+
+    fn has(&self, at: [usize; 2]) -> bool {
+        let (word, bit) = self.place(at);
+        self.words[word] & bit != 0
+    }
+
+    /// Sets a bit; whether its block is full now.
+    fn set(&mut self, at: [usize; 2]) -> bool {
+        let (word, bit) = self.place(at);
+        self.words[word] |= bit;
+        self.words[word] == u64::MAX
+    }
+}
+
+/// A step from cell to cell.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    from: [f64; 2],
+    way: [f64; 2],
+}
+
+impl Raster {
+    pub(super) fn new(n: [usize; 2]) -> Self {
+        let of = |level: usize| Level::new(n.map(|n| n.div_ceil(SIDE.pow(level as u32))));
+        Self {
+            levels: std::array::from_fn(of),
+        }
+    }
+
+    /// Touches every cell between two places on the picture; whether one of them was new.
+    pub(super) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) -> bool {
+        let way = [0, 1].map(|i| to[i] - from[i]);
+        let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
+        self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0))
+    }
+
+    /// Goes through the blocks of a level within these limits, from one share of the step to another.
+    fn walk(
+        &mut self,
+        level: usize,
+        limits: [(usize, usize); 2],
+        step: Step,
+        (mut share, end): (f64, f64),
+    ) -> bool {
+        let size = SIDE.pow(level as u32) as f64;
+        let mut at = [0, 1].map(|i| {
+            let block = ((step.from[i] + share * step.way[i]) / size).max(0.0) as usize;
+            block.clamp(limits[i].0, limits[i].1)
+        });
+        let mut any = false;
+        loop {
+            let leaves = [0, 1].map(|i| {
+                let edge = size * (at[i] + usize::from(step.way[i] > 0.0)) as f64;
+                match step.way[i] {
+                    0.0 => f64::INFINITY,
+                    way => (edge - step.from[i]) / way,
+                }
+            });
+            let first = usize::from(leaves[1] < leaves[0]);
+            let next = leaves[first].clamp(share, end);
+            any |= self.touch_block(level, at, step, (share, next));
+            if leaves[first] >= end {
+                return any;
+            }
+            let (low, high) = limits[first];
+            let forward = step.way[first] > 0.0;
+            match at[first] {
+                last if last == if forward { high } else { low } => return any,
+                _ if forward => at[first] += 1,
+                _ => at[first] -= 1,
+            }
+            share = next;
+        }
+    }
+
+    fn touch_block(
+        &mut self,
+        level: usize,
+        at: [usize; 2],
+        step: Step,
+        shares: (f64, f64),
+    ) -> bool {
+        if self.levels[level].has(at) {
+            return false;
+        }
+        if level > 0 {
+            let below = self.levels[level - 1].n;
+            let limits = [0, 1].map(|i| (SIDE * at[i], (SIDE * at[i] + SIDE).min(below[i]) - 1));
+            return self.walk(level - 1, limits, step, shares);
+        }
+        let mut filled = at;
+        for level in &mut self.levels {
+            if !level.set(filled) {
+                break;
+            }
+            filled = filled.map(|at| at / SIDE);
+        }
+        true
+    }
+
+    /// The touched cells as lines through their middles, across or up, from end to end (cells).
+    pub(super) fn runs(&self, across: bool) -> Vec<[[f64; 2]; 2]> {
+        let cells = &self.levels[0];
+        fn turned<T>(across: bool, along: T, aside: T) -> [T; 2] {
+            if across {
+                [along, aside]
+            } else {
+                [aside, along]
+            }
+        }
+        let [length, width] = turned(across, cells.n[0], cells.n[1]);
+        let mut runs = Vec::new();
+        for aside in 0..width {
+            let mut start = None;
+            for along in 0..=length {
+                let touched = along < length && cells.has(turned(across, along, aside));
+                match start {
+                    None if touched => start = Some(along),
+                    Some(from) if !touched => {
+                        let middle = aside as f64 + 0.5;
+                        runs.push([from, along].map(|end| turned(across, end as f64, middle)));
+                        start = None;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        runs
+    }
+}

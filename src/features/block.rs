@@ -1,0 +1,101 @@
+//! A block: one way of appending columns to the present gauges.
+
+use std::fmt;
+
+use crate::features::{GaugeScale, Monomial, Rows, Setting, Source};
+
+/// One way of appending columns; what it appends them for is a list of values, the numbers of its one [`Setting`].
+///
+/// A block is a file of its own in this room and a line in [`BLOCKS`](crate::features::BLOCKS); whatever else there is to say
+/// of it (in the window, on the command line, in files, exports and the guide) follows from what it says here.
+///
+/// Every block is causal, runs in bounded memory and starts anew in each recording.
+pub trait Block: Send + Sync {
+    /// Its name.
+    fn name(&self) -> &'static str;
+
+    /// What its values are: time constants, radii, a degree.
+    fn setting(&self) -> &'static Setting;
+
+    /// What it computes of a gauge s, as an equation.
+    fn formula(&self) -> &'static str;
+
+    /// What its columns are.
+    fn appends(&self) -> Appends;
+
+    /// How many columns it appends to so many gauges.
+    fn n_columns(&self, values: &[f64], n_gauges: usize) -> usize {
+        values.len() * n_gauges
+    }
+
+    /// How long samples are kept for it (s); zero where none are.
+    fn window_secs(&self, _values: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Its memory before the first sample of a recording.
+    fn stream(&self, values: &[f64], scale: &GaugeScale) -> Box<dyn Stream>;
+
+    /// What it is in exported code.
+    fn source(&self, values: &[f64], rows: &Rows<'_>) -> Source;
+
+    /// How its values are found where nobody knows them beforehand.
+    fn search(&self) -> Option<Search> {
+        None
+    }
+}
+
+/// What the columns of a block are.
+#[derive(Clone, Copy, Debug)]
+pub enum Appends {
+    /// For each value one set of gauges of the past: a history. It is fitted relative to the present gauges. Its columns are
+    /// called `<gauge>_<name>`; the name is made of the value.
+    Past(fn(f64) -> String),
+    /// Products of present gauges, for the value and the number of gauges: no past in them.
+    Monomials(fn(f64, usize) -> Vec<Monomial>),
+}
+
+/// A block's memory of one recording, sample by sample: a whole recording and a live estimator run the same.
+///
+/// A gap is whatever time lies between two steps. Each block lets it go by in its own way: creep relaxes through it, play holds,
+/// a fixed lag interpolates across it.
+pub trait Stream: fmt::Debug + Send + Sync {
+    /// Takes the next sample and writes its columns; for a history the gauges of the past as they are.
+    fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]);
+}
+
+/// How the values of a block are found by cross-validation.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// Values that are tried, rising; of those in seconds as many as the recordings can show.
+    pub candidates: &'static [f64],
+    /// How lists are made of them.
+    pub lists: Lists,
+}
+
+/// How lists of values are made of candidates.
+#[derive(Clone, Copy, Debug)]
+pub enum Lists {
+    /// Every evenly spaced list of a length between two; of those within one standard error of the best the shortest is taken.
+    Even {
+        /// The shortest.
+        min: usize,
+        /// The longest.
+        max: usize,
+    },
+    /// The best one first, then the best beside it, up to so many, as long as each gains more than one standard error.
+    OneByOne(usize),
+}
+
+/// Blocks are told apart by the keys of their settings.
+impl PartialEq for dyn Block + '_ {
+    fn eq(&self, other: &Self) -> bool {
+        self.setting().key == other.setting().key
+    }
+}
+
+impl fmt::Debug for dyn Block + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.setting().key)
+    }
+}

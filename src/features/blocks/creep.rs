@@ -1,0 +1,176 @@
+//! Creep: first-order low-passes of each gauge (reference 22 of the paper).
+//!
+//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. Exact for a gauge that is held between samples,
+//! so the rate of sampling may change.
+
+use crate::features::{
+    Appends, Block, Constant, GaugeScale, Lists, Memory, Precision, Range, Rows, Search, Setting,
+    Source, Stream, Unit,
+};
+
+/// The block; its values are time constants.
+#[derive(Clone, Copy, Debug)]
+pub struct Creep;
+
+const TAUS: Setting = Setting {
+    key: "creep_secs",
+    option: "creep",
+    label: "Creep time constants",
+    what: "a creep time constant",
+    unit: Unit::SECONDS,
+    default: &[1.0, 6.0, 40.0],
+    range: Range::Positive,
+    step: 0.1,
+    explanation: "Appends low-passes of each gauge with these time constants: what follows a load only slowly",
+    source: "reference 22 of the paper",
+};
+
+/// Time constants that are tried, as far as the recordings can show them (s).
+const CANDIDATES: [f64; 12] = [
+    0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0,
+];
+
+impl Block for Creep {
+    fn name(&self) -> &'static str {
+        "Creep"
+    }
+
+    fn setting(&self) -> &'static Setting {
+        &TAUS
+    }
+
+    fn formula(&self) -> &'static str {
+        "y ← y + (1 − e^{−Δt/τ}) (s − y)"
+    }
+
+    fn appends(&self) -> Appends {
+        Appends::Past(|tau_secs| format!("creep_{tau_secs}s"))
+    }
+
+    fn stream(&self, taus_secs: &[f64], _scale: &GaugeScale) -> Box<dyn Stream> {
+        Box::new(LowPasses::new(taus_secs))
+    }
+
+    fn source(&self, taus_secs: &[f64], _rows: &Rows<'_>) -> Source {
+        Source::new(
+            vec![Constant::list("tau_secs", Precision::Double, taus_secs)],
+            vec![Memory {
+                comment: "double: in float the small steps of a slow one would be lost",
+                ..Memory::of_gauges("creep", Precision::Double, taus_secs.len())
+            }],
+            [C, RUST, PYTHON],
+        )
+    }
+
+    fn search(&self) -> Option<Search> {
+        Some(Search {
+            candidates: &CANDIDATES,
+            lists: Lists::OneByOne(3),
+        })
+    }
+}
+
+const C: &str = "
+        int at;
+        for (at = 0; at < {{ sets }}; at++) {
+            double share = s->started ? -expm1((s->time - time) / c->tau_secs[at]) : 1.0;
+            for (g = 0; g < {{ n_gauges }}; g++) {
+                double state = s->started ? s->creep[at][g] : (double)row[g];
+                state += share * ((double)row[g] - state);
+                s->creep[at][g] = state;
+                *next++ = ({{ prefix }}_real)(state - (double)row[g]);
+            }
+        }
+";
+
+const RUST: &str = "
+        for (state, tau_secs) in self.creep.iter_mut().zip(TAU_SECS) {
+            let share = -((self.time - time) / tau_secs).exp_m1();
+            for g in 0..GAUGES {
+                let present = f64::from(row[g]);
+                if !self.started {
+                    state[g] = present;
+                } else {
+                    state[g] += share * (present - state[g]);
+                }
+                row[next + g] = (state[g] - present) as Real;
+            }
+            next += GAUGES;
+        }
+";
+
+const PYTHON: &str = "
+        if not self.started:
+            self.creep = np.tile(present, (len(TAU_SECS), 1))
+        for state, tau_secs in zip(self.creep, TAU_SECS):
+            if self.started:
+                state += -np.expm1((self.time - time) / tau_secs) * (present - state)
+            row.append(state - present)
+";
+
+/// The low-passes of one recording.
+#[derive(Clone, Debug)]
+struct LowPasses {
+    taus_secs: Vec<f64>,
+    /// One set of gauges per time constant; empty before the first sample.
+    states: Vec<f64>,
+    last_secs: f64,
+}
+
+impl LowPasses {
+    fn new(taus_secs: &[f64]) -> Self {
+        Self {
+            taus_secs: taus_secs.to_vec(),
+            states: Vec::new(),
+            last_secs: 0.0,
+        }
+    }
+}
+
+impl Stream for LowPasses {
+    fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]) {
+        if self.states.is_empty() {
+            self.states = gauges.repeat(self.taus_secs.len());
+            self.last_secs = time;
+        }
+        let elapsed = time - self.last_secs;
+        self.last_secs = time;
+        for (tau, states) in self
+            .taus_secs
+            .iter()
+            .zip(self.states.chunks_exact_mut(gauges.len()))
+        {
+            let share = -(-elapsed / tau).exp_m1();
+            for (state, gauge) in states.iter_mut().zip(gauges) {
+                *state += share * (gauge - *state);
+            }
+        }
+        out.copy_from_slice(&self.states);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After a step from 0 to 1 the low-pass is `1 − e^(−t/τ)`, however the time is cut into samples.
+    #[test]
+    fn a_step_is_answered_by_an_exponential() {
+        let mut creep = LowPasses::new(&[2.0, 10.0]);
+        let mut out = [0.0; 2];
+        creep.step(0.0, &[0.0], &mut out);
+        for time in [0.1, 0.15, 1.0, 4.0, 20.0] {
+            creep.step(time, &[1.0], &mut out);
+            for (value, tau) in out.iter().zip([2.0, 10.0]) {
+                assert!((value - (1.0 - (-time / tau).exp())).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn it_starts_relaxed() {
+        let mut out = [0.0; 2];
+        LowPasses::new(&[1.0]).step(7.0, &[3.0, 4.0], &mut out);
+        assert_eq!(out, [3.0, 4.0]);
+    }
+}

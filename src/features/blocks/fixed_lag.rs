@@ -1,0 +1,257 @@
+//! The gauges a fixed time ago, `s(t − Δ)`: the plainest history (references 23 and 24 of the paper).
+//!
+//! Guarantees: between samples the gauges are interpolated, so jitter and rounded times move nothing by a whole sample;
+//! before Δ has passed, the present gauges stand in; memory holds no more than the longest lag.
+
+use std::collections::VecDeque;
+
+use crate::features::{
+    Appends, Block, Code, Constant, GaugeScale, Memory, Precision, Range, Rows, Setting, Source,
+    Stream, Unit,
+};
+
+/// The block; its values are lags.
+#[derive(Clone, Copy, Debug)]
+pub struct FixedLag;
+
+const LAGS: Setting = Setting {
+    key: "fixed_lags_secs",
+    option: "fixed-lag",
+    label: "Fixed lags",
+    what: "a fixed lag",
+    unit: Unit::SECONDS,
+    default: &[0.5],
+    range: Range::Positive,
+    step: 0.1,
+    explanation: "Appends the gauges so many seconds ago, interpolated; the present ones until the lag has passed. The \
+                  plainest history",
+    source: "references 23 and 24 of the paper",
+};
+
+impl Block for FixedLag {
+    fn name(&self) -> &'static str {
+        "Fixed lag"
+    }
+
+    fn setting(&self) -> &'static Setting {
+        &LAGS
+    }
+
+    fn formula(&self) -> &'static str {
+        "s(t − Δ)"
+    }
+
+    fn appends(&self) -> Appends {
+        Appends::Past(|lag_secs| format!("lag_{lag_secs}s"))
+    }
+
+    fn window_secs(&self, lags_secs: &[f64]) -> f64 {
+        lags_secs.iter().copied().fold(0.0, f64::max)
+    }
+
+    fn stream(&self, lags_secs: &[f64], scale: &GaugeScale) -> Box<dyn Stream> {
+        Box::new(Lags::new(lags_secs, scale.shift.len()))
+    }
+
+    fn source(&self, lags_secs: &[f64], _rows: &Rows<'_>) -> Source {
+        let code = |functions, update| Code {
+            functions,
+            ..Code::update(update)
+        };
+        Source {
+            constants: vec![Constant::list("lag_secs", Precision::Double, lags_secs)],
+            memory: vec![Memory {
+                name: "behind",
+                precision: Precision::Index,
+                sets: lags_secs.len(),
+                of_gauges: false,
+                comment: "how far back the first sample younger than the lag is",
+            }],
+            c: code(C_FUNCTIONS, C),
+            rust: code(RUST_FUNCTIONS, RUST),
+            python: code(PYTHON_FUNCTIONS, PYTHON),
+        }
+    }
+}
+
+const C_FUNCTIONS: &str = "
+/* Where the sample stands that came so many before the newest. */
+static inline long {{ prefix }}_slot(const {{ prefix }}_state *s, long back)
+{
+    return s->newest >= back ? s->newest - back : s->newest - back + (long){{ PREFIX }}_RING;
+}
+
+/* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
+static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, double wanted, {{ prefix }}_real *out)
+{
+    long behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
+    int g;
+    while (behind > 0 && s->times[{{ prefix }}_slot(s, behind)] <= wanted)
+        behind--;
+    s->behind[lag] = behind;
+    if (behind + 1 >= s->kept) {
+        for (g = 0; g < {{ n_gauges }}; g++)
+            out[g] = 0;
+    } else {
+        long older = {{ prefix }}_slot(s, behind + 1), younger = {{ prefix }}_slot(s, behind);
+        double start = s->times[older], end = s->times[younger];
+        {{ prefix }}_real share = end > start ? ({{ prefix }}_real)((wanted - start) / (end - start)) : 0;
+        for (g = 0; g < {{ n_gauges }}; g++) {
+            {{ prefix }}_real before = s->gauges[older][g], after = s->gauges[younger][g];
+            out[g] = before + share * (after - before) - s->gauges[s->newest][g];
+        }
+    }
+}
+";
+
+const C: &str = "
+        int at;
+        for (at = 0; at < {{ sets }}; at++) {
+            {{ prefix }}_lagged(s, at, time - c->lag_secs[at], next);
+            next += {{ n_gauges }};
+        }
+";
+
+const RUST_FUNCTIONS: &str = "
+    /// Gauges at the lag, interpolated, less the present ones; zero before it has passed.
+    fn lagged(&mut self, lag: usize, wanted: f64) -> [Real; GAUGES] {
+        let ring = self.times.len();
+        let slot = |back: usize| (self.newest + ring - back) % ring;
+        let mut behind = (self.behind[lag] + 1).min(self.kept - 1);
+        while behind > 0 && self.times[slot(behind)] <= wanted {
+            behind -= 1;
+        }
+        self.behind[lag] = behind;
+        let mut out = [0.0; GAUGES];
+        if behind + 1 < self.kept {
+            let (older, younger) = (slot(behind + 1), slot(behind));
+            let (start, end) = (self.times[older], self.times[younger]);
+            let share = if end > start { (wanted - start) / (end - start) } else { 0.0 } as Real;
+            for g in 0..GAUGES {
+                let (before, after) = (self.gauges[older][g], self.gauges[younger][g]);
+                out[g] = before + share * (after - before) - self.gauges[self.newest][g];
+            }
+        }
+        out
+    }
+";
+
+const RUST: &str = "
+        for (lag, lag_secs) in LAG_SECS.iter().enumerate() {
+            let lagged = self.lagged(lag, time - lag_secs);
+            row[next..next + GAUGES].copy_from_slice(&lagged);
+            next += GAUGES;
+        }
+";
+
+const PYTHON_FUNCTIONS: &str = "
+    def _lagged(self, wanted, present):
+        \"\"\"Gauges at the lag, interpolated; the present ones before it has passed.\"\"\"
+        younger = np.searchsorted(self.times[: self.kept], wanted, side=\"right\")
+        if younger == 0 or younger == self.kept:
+            return present
+        start, end = self.times[younger - 1], self.times[younger]
+        before, after = self.gauges[younger - 1], self.gauges[younger]
+        return before + (wanted - start) / (end - start) * (after - before)
+";
+
+const PYTHON: &str = "
+        for lag_secs in LAG_SECS:
+            row.append(self._lagged(time - lag_secs, present) - present)
+";
+
+/// The past of one recording, as long as the longest lag.
+#[derive(Clone, Debug)]
+struct Lags {
+    lags_secs: Vec<f64>,
+    times: VecDeque<f64>,
+    gauges: VecDeque<f64>,
+    n_gauges: usize,
+    /// For each lag, the position of the first kept sample that is younger than it.
+    younger: Vec<usize>,
+}
+
+impl Lags {
+    fn new(lags_secs: &[f64], n_gauges: usize) -> Self {
+        Self {
+            lags_secs: lags_secs.to_vec(),
+            times: VecDeque::new(),
+            gauges: VecDeque::new(),
+            n_gauges,
+            younger: vec![0; lags_secs.len()],
+        }
+    }
+}
+
+impl Stream for Lags {
+    fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]) {
+        self.times.push_back(time);
+        self.gauges.extend(gauges);
+        let g = self.n_gauges;
+        for (at, (lag, out)) in self
+            .lags_secs
+            .iter()
+            .zip(out.chunks_exact_mut(g))
+            .enumerate()
+        {
+            let wanted = time - lag;
+            let younger = &mut self.younger[at];
+            while self.times[*younger] <= wanted && *younger + 1 < self.times.len() {
+                *younger += 1; // ends at the present sample, which is younger than any lag
+            }
+            let Some(older) = younger.checked_sub(1) else {
+                out.copy_from_slice(gauges);
+                continue;
+            };
+            let (start, end) = (self.times[older], self.times[*younger]);
+            let share = if end > start {
+                (wanted - start) / (end - start)
+            } else {
+                1.0
+            };
+            for (gauge, out) in out.iter_mut().enumerate() {
+                let before = self.gauges[older * g + gauge];
+                let after = self.gauges[*younger * g + gauge];
+                *out = before + share * (after - before);
+            }
+        }
+        // One older sample stays: the next wanted time may still lie right after it.
+        let unused = self.younger.iter().copied().min().unwrap_or(0);
+        for _ in 1..unused {
+            self.times.pop_front();
+            self.gauges.drain(..g);
+            self.younger.iter_mut().for_each(|younger| *younger -= 1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ramp of 1 per second is, half a second ago, less by a half; before that there is no past.
+    #[test]
+    fn a_ramp_is_interpolated_between_samples() {
+        let mut lag = Lags::new(&[0.5, 3.0], 1);
+        for k in 0..20 {
+            let time = 0.3 * f64::from(k);
+            let mut out = [0.0; 2];
+            lag.step(time, &[time], &mut out);
+            for (value, lag) in out.iter().zip([0.5, 3.0]) {
+                let expected = if time >= lag { time - lag } else { time };
+                assert!((value - expected).abs() < 1e-12, "{time} s: {out:?}");
+            }
+        }
+        assert!(lag.times.len() < 13, "kept {}", lag.times.len());
+    }
+
+    #[test]
+    fn repeated_times_divide_by_nothing() {
+        let mut lag = Lags::new(&[0.1], 1);
+        let mut out = [0.0];
+        for (time, gauge) in [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.2, 4.0), (0.2, 5.0)] {
+            lag.step(time, &[gauge], &mut out);
+            assert!(out[0].is_finite());
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Every block beside the look-back, which finds its past by the load: one file each.
+
+mod creep;
+mod fixed_lag;
+mod play;
+mod polynomial;
+
+use crate::features::Block;
+
+pub use creep::Creep;
+pub use fixed_lag::FixedLag;
+pub use play::Play;
+pub use polynomial::Polynomial;
+
+/// The blocks in the order of their columns: histories, then monomials. Look-backs stand before them.
+pub const BLOCKS: &[&dyn Block] = &[&FixedLag, &Creep, &Play, &Polynomial];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::Appends;
+
+    /// A design standardises histories as one run of columns, and settings are known by their keys and options.
+    #[test]
+    fn histories_come_first_and_no_two_blocks_share_a_name() {
+        let is_history = |block: &&dyn Block| matches!(block.appends(), Appends::Past(_));
+        assert!(
+            BLOCKS
+                .iter()
+                .skip_while(|block| is_history(block))
+                .all(|block| !is_history(block))
+        );
+        for (at, block) in BLOCKS.iter().enumerate() {
+            let names = |block: &dyn Block| {
+                let setting = block.setting();
+                [block.name(), setting.key, setting.option, setting.label]
+            };
+            for other in &BLOCKS[..at] {
+                let (own, others) = (names(*block), names(*other));
+                assert!(own.iter().zip(others).all(|(own, other)| *own != other));
+            }
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Squares and products of the present gauges, and their cubes: no past in them, so they tell hysteresis from mere
+//! nonlinearity.
+//!
+//! The terms are those of a balance calibration with 6 × 27 (degree 2) and 6 × 33 coefficients (degree 3): `zᵢ zⱼ` for
+//! i ≤ j, then `zᵢ³`. Gauges are standardised first, else the powers would drown each other.
+
+use crate::features::{
+    Appends, Block, Choice, Code, Constant, GaugeScale, Monomial, Precision, Range, Rows, Setting,
+    Source, Stream, Unit,
+};
+
+/// The block; its one value is the degree.
+#[derive(Clone, Copy, Debug)]
+pub struct Polynomial;
+
+const DEGREE: Setting = Setting {
+    key: "polynomial",
+    option: "polynomial",
+    label: "Polynomial",
+    what: "the degree of the polynomial",
+    unit: Unit::new("", "", ["DEGREE"; 2]),
+    default: &[1.0],
+    range: Range::OneOf(&[
+        Choice {
+            value: 1,
+            label: "none",
+            explanation: "The gauges as they are",
+        },
+        Choice {
+            value: 2,
+            label: "degree 2",
+            explanation: "Squares and products of the gauges",
+        },
+        Choice {
+            value: 3,
+            label: "degree 3",
+            explanation: "Squares, products and cubes of the gauges",
+        },
+    ]),
+    step: 1.0,
+    explanation: "Appends squares and products of the standardised gauges, with degree 3 also cubes: no past, only \
+                  nonlinearity. What they take away was no hysteresis",
+    source: "6 × 27 and 6 × 33 coefficients for six gauges",
+};
+
+impl Block for Polynomial {
+    fn name(&self) -> &'static str {
+        "Polynomial"
+    }
+
+    fn setting(&self) -> &'static Setting {
+        &DEGREE
+    }
+
+    fn formula(&self) -> &'static str {
+        "z_i z_j, z_i^3"
+    }
+
+    fn appends(&self) -> Appends {
+        Appends::Monomials(monomials)
+    }
+
+    fn n_columns(&self, degree: &[f64], n_gauges: usize) -> usize {
+        n_monomials(n_gauges, degree_of(degree))
+    }
+
+    fn stream(&self, degree: &[f64], scale: &GaugeScale) -> Box<dyn Stream> {
+        Box::new(Powers {
+            scale: scale.clone(),
+            degree: degree_of(degree),
+            z: vec![0.0; scale.shift.len()],
+        })
+    }
+
+    fn source(&self, degree: &[f64], rows: &Rows<'_>) -> Source {
+        let constant = |name, pick: fn(&(f64, f64)) -> f64| {
+            let values: Vec<f64> = rows.standardise.iter().map(pick).collect();
+            Constant::list(name, Precision::Real, &values)
+        };
+        let with_cubes = degree_of(degree) > 2;
+        let code = |squares: &str, cubes: &str| {
+            let cubes = if with_cubes {
+                cubes.trim_start_matches('\n')
+            } else {
+                ""
+            };
+            Code::update([squares, cubes].concat())
+        };
+        Source {
+            constants: vec![
+                constant("standard_factor", |(factor, _)| *factor),
+                constant("standard_constant", |(_, constant)| *constant),
+            ],
+            memory: Vec::new(),
+            c: code(C_SQUARES, C_CUBES),
+            rust: code(RUST_SQUARES, RUST_CUBES),
+            python: Code {
+                functions: PYTHON_CONSTANTS,
+                ..code(PYTHON_SQUARES, PYTHON_CUBES)
+            },
+        }
+    }
+}
+
+const C_SQUARES: &str = "
+        {{ prefix }}_real z[{{ n_gauges }}];
+        int other;
+        for (g = 0; g < {{ n_gauges }}; g++)
+            z[g] = row[g] * c->standard_factor[g] + c->standard_constant[g];
+        for (g = 0; g < {{ n_gauges }}; g++)
+            for (other = g; other < {{ n_gauges }}; other++)
+                *next++ = z[g] * z[other];
+";
+
+const C_CUBES: &str = "
+        for (g = 0; g < {{ n_gauges }}; g++)
+            *next++ = z[g] * z[g] * z[g];
+";
+
+const RUST_SQUARES: &str = "
+        let mut z = [0.0; GAUGES];
+        for g in 0..GAUGES {
+            z[g] = row[g] * STANDARD_FACTOR[g] + STANDARD_CONSTANT[g];
+        }
+        for g in 0..GAUGES {
+            for other in g..GAUGES {
+                row[next] = z[g] * z[other];
+                next += 1;
+            }
+        }
+";
+
+const RUST_CUBES: &str = "
+        for z in z {
+            row[next] = z * z * z;
+            next += 1;
+        }
+";
+
+const PYTHON_CONSTANTS: &str = "
+    FIRST, SECOND = np.triu_indices(GAUGES)
+";
+
+const PYTHON_SQUARES: &str = "
+        z = present * STANDARD_FACTOR + STANDARD_CONSTANT
+        row.append(z[self.FIRST] * z[self.SECOND])
+";
+
+const PYTHON_CUBES: &str = "
+        row.append(z**3)
+";
+
+fn degree_of(values: &[f64]) -> u8 {
+    values.first().map_or(1, |degree| *degree as u8)
+}
+
+fn n_monomials(n_gauges: usize, degree: u8) -> usize {
+    let products = n_gauges * (n_gauges + 1) / 2;
+    match degree {
+        0 | 1 => 0,
+        2 => products,
+        _ => products + n_gauges,
+    }
+}
+
+/// In the order in which [`Powers`] writes them.
+fn monomials(degree: f64, n_gauges: usize) -> Vec<Monomial> {
+    let gauges = |from_degree| 0..if degree >= from_degree { n_gauges } else { 0 };
+    let products = gauges(2.0)
+        .flat_map(|left| (left..n_gauges).map(move |right| Monomial::Product(left, right)));
+    products.chain(gauges(3.0).map(Monomial::Cube)).collect()
+}
+
+/// The monomials of the present sample: nothing is remembered.
+#[derive(Clone, Debug)]
+struct Powers {
+    scale: GaugeScale,
+    degree: u8,
+    z: Vec<f64>,
+}
+
+impl Stream for Powers {
+    fn step(&mut self, _time: f64, gauges: &[f64], out: &mut [f64]) {
+        self.scale.apply(gauges, &mut self.z);
+        let z = &self.z[..];
+        let mut at = 0;
+        for (i, left) in z.iter().enumerate() {
+            for (out, right) in out[at..].iter_mut().zip(&z[i..]) {
+                *out = left * right;
+            }
+            at += z.len() - i;
+        }
+        if self.degree > 2 {
+            for (out, z) in out[at..].iter_mut().zip(z) {
+                *out = z * z * z;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn monomials_stand_in_the_order_of_their_columns() {
+        let z = [2.0_f64, 5.0];
+        let mut out = [0.0; 5];
+        let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2));
+        stream.step(0.0, &z, &mut out);
+        assert_eq!(out, [4.0, 10.0, 25.0, 8.0, 125.0]);
+        let values = monomials(3.0, 2)
+            .into_iter()
+            .map(|monomial| match monomial {
+                Monomial::Product(left, right) => z[left] * z[right],
+                Monomial::Cube(gauge) => z[gauge].powi(3),
+            });
+        assert_eq!(values.collect::<Vec<_>>(), out);
+        assert_eq!(Polynomial.n_columns(&[3.0], 2), 5);
+    }
+
+    /// 6 + 21 = 27, 27 + 6 = 33: the coefficients per load of the usual six-component balance matrices.
+    #[test]
+    fn six_gauges_have_the_terms_of_a_balance_calibration() {
+        assert_eq!(6 + Polynomial.n_columns(&[2.0], 6), 27);
+        assert_eq!(6 + Polynomial.n_columns(&[3.0], 6), 33);
+        assert_eq!(Polynomial.n_columns(&[], 6), 0);
+    }
+}

@@ -1,0 +1,143 @@
+//! A block in exported code: its numbers, what it remembers, and its update in C, Rust and Python.
+//!
+//! In an update `row` begins with the present gauges less their centre; what a block appends follows from `next` on, histories
+//! less the present gauges (in Python rows are appended). Numbers and memory are declared by whoever writes the program; texts,
+//! which are Jinja templates, may name `{{ prefix }}`, `{{ n_gauges }}` and `{{ sets }}`, the number of the block's values. In C an update stands in braces of its
+//! own, and `g` counts gauges.
+
+use serde::Serialize;
+
+use crate::features::GaugeScale;
+
+/// The gauges that a block is run on.
+#[derive(Clone, Copy, Debug)]
+pub struct Rows<'a> {
+    /// Over the training recordings.
+    pub scale: &'a GaugeScale,
+    /// What makes standardised gauges of gauges less centre: factor and constant.
+    pub standardise: &'a [(f64, f64)],
+}
+
+/// What a block contributes to a program.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Source {
+    /// Its numbers.
+    pub constants: Vec<Constant>,
+    /// What it remembers between samples, zero at first.
+    pub memory: Vec<Memory>,
+    /// In C.
+    pub c: Code,
+    /// In Rust.
+    pub rust: Code,
+    /// In Python, which needs no declared memory.
+    pub python: Code,
+}
+
+impl Source {
+    /// A block whose updates in C, Rust and Python need no functions of their own.
+    #[must_use]
+    pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 3]) -> Self {
+        let [c, rust, python] = updates.map(Code::update);
+        Self {
+            constants,
+            memory,
+            c,
+            rust,
+            python,
+        }
+    }
+}
+
+/// Texts of one language.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Code {
+    /// Functions of its own; in Rust and Python methods of the state.
+    pub functions: &'static str,
+    /// Takes a sample and writes its columns.
+    pub update: String,
+}
+
+impl Code {
+    /// An update that needs no function of its own.
+    #[must_use]
+    pub fn update(text: impl Into<String>) -> Self {
+        Self {
+            functions: "",
+            update: text.into(),
+        }
+    }
+}
+
+/// How a number is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// In the program's own type, which may be single precision.
+    Real,
+    /// In double precision whatever the program's type is.
+    Double,
+    /// As a count of samples.
+    Index,
+}
+
+/// Numbers that never change.
+#[derive(Clone, Debug, Serialize)]
+pub struct Constant {
+    /// In small letters.
+    pub name: &'static str,
+    /// How they are kept.
+    pub precision: Precision,
+    /// The numbers.
+    pub numbers: Numbers,
+}
+
+impl Constant {
+    /// A list of numbers.
+    #[must_use]
+    pub fn list(name: &'static str, precision: Precision, values: &[f64]) -> Self {
+        Self {
+            name,
+            precision,
+            numbers: Numbers::List(values.to_vec()),
+        }
+    }
+}
+
+/// One list, or one for each value.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Numbers {
+    /// A list.
+    List(Vec<f64>),
+    /// One row of gauges for each value.
+    Rows(Vec<Vec<f64>>),
+}
+
+/// What is remembered between samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct Memory {
+    /// In small letters.
+    pub name: &'static str,
+    /// How it is kept.
+    pub precision: Precision,
+    /// How many there are: one for each value.
+    pub sets: usize,
+    /// Whether each is a set of gauges, not a number.
+    pub of_gauges: bool,
+    /// What is to be said of it.
+    pub comment: &'static str,
+}
+
+impl Memory {
+    /// A set of gauges for each value.
+    #[must_use]
+    pub fn of_gauges(name: &'static str, precision: Precision, sets: usize) -> Self {
+        Self {
+            name,
+            precision,
+            sets,
+            of_gauges: true,
+            comment: "",
+        }
+    }
+}
