@@ -516,13 +516,13 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_that_leaves_nothing_to_test_changes_nothing() {
+    fn a_split_that_leaves_nothing_to_test_changes_nothing() {
         let mut project = with_files();
         project.edit(Edit::Role(2, Role::Off)).unwrap();
         project.edit(Edit::Split(0.5)).unwrap();
         let before = project.clone();
         let error = project.edit(Edit::Split(0.001)).unwrap_err();
-        assert!(error.to_string().contains("nothing to cut"), "{error}");
+        assert!(error.to_string().contains("nothing to split"), "{error}");
         assert!(project.is_same(&before) && project.view == before.view);
         assert_eq!(
             project.split, before.split,

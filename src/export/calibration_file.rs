@@ -19,13 +19,20 @@ pub enum ReadCalibrationError {
     Io { path: PathBuf, source: io::Error },
     #[error("{}: {source}", .path.display())]
     Content { path: PathBuf, source: Refusal },
-    #[error("{}: such a file is not read back; take the .json of the same fit", .path.display())]
+    #[error("{}: such a file is not read back, it is not a calibration in {}; take the .json of the same fit", .path.display(), readable())]
     WriteOnly { path: PathBuf },
     #[error("{}: {source}", .path.display())]
     Calibration {
         path: PathBuf,
         source: CalibrationError,
     },
+}
+
+/// The formats that are read back.
+fn readable() -> String {
+    let readable = TARGETS.iter().filter(|target| target.reader().is_some());
+    let names: Vec<&str> = readable.map(|target| target.name()).collect();
+    names.join(" or ")
 }
 
 /// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely.

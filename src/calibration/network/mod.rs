@@ -18,7 +18,7 @@
 //! let mut load = [0.0];
 //! trained.network.predict_rows(&[0.5], &mut load);
 //! assert!((load[0] - 0.25).abs() < 0.03);
-//! # Ok::<(), loopscope::calibration::network::NetworkError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod adam;
