@@ -64,7 +64,6 @@ pub struct Request {
 
 impl Request {
     /// Fits `recordings`, showing the first.
-    #[must_use]
     pub fn fit(recordings: Arc<RecordingSet>, settings: FitSettings) -> Self {
         Self {
             recordings,

@@ -293,7 +293,6 @@ impl JobError {
 const USAGE: u8 = 2;
 
 /// Does a job; errors go to standard error, one line each.
-#[must_use]
 pub fn run(job: Job) -> ExitCode {
     let done = match job {
         Job::Inspect(inspect) => inspect::run(&inspect),

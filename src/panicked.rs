@@ -49,7 +49,6 @@ pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
 }
 
 /// What a panic said.
-#[must_use]
 pub fn panic_message(payload: &(dyn Any + Send)) -> String {
     payload
         .downcast_ref::<&str>()

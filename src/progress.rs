@@ -28,7 +28,6 @@ impl Progress {
     }
 
     /// A handle for a part of the work: cancelled with the whole, but with a count of its own.
-    #[must_use]
     pub fn part(&self) -> Self {
         Self(Arc::new(Inner {
             cancelled: Arc::clone(&self.0.cancelled),
@@ -37,7 +36,6 @@ impl Progress {
     }
 
     /// Whether somebody asked the work to stop.
-    #[must_use]
     pub fn is_cancelled(&self) -> bool {
         self.0.cancelled.load(Ordering::Relaxed)
     }
@@ -65,7 +63,6 @@ impl Progress {
     }
 
     /// The done share in 0..=1, or `None` while the total is unknown.
-    #[must_use]
     pub fn fraction(&self) -> Option<f32> {
         let total = self.0.total.load(Ordering::Relaxed);
         let done = self.0.done.load(Ordering::Relaxed);

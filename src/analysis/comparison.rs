@@ -28,7 +28,6 @@ pub struct Candidate {
 
 impl Candidate {
     /// The paper's name of the amount of data.
-    #[must_use]
     pub fn pattern(&self) -> String {
         match self.decimation {
             1 => "A".to_owned(),
@@ -38,7 +37,6 @@ impl Candidate {
     }
 
     /// What kind of history it has: "none", or the blocks in words.
-    #[must_use]
     pub fn history(&self) -> String {
         let blocks = self.features.describe();
         if blocks.is_empty() {
@@ -74,7 +72,6 @@ fn seconds<S: serde::Serializer>(elapsed: &Duration, serializer: S) -> Result<S:
 
 /// One row per entry: what was fitted, how long that took, and RMSE per axis on these samples; empty where nothing could be
 /// scored.
-#[must_use]
 pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
     let axes = rows.first().map_or(&[][..], |row| &row.axes);
     let mut columns = ["regressor", "history", "data"].map(Column::words).to_vec();
@@ -118,7 +115,6 @@ pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
 /// memoryless polynomial, both amounts of data.
 ///
 /// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
-#[must_use]
 pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec<Candidate> {
     let history = match settings.features.has_history() {
         true => settings.features.clone(),

@@ -7,7 +7,6 @@ use crate::recording::{Recording, RecordingSet};
 /// All samples of every recording whose times, on the recording's own clock, lie from `from_secs` to `to_secs`.
 ///
 /// `decimation` is that of the fit. Recordings without such a sample are left out.
-#[must_use]
 pub fn stretches_within<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     decimation: usize,
@@ -29,7 +28,6 @@ pub fn stretches_within<'a>(
 }
 
 /// The samples that the trace panes show: all, or those within a stretch of the traces' time.
-#[must_use]
 pub fn stretches_on_screen<'a>(
     recordings: &'a RecordingSet,
     decimation: usize,

@@ -23,7 +23,6 @@ pub enum View {
 
 impl View {
     /// This view, or the last recording where it names one that is not there.
-    #[must_use]
     pub fn within(self, n_recordings: usize) -> Self {
         match self {
             Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),
@@ -100,7 +99,6 @@ pub struct TraceSet {
 
 impl TraceSet {
     /// The segment that sample `k` belongs to.
-    #[must_use]
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
         let at = self
             .segments
@@ -109,7 +107,6 @@ impl TraceSet {
     }
 
     /// The sample nearest in time.
-    #[must_use]
     pub fn sample_at(&self, time: f64) -> Option<usize> {
         let after = self.times.partition_point(|t| *t < time);
         let nearest = match after {
@@ -122,7 +119,6 @@ impl TraceSet {
     }
 
     /// The recordings on screen, each with its own samples in a stretch of time; `None` for all.
-    #[must_use]
     pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
         let visible = match visible {
             None => 0..self.times.len(),
@@ -141,7 +137,6 @@ impl TraceSet {
     }
 
     /// d(k, j): how different the conventional load of two samples is, in the unit of F_th.
-    #[must_use]
     pub fn distance_between(&self, k: usize, j: usize) -> f64 {
         self.axes
             .iter()

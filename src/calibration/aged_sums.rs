@@ -24,7 +24,6 @@ pub struct AgedSums {
 
 impl AgedSums {
     /// No samples yet: `n_classes` ages, the first look-back of `design`.
-    #[must_use]
     pub fn new(design: &Design, n_axes: usize, n_classes: usize) -> Self {
         let (first, n_columns) = (design.n_gauges(), design.n_gauges());
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
@@ -38,7 +37,6 @@ impl AgedSums {
     }
 
     /// The memory that one of these takes (bytes).
-    #[must_use]
     pub fn size_bytes(design: &Design, n_axes: usize, n_classes: usize) -> usize {
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
         n_classes * design.n_gauges().next_multiple_of(TILE) * stride * size_of::<f64>()
@@ -111,7 +109,6 @@ pub struct ThresholdAges<'a> {
 ///
 /// # Panics
 /// If the recording has no reference, a piece reaches beyond it, or the design has no look-back.
-#[must_use]
 pub fn aged_sums(
     recording: &Recording,
     design: &Design,

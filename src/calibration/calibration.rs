@@ -148,19 +148,16 @@ pub struct AppliedLoads {
 
 impl Calibration {
     /// The names of the columns of the compensated matrix, in order.
-    #[must_use]
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
     }
 
     /// What the columns of the compensated matrix are.
-    #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         self.features.columns(self.gauges.len(), self.offset)
     }
 
     /// The rows that the compensated load is made of.
-    #[must_use]
     pub fn design(&self) -> Design {
         Design {
             features: self.features.clone(),
@@ -170,13 +167,11 @@ impl Calibration {
     }
 
     /// What the look-back multiplies the difference on each axis with.
-    #[must_use]
     pub fn distance_weights(&self) -> Vec<f64> {
         self.features.distance.weights(&self.axes, &self.full_scale)
     }
 
     /// The regressor and the blocks in words.
-    #[must_use]
     pub fn describe(&self) -> String {
         let blocks = self.features.describe();
         let blocks = if blocks.is_empty() {
@@ -191,7 +186,6 @@ impl Calibration {
     }
 
     /// Whether it was fitted to no more samples than it has coefficients.
-    #[must_use]
     pub fn undetermined(&self) -> Option<Undetermined> {
         let (samples, coefficients) = (self.quality.n_train, self.design().n_columns());
         (samples > 0 && samples <= coefficients as u64).then_some(Undetermined {
@@ -201,7 +195,6 @@ impl Calibration {
     }
 
     /// Why there are no scores of left-out recordings, where there are none though it was fitted.
-    #[must_use]
     pub fn why_not_left_out(&self) -> Option<&'static str> {
         if self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0 {
             return None;

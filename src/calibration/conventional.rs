@@ -26,7 +26,6 @@ impl Conventional {
     ///
     /// # Panics
     /// If there is no training recording, or they differ in their columns.
-    #[must_use]
     pub fn fit(training: &[&Recording], offset: bool) -> Self {
         let first = training.first().expect("there is a training recording");
         let n_axes = first.axes().len();

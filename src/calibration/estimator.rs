@@ -148,7 +148,6 @@ impl<'a> Estimator<'a> {
     }
 
     /// The conventional load of the newest sample; NaN if it was refused.
-    #[must_use]
     pub fn conventional(&self) -> &[f64] {
         &self.conventional
     }

@@ -80,7 +80,6 @@ impl Calibration {
     }
 
     /// The calibration as its file has it.
-    #[must_use]
     pub fn in_file(&self) -> Calibration<NamedMap> {
         let named = |map: &LinearMap| NamedMap {
             features: map.names(&self.gauges),

@@ -36,7 +36,6 @@ pub struct LearnedScratch {
 
 impl Learned {
     /// What learned it.
-    #[must_use]
     pub fn learner(&self) -> Learner {
         match self {
             Self::Network(_) => Learner::Network,
@@ -45,7 +44,6 @@ impl Learned {
     }
 
     /// What it is made of, in words.
-    #[must_use]
     pub fn describe(&self) -> String {
         match self {
             Self::Kernel(kernel) => format!(
@@ -108,7 +106,6 @@ impl Learned {
     }
 
     /// Whether [`Learned::deviations`] has an answer.
-    #[must_use]
     pub fn knows_deviation(&self) -> bool {
         matches!(self, Self::Kernel(_))
     }

@@ -71,7 +71,6 @@ impl Ridge {
 ///
 /// # Panics
 /// If the terms name a column that is not there, or are of another number of columns.
-#[must_use]
 pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
@@ -157,7 +156,6 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge) -> Fit {
 ///
 /// # Panics
 /// If there is not one strength per target.
-#[must_use]
 pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, strengths: &[f64]) -> Fit {
     let q = sums.n_targets();
     assert_eq!(strengths.len(), q, "one strength per target");
@@ -180,7 +178,6 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, strengths: &[f64]) 
 /// scaled to unit length; `None` where no column is independent.
 ///
 /// Computed from sums, so values beyond about 1e7 only say "very large".
-#[must_use]
 pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> Option<f64> {
     let inverse_length: Vec<f64> = used
         .iter()

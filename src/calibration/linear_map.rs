@@ -29,7 +29,6 @@ pub struct LinearMap {
 
 impl LinearMap {
     /// The names of the columns where the gauges have these.
-    #[must_use]
     pub fn names(&self, gauges: &[String]) -> Vec<String> {
         Column::names(&self.columns, gauges)
     }
@@ -47,7 +46,6 @@ impl LinearMap {
     /// The coefficients of this map on gauges and offset, on the standardised columns of `design`.
     ///
     /// **Shapes** `n_columns × n_axes`, row-major.
-    #[must_use]
     pub(crate) fn standardised(&self, design: &Design) -> Vec<f64> {
         let n_axes = self.matrix.len();
         let mut coefficients = vec![0.0; design.n_columns() * n_axes];
@@ -63,7 +61,6 @@ impl LinearMap {
     /// This map on gauges and offset, corrected by `coefficients` on the columns of `design`.
     ///
     /// **Shapes** `coefficients` is `n_columns × n_axes` row-major, on standardised columns; the answer is on raw ones.
-    #[must_use]
     pub(crate) fn corrected(&self, design: &Design, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let n_axes = self.matrix.len();
         let present = design.present();

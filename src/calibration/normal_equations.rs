@@ -28,7 +28,6 @@ pub struct NormalEquations {
 
 impl NormalEquations {
     /// No samples yet.
-    #[must_use]
     pub fn new(n_features: usize, n_targets: usize) -> Self {
         let width = n_features + n_targets;
         Self {
@@ -40,7 +39,6 @@ impl NormalEquations {
     }
 
     /// How many numbers a row `[x | y]` takes in memory; what is beyond `n_features + n_targets` must be zero.
-    #[must_use]
     pub fn stride(&self) -> usize {
         Self::stride_of(self.width())
     }
@@ -54,19 +52,16 @@ impl NormalEquations {
     }
 
     /// How many samples are in the sums.
-    #[must_use]
     pub fn n_samples(&self) -> u64 {
         self.n_samples
     }
 
     /// The number of feature columns p.
-    #[must_use]
     pub fn n_features(&self) -> usize {
         self.n_features
     }
 
     /// The number of target columns q.
-    #[must_use]
     pub fn n_targets(&self) -> usize {
         self.n_targets
     }
@@ -128,7 +123,6 @@ impl NormalEquations {
     ///
     /// # Panics
     /// If `coefficients` has another shape.
-    #[must_use]
     pub fn less(&self, coefficients: &[f64]) -> Self {
         let (p, q, stride) = (self.n_features, self.n_targets, self.stride());
         let mut rest = self.clone();
@@ -165,7 +159,6 @@ impl NormalEquations {
     }
 
     /// Those of these columns that are not zero in every sample.
-    #[must_use]
     pub fn present_among(&self, columns: &[usize]) -> Vec<usize> {
         let columns = columns.iter().copied();
         columns
@@ -174,19 +167,16 @@ impl NormalEquations {
     }
 
     /// Entry of `XᵀX`.
-    #[must_use]
     pub fn feature_product(&self, i: usize, j: usize) -> f64 {
         self.gram[i.min(j) * self.stride() + i.max(j)]
     }
 
     /// Entry of `XᵀY`.
-    #[must_use]
     pub fn target_product(&self, feature: usize, target: usize) -> f64 {
         self.gram[feature * self.stride() + self.n_features + target]
     }
 
     /// Diagonal entry of `YᵀY`.
-    #[must_use]
     pub fn target_square(&self, target: usize) -> f64 {
         let at = self.n_features + target;
         self.gram[at * self.stride() + at]
@@ -198,7 +188,6 @@ impl NormalEquations {
     ///
     /// # Panics
     /// If `coefficients` has another shape.
-    #[must_use]
     pub fn squared_residuals(&self, coefficients: &[f64]) -> Vec<f64> {
         let (p, q) = (self.n_features, self.n_targets);
         assert_eq!(

@@ -125,7 +125,6 @@ impl Regressor {
     ];
 
     /// What learns; `None` for the linear regressor.
-    #[must_use]
     pub fn learner(self) -> Option<Learner> {
         match self {
             Self::Linear => None,
@@ -135,13 +134,11 @@ impl Regressor {
     }
 
     /// Whether least squares come first.
-    #[must_use]
     pub fn is_hybrid(self) -> bool {
         matches!(self, Self::HybridNetwork | Self::HybridKernel)
     }
 
     /// What people call it.
-    #[must_use]
     pub fn label(self) -> &'static str {
         match self {
             Self::Linear => "Linear",
@@ -153,7 +150,6 @@ impl Regressor {
     }
 
     /// Its name in files and on the command line.
-    #[must_use]
     pub fn key(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -165,7 +161,6 @@ impl Regressor {
     }
 
     /// What it is.
-    #[must_use]
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Linear => "Least squares (Eq. 8): a matrix that any controller can run",

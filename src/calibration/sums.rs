@@ -30,7 +30,6 @@ pub(super) const BLOCK: usize = 128;
 ///
 /// # Panics
 /// If the recording has no reference, or a piece reaches beyond it.
-#[must_use]
 pub fn recording_sums(
     recording: &Recording,
     design: &Design,

@@ -40,7 +40,6 @@ pub struct Comparison {
 
 impl Row {
     /// Whether the row has a result that is not what the state would now give.
-    #[must_use]
     pub fn is_stale(&self, project: &Project) -> bool {
         self.outcome.as_ref().is_some_and(|outcome| {
             !(Arc::ptr_eq(&outcome.recordings, &project.recordings)
@@ -50,7 +49,6 @@ impl Row {
     }
 
     /// The result, where there is one.
-    #[must_use]
     pub fn compared(&self) -> Option<&ComparedRow> {
         self.outcome.as_ref()?.result.as_ref().ok()
     }

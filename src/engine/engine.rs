@@ -207,7 +207,6 @@ macro_rules! each_lane {
 
 impl Engine {
     /// An empty document; `notify` is called from other threads when there is something to take.
-    #[must_use]
     pub fn new(notify: Notify) -> Self {
         Self {
             project: Project::default(),
@@ -242,19 +241,16 @@ impl Engine {
     }
 
     /// The document.
-    #[must_use]
     pub fn project(&self) -> &Project {
         &self.project
     }
 
     /// What can be gone back and forward over.
-    #[must_use]
     pub fn history(&self) -> &History {
         &self.history
     }
 
     /// The newest analysis of recordings like those that are loaded; it stays while the next one runs.
-    #[must_use]
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         let (own, of) = (&self.project.recordings, self.analysis.answered()?);
         let of = &of.0.recordings;
@@ -265,7 +261,6 @@ impl Engine {
     }
 
     /// How a recording of the document came out, in the newest analysis that has it.
-    #[must_use]
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
         let own = &self.project.recordings.entries().get(at)?.recording;
         let of = self.analysis.answered()?.0.recordings.entries();
@@ -276,25 +271,21 @@ impl Engine {
     }
 
     /// Whether the analysis is that of the document as it is now.
-    #[must_use]
     pub fn is_current(&self) -> bool {
         self.analysis.is_current()
     }
 
     /// Why the newest analysis failed.
-    #[must_use]
     pub fn problem(&self) -> Option<&str> {
         self.analysis.problem()
     }
 
     /// How far the last training is, or what came of it.
-    #[must_use]
     pub fn trained(&self) -> Option<&Trained> {
         self.training.answer()
     }
 
     /// What was trained for just these recordings and settings.
-    #[must_use]
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
         let (Train(of), trained) = self.training.whole()?;
         let holds = Arc::ptr_eq(&of.recordings, &self.project.recordings)
@@ -303,25 +294,21 @@ impl Engine {
     }
 
     /// The training that runs.
-    #[must_use]
     pub fn training(&self) -> Option<Running> {
         self.training.running()
     }
 
     /// Whether a comparison runs.
-    #[must_use]
     pub fn is_comparing(&self) -> bool {
         !self.comparing.is_idle()
     }
 
     /// The refit that runs.
-    #[must_use]
     pub fn refit(&self) -> Option<Running> {
         self.analysis.running()
     }
 
     /// What else runs and is worth a word.
-    #[must_use]
     pub fn running(&self) -> Vec<Running> {
         let seen = self.tasks.iter().filter(|(is_seen, _)| *is_seen);
         let tasks = seen.filter_map(|(_, task)| task.running());
@@ -334,7 +321,6 @@ impl Engine {
     }
 
     /// Whether anything runs or waits to run.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         let mut is_busy = !self.tasks.is_empty() || !self.preview.is_idle();
         each_lane!(self, lane => is_busy |= !lane.is_idle());
@@ -342,7 +328,6 @@ impl Engine {
     }
 
     /// Whether something would be lost with the window.
-    #[must_use]
     pub fn is_unsaved(&self) -> bool {
         let recordings = &self.project.recordings;
         match &self.saved {
@@ -352,7 +337,6 @@ impl Engine {
     }
 
     /// The window's title: the session's name, and a star while it is not saved.
-    #[must_use]
     pub fn title(&self) -> String {
         let name = self.session.as_ref().and_then(|path| path.file_stem());
         let star = if self.is_unsaved() { " *" } else { "" };
@@ -363,14 +347,12 @@ impl Engine {
     }
 
     /// The session as a file's content; `layout` says where the panes stand.
-    #[must_use]
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
         let session = Session::of(&self.project, layout);
         FileContent::Session(Box::new(session), Box::new(self.project.clone()))
     }
 
     /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
-    #[must_use]
     pub fn calibration_content(&self) -> Option<FileContent> {
         let analysis = self.analysis()?;
         let applied = self.project.applied.as_ref();
@@ -382,13 +364,11 @@ impl Engine {
     }
 
     /// A report as a file's content.
-    #[must_use]
     pub fn report_content(&self) -> FileContent {
         FileContent::Report(Box::new(self.request()), self.project.notes.clone())
     }
 
     /// The traces of this interval of their time as a file's content.
-    #[must_use]
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
         let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
         Some(FileContent::Traces(Box::new(TracesToWrite {

@@ -29,14 +29,12 @@ pub enum Opened {
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
 /// Whether the file's name says that it is a calibration or a session rather than recordings.
-#[must_use]
 pub fn is_calibration(path: &Path) -> bool {
     target_for(path).is_some_and(|target| target.reader().is_some()) && names_gauges(path)
 }
 
 /// Reads files one after another, each by its map if it has one; what was read before a cancel is kept. Folders are read
 /// file by file; `remembered` are maps for files whose names say too little.
-#[must_use]
 pub fn open_all(
     files: &[(PathBuf, Option<ColumnMap>)],
     remembered: &[ColumnMap],

@@ -117,7 +117,6 @@ pub struct Importing {
 
 impl Importing {
     /// Begins with a file of which nothing is known.
-    #[must_use]
     pub fn of(path: PathBuf, waiting: Vec<PathBuf>) -> Self {
         Self {
             path,
@@ -147,7 +146,6 @@ pub fn remember(map: &ColumnMap, preferences: &mut Preferences) {
 }
 
 /// Says of files that nobody said anything about by which remembered maps they were read.
-#[must_use]
 pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
     let mut said = Vec::new();
     while let Some((_, map)) = files.first().cloned() {

@@ -24,7 +24,6 @@ pub struct Notice {
 
 impl Notice {
     /// A notice of this level; what files would have a reader see other than it is stands there by its codes.
-    #[must_use]
     pub fn new(level: Level, text: impl Into<String>) -> Self {
         let text = message(&text.into());
         Self { level, text }

@@ -67,7 +67,6 @@ impl Preferences {
     pub const TEXT_SCALES: std::ops::RangeInclusive<f32> = 0.5..=3.0;
 
     /// Reads what was remembered; what cannot be read is as if it had never been.
-    #[must_use]
     pub fn from_json(text: &str) -> Self {
         let mut read: Self = serde_json::from_str(text).unwrap_or_default();
         if !Self::TEXT_SCALES.contains(&read.text_scale) {
@@ -78,7 +77,6 @@ impl Preferences {
     }
 
     /// As JSON.
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }

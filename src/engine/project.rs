@@ -220,7 +220,6 @@ impl Project {
     }
 
     /// Whether nothing was edited in between; recordings are not compared number by number.
-    #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.recordings, &other.recordings)
             && self.split == other.split
@@ -232,7 +231,6 @@ impl Project {
     }
 
     /// This document with the edits of another moment; what is no edit stays.
-    #[must_use]
     pub fn with_edits_of(&self, other: Self) -> Self {
         Self {
             view: self.view.within(other.recordings.entries().len()),
@@ -243,7 +241,6 @@ impl Project {
     }
 
     /// The axes of the recordings or of the applied calibration.
-    #[must_use]
     pub fn axes(&self) -> &[Axis] {
         match &self.applied {
             Some(applied) => &applied.calibration.axes,
@@ -252,13 +249,11 @@ impl Project {
     }
 
     /// Whether an axis is shown.
-    #[must_use]
     pub fn is_shown(&self, axis: Axis) -> bool {
         !self.hidden_axes.contains(&axis)
     }
 
     /// The thresholds of the first look-back, or what they would begin with.
-    #[must_use]
     pub fn thresholds(&self) -> Thresholds {
         let features = &self.settings.features;
         let distance = features.distance.effective(self.axes());
@@ -276,7 +271,6 @@ impl Project {
     }
 
     /// What is to be analysed; `trained` is a calibration that was trained on these very recordings.
-    #[must_use]
     pub fn request(&self, trained: Option<&Arc<Calibration>>) -> Request {
         let trained = trained.filter(|_| self.applied.is_none()).cloned();
         let applied = self.applied.as_ref().map(|own| &own.calibration);

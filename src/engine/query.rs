@@ -95,7 +95,6 @@ pub struct Running {
 
 impl Running {
     /// How long the rest takes if it goes on as before; `None` while that cannot be told.
-    #[must_use]
     pub fn time_left(&self) -> Option<Duration> {
         let fraction = f64::from(self.progress.fraction()?);
         let elapsed = self.since.elapsed();
@@ -170,7 +169,6 @@ impl<Q> Shared<Q> {
 
 impl<Q: Query> Lane<Q> {
     /// A lane on which nothing has been asked.
-    #[must_use]
     pub fn new(notify: &Notify) -> Self {
         Self {
             notify: Arc::clone(notify),
@@ -272,25 +270,21 @@ impl<Q: Query> Lane<Q> {
     }
 
     /// What was asked last.
-    #[must_use]
     pub fn asked(&self) -> Option<&Q> {
         self.asked.as_ref()
     }
 
     /// The newest answer that there is, whole or in part.
-    #[must_use]
     pub fn answer(&self) -> Option<&Q::Answer> {
         self.shown.as_ref().map(|shown| &shown.answer)
     }
 
     /// The question that [`Self::answer`] is of.
-    #[must_use]
     pub fn answered(&self) -> Option<&Q> {
         self.shown.as_ref().map(|shown| &shown.question)
     }
 
     /// The newest whole answer with its question.
-    #[must_use]
     pub fn whole(&self) -> Option<(&Q, &Q::Answer)> {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let whole = shown.or(self.before.as_ref())?;
@@ -304,7 +298,6 @@ impl<Q: Query> Lane<Q> {
     }
 
     /// Whether the answer that is shown is whole, and of the newest question.
-    #[must_use]
     pub fn is_current(&self) -> bool {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let both = shown.zip(self.asked.as_ref());
@@ -312,13 +305,11 @@ impl<Q: Query> Lane<Q> {
     }
 
     /// Why the newest question has no answer.
-    #[must_use]
     pub fn problem(&self) -> Option<&str> {
         self.problem.as_deref()
     }
 
     /// What runs, or waits to.
-    #[must_use]
     pub fn running(&self) -> Option<Running> {
         let slot = self.shared.lock();
         let waiting = slot.waiting.as_ref().map(|(_, _, waiting)| waiting);
@@ -326,7 +317,6 @@ impl<Q: Query> Lane<Q> {
     }
 
     /// Whether nothing runs or waits; all answers that will come can then be taken.
-    #[must_use]
     pub fn is_idle(&self) -> bool {
         let slot = self.shared.lock();
         slot.waiting.is_none() && slot.running.is_none()

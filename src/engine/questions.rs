@@ -216,7 +216,6 @@ pub struct StudyCache(Option<Prepared>);
 
 impl StudyThresholds {
     /// The study of these recordings around these settings.
-    #[must_use]
     pub fn new(
         recordings: Arc<RecordingSet>,
         settings: &FitSettings,
@@ -238,7 +237,6 @@ impl StudyThresholds {
     }
 
     /// Whether the other study has the same map.
-    #[must_use]
     pub fn has_same_map(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.recordings, &other.recordings) && self.settings == other.settings
     }

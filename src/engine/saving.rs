@@ -74,7 +74,6 @@ pub enum Doubt {
 
 impl FileContent {
     /// The name that is suggested for its file.
-    #[must_use]
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",
@@ -90,13 +89,11 @@ impl FileContent {
     }
 
     /// Whether writing takes so long that it is shown, and can be stopped.
-    #[must_use]
     pub fn takes_long(&self) -> bool {
         matches!(self, Self::Report(..) | Self::Traces(_))
     }
 
     /// The files that are written with one of this name.
-    #[must_use]
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self {
             Self::Thresholds(..) => threshold_map_files(path),

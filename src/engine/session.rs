@@ -70,7 +70,6 @@ pub enum SessionError {
 
 impl Session {
     /// Whether a file's text is that of a session, as far as its start tells.
-    #[must_use]
     pub fn is_one(text: &[u8]) -> bool {
         #[derive(Deserialize)]
         struct Start {
@@ -95,7 +94,6 @@ impl Session {
     }
 
     /// The session as JSON for a file in `folder`: paths below it are written as seen from there.
-    #[must_use]
     pub fn to_json(&self, folder: &Path) -> Vec<u8> {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -134,7 +132,6 @@ pub struct OpenedSession {
 
 impl Session {
     /// What there is to save; `layout` says where the panes stand.
-    #[must_use]
     pub fn of(project: &Project, layout: Option<serde_json::Value>) -> Self {
         let whole = project.split.as_ref().map(|split| &split.whole);
         let whole = whole.unwrap_or(&project.recordings);
@@ -182,7 +179,6 @@ impl Session {
     }
 
     /// The session with what its files hold now; a file that cannot be read goes without.
-    #[must_use]
     pub fn with_hashes(&self) -> Self {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -194,7 +190,6 @@ impl Session {
     }
 
     /// Whether a file is a session.
-    #[must_use]
     pub fn is_at(path: &Path) -> bool {
         text_of(path).is_ok_and(|text| Self::is_one(&text))
     }
@@ -231,7 +226,6 @@ impl OpenedSession {
     }
 
     /// The document that it holds, and what there is to say of its files.
-    #[must_use]
     pub fn into_project(self) -> (Project, Vec<Notice>) {
         let session = self.session;
         let mut notices = Vec::new();
@@ -296,7 +290,6 @@ impl OpenedSession {
 pub type Roles = BTreeMap<PathBuf, BTreeMap<String, Role>>;
 
 /// The role that a recording is to have, if one was said.
-#[must_use]
 pub fn role_in(roles: &Roles, recording: &Recording) -> Option<Role> {
     let Source::File(path) = recording.source() else {
         return None;

@@ -65,7 +65,6 @@ pub enum Done {
 
 impl Task {
     /// Whether it can be seen, and stopped. A file that is written ends by itself, so that none is left half written.
-    #[must_use]
     pub fn is_seen(&self) -> bool {
         match self {
             Self::Write { content, .. } => content.takes_long(),

@@ -839,7 +839,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     settle(&mut engine);
     let importing = engine.importing.as_ref().expect("no names");
     assert_eq!(importing.path, x);
-    assert_eq!(importing.waiting, [y.clone()]);
+    assert_eq!(importing.waiting, std::slice::from_ref(&y));
     assert!(importing.inspection.is_some() && !importing.looking);
     let import = Action::Import;
     let map = nameless_map(&importing.map);

@@ -39,13 +39,11 @@ impl History {
     }
 
     /// Whether there is a step to take back.
-    #[must_use]
     pub fn can_undo(&self) -> bool {
         !self.before.is_empty()
     }
 
     /// Whether there is a step to make again.
-    #[must_use]
     pub fn can_redo(&self) -> bool {
         !self.after.is_empty()
     }

@@ -17,7 +17,6 @@ pub const BLOCKS: usize = 5;
 ///
 /// One list of pieces per recording. Blocks are as even as whole samples allow, the longer ones first, over all training
 /// samples in order; features are those of the whole recording, only sums are cut.
-#[must_use]
 pub fn folds(n_samples: &[usize]) -> Vec<Vec<Piece>> {
     if n_samples.len() >= FEWEST_RECORDINGS {
         return n_samples

@@ -31,7 +31,6 @@ pub struct LeftOut<'a> {
 impl LeftOut<'_> {
     /// Whether a fit has as many samples as coefficients that nothing shrinks, whichever part is left out; without that
     /// an error says more about the solution that was picked among many than about the data.
-    #[must_use]
     pub fn is_determined(&self, strengths: &[f64]) -> bool {
         let kinds = self.terms.used.iter();
         let kinds = kinds.map(|&column| self.terms.kinds[column]);
@@ -41,13 +40,11 @@ impl LeftOut<'_> {
 
     /// Root mean squared error per target over all parts, each predicted by the fit to the others with these strengths;
     /// `None` where the others do not determine a fit.
-    #[must_use]
     pub fn rmse(&self, strengths: &[f64]) -> Option<Vec<f64>> {
         self.rmse_of(strengths, || self.squares_by_target(strengths))
     }
 
     /// [`Self::rmse`] where [`Self::squares_by_target`] with these strengths may be known already.
-    #[must_use]
     pub fn rmse_of(
         &self,
         strengths: &[f64],
@@ -67,7 +64,6 @@ impl LeftOut<'_> {
     /// what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing can
     /// be compared, and all strengths are zero. Scores with strengths chosen by them are slightly too good: one number
     /// per axis was fitted to all parts.
-    #[must_use]
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
         let q = self.total.n_targets();
         let enough = self.parts.len() > 1;
@@ -96,7 +92,6 @@ impl LeftOut<'_> {
     }
 
     /// [`Self::squares`] with a strength of its own for each target.
-    #[must_use]
     pub fn squares_by_target(&self, strengths: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
         let mut squares = vec![0.0; self.parts.len() * q];
@@ -121,7 +116,6 @@ impl LeftOut<'_> {
     ///
     /// # Panics
     /// If the sums differ in their columns, or the terms do not fit them.
-    #[must_use]
     pub fn squares(&self, strength: f64) -> Vec<f64> {
         let q = self.total.n_targets();
         // A column that is zero in every part would send each of them the careful way.
@@ -177,7 +171,6 @@ pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
 
 /// The fewest samples that are left to fit when a part is left out, and the coefficients that nothing shrinks, where they
 /// are more.
-#[must_use]
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,
@@ -191,7 +184,6 @@ pub fn too_short(
 }
 
 /// The fewest samples that are left to fit when a part is left out; `None` with fewer than two parts.
-#[must_use]
 pub fn fewest_samples_without_a_part(
     part_samples: impl Iterator<Item = u64> + Clone,
 ) -> Option<u64> {

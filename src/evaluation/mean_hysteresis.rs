@@ -61,7 +61,6 @@ pub struct HysteresisRun<'a> {
 ///
 /// # Panics
 /// If there is not one weight per axis.
-#[must_use]
 pub fn mean_hysteresis(
     runs: &[HysteresisRun<'_>],
     axes: &[Axis],
@@ -120,7 +119,6 @@ fn mean(values: &[f64]) -> Option<f64> {
 
 impl MeanHysteresis {
     /// Whether it rests on fewer reversals than a mean should.
-    #[must_use]
     pub fn rests_on_few(&self) -> bool {
         self.n_reversals < FEWEST_REVERSALS
     }

@@ -6,13 +6,11 @@ use crate::recording::Axis;
 /// Root mean squared error per axis of `coefficients` on the samples in `sums`; `None` without samples.
 ///
 /// **Source** Eq. 8 over n, from the sums alone.
-#[must_use]
 pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
     root_mean(&sums.squared_residuals(coefficients), sums.n_samples())
 }
 
 /// The roots of sums of squares over `n`; `None` if `n` is zero.
-#[must_use]
 pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
     (n > 0).then(|| {
         squares
@@ -23,7 +21,6 @@ pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
 }
 
 /// Root mean squared error per axis of predicted against true loads, both `n × n_axes` row-major.
-#[must_use]
 pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<Vec<f64>> {
     let mut squares = vec![0.0; n_axes];
     for (predicted, truth) in predicted
@@ -48,13 +45,11 @@ pub enum Group {
 
 impl Group {
     /// Whether the axis belongs to the group.
-    #[must_use]
     pub fn contains(self, axis: Axis) -> bool {
         axis.is_force() == (self == Self::Force)
     }
 
     /// The root mean square over the group's axes of their RMSE; `None` if it has no axis.
-    #[must_use]
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
         let (mut squares, mut count) = (0.0, 0);
         for (_, value) in axes
@@ -70,7 +65,6 @@ impl Group {
 }
 
 /// By how many percent `to` is above `from`; `None` where that says nothing (`from` is zero).
-#[must_use]
 pub fn percent_change(from: f64, to: f64) -> Option<f64> {
     (from > 0.0).then(|| 100.0 * (to / from - 1.0))
 }

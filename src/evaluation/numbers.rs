@@ -1,7 +1,6 @@
 //! Numbers as people read them.
 
 /// `value` with this many significant digits, without an exponent where that stays short.
-#[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -15,7 +14,6 @@ pub fn significant(value: f64, digits: usize) -> String {
 }
 
 /// The least of 1, 2, 2.5 and 5 times a power of ten that is not below `step`, which must be above zero.
-#[must_use]
 pub fn round_step(step: f64) -> f64 {
     let power = step.log10().floor() as i32;
     let candidates = (power..=power + 1).flat_map(|power| {
@@ -31,7 +29,6 @@ pub fn round_step(step: f64) -> f64 {
 }
 
 /// How many decimals a number has when it is written out.
-#[must_use]
 pub fn decimals(value: f64) -> usize {
     let text = value.to_string();
     text.split_once('.').map_or(0, |(_, after)| after.len())
@@ -39,7 +36,6 @@ pub fn decimals(value: f64) -> usize {
 
 /// What an axis names within its range: multiples of a [`round_step`] that is at least `least`, after that step. None where
 /// there is no such step.
-#[must_use]
 pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     if !(least > 0.0 && least.is_finite()) {
         return (0.0, Vec::new());
@@ -52,7 +48,6 @@ pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
 }
 
 /// A multiple of `step` with as many decimals as that needs.
-#[must_use]
 pub fn tick_text(tick: f64, step: f64) -> String {
     // Zero is zero: neither a remainder of the last digit nor negative.
     let tick = if tick.abs() < step / 2.0 { 0.0 } else { tick };

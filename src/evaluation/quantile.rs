@@ -3,7 +3,6 @@
 /// The least value that at least `share` of the values do not exceed; `None` without values. Reorders them.
 ///
 /// A share of 0.5 is the lower median, 1 the greatest value; shares outside 0 to 1 count as 0 or 1.
-#[must_use]
 pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     let last = values.len().checked_sub(1)?;
     let rank = (share * values.len() as f64).ceil() as usize; // NaN and what is negative become 0

@@ -48,7 +48,6 @@ impl Extremes {
 
 impl Series {
     /// A trace of stored values.
-    #[must_use]
     pub fn new(values: Arc<[f64]>) -> Self {
         Self::of(Values::Stored(values))
     }
@@ -57,7 +56,6 @@ impl Series {
     ///
     /// # Panics
     /// If the two differ in length.
-    #[must_use]
     pub fn difference(a: Arc<[f64]>, b: Arc<[f64]>) -> Self {
         assert_eq!(a.len(), b.len(), "traces of one recording");
         Self::of(Values::Difference(a, b))
@@ -87,13 +85,11 @@ impl Series {
     }
 
     /// How many samples there are.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
     /// Whether there is no sample.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -102,7 +98,6 @@ impl Series {
     ///
     /// # Panics
     /// If there is no sample `k`.
-    #[must_use]
     pub fn value(&self, k: usize) -> f64 {
         self.values.at(k)
     }
@@ -140,7 +135,6 @@ impl Series {
     }
 
     /// The least and greatest value in `samples`; `None` without a finite one.
-    #[must_use]
     pub fn min_max(&self, samples: Range<usize>) -> Option<(f64, f64)> {
         let mut all = Extremes::NONE;
         self.reduce(samples, 64, |_, value| {

@@ -10,7 +10,6 @@ use crate::recording::{RecordingSet, Role, Source};
 /// Every recording of a set with its role, its file's name and what that file holds now, as a SHA-256.
 ///
 /// Each file is read once, however many recordings come from it. What cannot be read any more has no hash.
-#[must_use]
 pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
     let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
     let entries = recordings.entries().iter();
@@ -39,7 +38,6 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
 /// A calibration that was fitted to these recordings, with what their files hold.
 ///
 /// It reads every file anew, so it belongs where something is written, not where something is fitted.
-#[must_use]
 pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
     let used = used_recordings(recordings).into_iter();
     Calibration {

@@ -69,7 +69,6 @@ pub struct Outline<'a> {
 
 impl<'a> Outline<'a> {
     /// Of a calibration that is there.
-    #[must_use]
     pub fn of(calibration: &'a Calibration) -> Self {
         Self {
             regressor: calibration.regressor,
@@ -81,7 +80,6 @@ impl<'a> Outline<'a> {
     }
 
     /// Of what these settings will make of recordings of this layout.
-    #[must_use]
     pub fn of_fit(settings: &'a FitSettings, layout: &'a Layout) -> Self {
         Self {
             regressor: settings.regressor,

@@ -8,7 +8,6 @@ use crate::features::Distance;
 use crate::report::figure::{self, Figure, HeatMap, Line, Scale, color};
 
 /// The name of F_th with its unit.
-#[must_use]
 pub fn f_th_label(distance: Distance) -> &'static str {
     match distance {
         Distance::Force => "F_th [N]",
@@ -31,7 +30,6 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
 ///
 /// # Panics
 /// If there is no such t_th.
-#[must_use]
 pub fn curves_over_f_th(
     map: &ThresholdMap,
     measure: Measure,
@@ -53,7 +51,6 @@ pub fn curves_over_f_th(
 ///
 /// # Panics
 /// If there is no such F_th.
-#[must_use]
 pub fn curves_over_t_th(
     map: &ThresholdMap,
     measure: Measure,
@@ -104,7 +101,6 @@ fn curves(
 }
 
 /// The map of one number, a suggested pair marked.
-#[must_use]
 pub fn threshold_heat_map(
     map: &ThresholdMap,
     set: ScoreSet,
@@ -135,7 +131,6 @@ pub fn write_threshold_svg(figure: &Figure<'_>, path: &Path) -> Result<(), Write
 }
 
 /// The files that [`write_threshold_map`] writes: this one, and the two beside a picture.
-#[must_use]
 pub fn threshold_map_files(path: &Path) -> Vec<PathBuf> {
     let mut files = vec![path.to_owned()];
     let is_svg = path

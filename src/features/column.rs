@@ -66,7 +66,6 @@ impl ColumnKind {
 
 impl Column {
     /// What it does in a fit.
-    #[must_use]
     pub fn kind(self) -> ColumnKind {
         match self {
             Self::Offset => ColumnKind::Offset,
@@ -80,7 +79,6 @@ impl Column {
     ///
     /// # Panics
     /// If a gauge has no name.
-    #[must_use]
     pub fn name(self, gauges: &[String]) -> String {
         match self {
             Self::Gauge(gauge) => gauges[gauge].clone(),
@@ -91,7 +89,6 @@ impl Column {
     }
 
     /// The names of columns, in their order.
-    #[must_use]
     pub fn names(columns: &[Self], gauges: &[String]) -> Vec<String> {
         columns.iter().map(|column| column.name(gauges)).collect()
     }

@@ -21,13 +21,11 @@ pub struct Design {
 
 impl Design {
     /// The number of gauges.
-    #[must_use]
     pub fn n_gauges(&self) -> usize {
         self.scale.shift.len()
     }
 
     /// The number of columns.
-    #[must_use]
     pub fn n_columns(&self) -> usize {
         self.features.n_columns(self.n_gauges()) + usize::from(self.offset)
     }
@@ -38,19 +36,16 @@ impl Design {
     }
 
     /// What each column is.
-    #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         self.features.columns(self.n_gauges(), self.offset)
     }
 
     /// The columns of the conventional calibration: gauges and offset.
-    #[must_use]
     pub fn present(&self) -> Vec<usize> {
         self.where_column(|column| matches!(column, Column::Gauge(_) | Column::Offset))
     }
 
     /// The positions of the columns that are of some kind.
-    #[must_use]
     pub fn where_column(&self, is_meant: impl Fn(Column) -> bool) -> Vec<usize> {
         let columns = self.columns().into_iter().enumerate();
         let meant = columns.filter(|(_, column)| is_meant(*column));
@@ -58,7 +53,6 @@ impl Design {
     }
 
     /// For each value of a block the positions of its set of past gauges.
-    #[must_use]
     pub fn sets_of(&self, block: &'static dyn Block) -> Vec<Vec<usize>> {
         let values = self.features.blocks.of(block).iter();
         let sets = values.map(|value| {
@@ -71,13 +65,11 @@ impl Design {
     }
 
     /// Every column.
-    #[must_use]
     pub fn all(&self) -> Vec<usize> {
         (0..self.n_columns()).collect()
     }
 
     /// What each column is.
-    #[must_use]
     pub fn kinds(&self) -> Vec<ColumnKind> {
         let columns = self.columns().into_iter();
         columns.map(Column::kind).collect()
@@ -110,7 +102,6 @@ impl Design {
 
     /// The coefficients on standardised columns that stand for those of the conventional calibration on raw gauges, and on
     /// the offset where there is one: the inverse of [`Self::raw_coefficients`]. What the blocks brought has none.
-    #[must_use]
     pub fn standardised_coefficients(&self, raw: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.n_columns()];
         let scale = &self.scale;
@@ -135,7 +126,6 @@ impl Design {
     /// The row of coefficients on raw columns that stands for `coefficients` on standardised ones.
     ///
     /// Monomials keep theirs: they are made of standardised gauges either way.
-    #[must_use]
     pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
         let g = self.n_gauges();
         let mut raw = coefficients.to_vec();
@@ -175,7 +165,6 @@ pub struct FeatureStream<'a> {
 
 impl<'a> FeatureStream<'a> {
     /// Before the first sample of a recording.
-    #[must_use]
     pub fn new(design: &'a Design) -> Self {
         let used = design.features.blocks.used();
         let blocks = used.map(|(block, values)| {

@@ -25,7 +25,6 @@ pub struct GaugeScale {
 
 impl GaugeScale {
     /// Measures the gauges of `recordings`; with `centred` false the shift stays zero.
-    #[must_use]
     pub fn measure<'a>(
         recordings: impl Iterator<Item = &'a Recording> + Clone,
         n_gauges: usize,
@@ -86,7 +85,6 @@ impl GaugeScale {
     }
 
     /// Leaves gauges as they are.
-    #[must_use]
     pub fn identity(n_gauges: usize) -> Self {
         Self {
             shift: vec![0.0; n_gauges],

@@ -14,7 +14,6 @@ impl Monomial {
     ///
     /// # Panics
     /// If a gauge has no name.
-    #[must_use]
     pub fn name(self, gauges: &[String]) -> String {
         match self {
             Self::Product(left, right) if left == right => format!("{}^2", gauges[left]),

@@ -31,7 +31,6 @@ impl Unit {
     );
 
     /// A unit.
-    #[must_use]
     pub const fn new(
         symbol: &'static str,
         words: &'static str,
@@ -90,7 +89,6 @@ impl Range {
 
 impl Range {
     /// The ends of a field in which a value is typed; it may still refuse what lies on one of them.
-    #[must_use]
     pub fn ends(self) -> (f64, f64) {
         match self {
             Self::Positive | Self::NotNegative | Self::NotNegativeOrAuto => (0.0, f64::INFINITY),
@@ -169,7 +167,6 @@ pub struct Setting {
 
 impl Setting {
     /// What it does, and where it comes from.
-    #[must_use]
     pub fn help(&self) -> String {
         match self.source {
             "" => self.explanation.to_owned(),
@@ -178,7 +175,6 @@ impl Setting {
     }
 
     /// The default of one number.
-    #[must_use]
     pub const fn number(&self) -> f64 {
         self.default[0]
     }
@@ -199,7 +195,6 @@ impl Setting {
     }
 
     /// The allowed values where there are only a few.
-    #[must_use]
     pub fn choices(&self) -> Option<&'static [Choice]> {
         match self.range {
             Range::OneOf(choices) => Some(choices),
@@ -208,7 +203,6 @@ impl Setting {
     }
 
     /// Values with their unit, in words; "none" without any.
-    #[must_use]
     pub fn in_words(&self, values: &[f64]) -> String {
         if let Some(choices) = self.choices() {
             let of = |choice: &&Choice| values.first() == Some(&f64::from(choice.value));
@@ -228,7 +222,6 @@ impl Setting {
 }
 
 /// Numbers in a row.
-#[must_use]
 pub fn listed(values: &[f64], between: &str) -> String {
     let texts: Vec<String> = values.iter().map(f64::to_string).collect();
     texts.join(between)

@@ -23,13 +23,11 @@ pub struct Blocks {
 
 impl Blocks {
     /// The values of a block.
-    #[must_use]
     pub fn of(&self, block: &dyn Block) -> &[f64] {
         &self.values[position(block)]
     }
 
     /// Every block with what it begins with.
-    #[must_use]
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
         blocks.fold(Self::default(), |all, block| {
@@ -47,7 +45,6 @@ impl Blocks {
     }
 
     /// These with other values of a block.
-    #[must_use]
     pub fn with(mut self, block: &dyn Block, values: &[f64]) -> Self {
         self.set(block, values.to_vec());
         self
@@ -178,7 +175,6 @@ pub enum FeatureError {
 
 impl FeatureSettings {
     /// No block: the present gauges alone.
-    #[must_use]
     pub fn present() -> Self {
         Self {
             look_backs: Vec::new(),
@@ -188,7 +184,6 @@ impl FeatureSettings {
     }
 
     /// These settings without what needs the past.
-    #[must_use]
     pub fn without_history(&self) -> Self {
         let mut blocks = self.blocks.clone();
         for (block, _) in self.blocks.used().filter(|(block, _)| is_history(*block)) {
@@ -202,19 +197,16 @@ impl FeatureSettings {
     }
 
     /// Whether any block needs the past.
-    #[must_use]
     pub fn has_history(&self) -> bool {
         self.n_histories() > 0
     }
 
     /// How many sets of gauges the history blocks append.
-    #[must_use]
     pub fn n_histories(&self) -> usize {
         self.look_backs.len() + self.blocks.n_histories
     }
 
     /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, offset.
-    #[must_use]
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
         let past = |history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge });
@@ -243,7 +235,6 @@ impl FeatureSettings {
     }
 
     /// How long a sample may be looked back at (s); zero where no block keeps samples.
-    #[must_use]
     pub fn window_secs(&self) -> f64 {
         let t_ths_secs = self.look_backs.iter().map(|look_back| look_back.t_th_secs);
         let blocks = self.blocks.used();
@@ -284,7 +275,6 @@ impl FeatureSettings {
     }
 
     /// The blocks in words, as tables show them; empty without any.
-    #[must_use]
     pub fn describe(&self) -> String {
         let mut parts = Vec::new();
         for (at, Thresholds { f_th, t_th_secs }) in self.look_backs.iter().enumerate() {

@@ -35,7 +35,6 @@ pub struct Source {
 
 impl Source {
     /// A block whose updates in C, Rust and Python need no functions of their own.
-    #[must_use]
     pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 3]) -> Self {
         let [c, rust, python] = updates.map(Code::update);
         Self {
@@ -59,7 +58,6 @@ pub struct Code {
 
 impl Code {
     /// An update that needs no function of its own.
-    #[must_use]
     pub fn update(text: impl Into<String>) -> Self {
         Self {
             functions: "",
@@ -93,7 +91,6 @@ pub struct Constant {
 
 impl Constant {
     /// A list of numbers.
-    #[must_use]
     pub fn list(name: &'static str, precision: Precision, values: &[f64]) -> Self {
         Self {
             name,
@@ -130,7 +127,6 @@ pub struct Memory {
 
 impl Memory {
     /// A set of gauges for each value.
-    #[must_use]
     pub fn of_gauges(name: &'static str, precision: Precision, sets: usize) -> Self {
         Self {
             name,

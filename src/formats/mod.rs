@@ -52,7 +52,6 @@ pub fn endings() -> impl Iterator<Item = &'static str> {
 }
 
 /// The formats with their endings, as `--help` and the window list them.
-#[must_use]
 pub fn listed() -> String {
     let of_format = |format: &Format| {
         let endings = format.endings.iter().map(|ending| format!(".{ending}"));

@@ -39,7 +39,6 @@ pub struct ClockOffset {
 /// Both runs must overlap by half of the shorter one; where they do not, their starts are laid upon each other first.
 /// From there, offsets up to a fifth of what they have in common are tried. A gauge that lags behind its load looks like
 /// an offset too, so this is no proof of one. `None` where a time goes back, or either side is too short or constant.
-#[must_use]
 pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
     let shorter = gauge_span.length().min(reference_span.length());

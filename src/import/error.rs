@@ -197,7 +197,6 @@ pub enum ReadError {
 
 impl ReadError {
     /// Whether somebody who says what the columns are would get past it.
-    #[must_use]
     pub const fn wants_a_map(&self) -> bool {
         use TableError::{
             DuplicateAxis, DuplicateGauge, HeaderIsNumbers, NoGauges, NoSampleRate, NoTime,

@@ -25,7 +25,6 @@ pub struct Series<'a> {
 ///
 /// **Shapes** one entry per time; `None` where there is no reference, else `width` values are appended to the second
 /// list, row-major.
-#[must_use]
 pub fn at_times(
     times: &[f64],
     reference: Series,
@@ -108,7 +107,6 @@ fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Op
 }
 
 /// Stretches of samples that follow each other no later than `within_secs`; together they are all samples.
-#[must_use]
 pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {

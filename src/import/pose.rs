@@ -28,7 +28,6 @@ pub struct Pose {
 }
 
 /// The rotation that such numbers mean, in the order of [`Attitude::parts`]; angles in rad. `None` if they are none.
-#[must_use]
 pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<Rotation> {
     let rotation = match (attitude, numbers) {
         (Attitude::Quaternion, &[w, x, y, z]) => rotation_from_quaternion([w, x, y, z])?,
@@ -76,7 +75,6 @@ fn is_rotation(rotation: &Rotation) -> bool {
 /// In a window centred on each pose, half of `smoothing_secs` to either side, a parabola is fitted to the centre's path;
 /// the window looks ahead, so this is for references alone. Times that go back end it, and with fewer than five poses in
 /// it the acceleration is taken as none.
-#[must_use]
 pub fn accelerations(
     times: &[f64],
     poses: &[Pose],
@@ -144,7 +142,6 @@ fn bend(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
 }
 
 /// The load of a weight that is pulled by gravity and moves with this acceleration, both in the world (m/s²).
-#[must_use]
 pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64; 3]) -> [f64; 6] {
     let pull = std::array::from_fn(|i| gravity[i] - acceleration[i]);
     load_of_pull(&pose.rotation, weight, pull)
@@ -175,7 +172,6 @@ pub struct WeightEstimate {
 /// **Shapes** `forces` and `moments` one for each rotation.
 ///
 /// `None` if gravity never turned in the sensor's frame: weight and offset are then the same.
-#[must_use]
 pub fn estimate_weight(
     rotations: &[Rotation],
     forces: &[[f64; 3]],

@@ -21,7 +21,6 @@ impl Axis {
     pub const ALL: [Self; 6] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz];
 
     /// The axis' symbol, `Fx` to `Mz`.
-    #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Fx => "Fx",
@@ -34,25 +33,21 @@ impl Axis {
     }
 
     /// Whether this is a force rather than a moment.
-    #[must_use]
     pub const fn is_force(self) -> bool {
         matches!(self, Self::Fx | Self::Fy | Self::Fz)
     }
 
     /// The SI unit that values of this axis have inside the program.
-    #[must_use]
     pub const fn unit(self) -> &'static str {
         if self.is_force() { "N" } else { "N·m" }
     }
 
     /// Symbol and unit, as they stand over a column.
-    #[must_use]
     pub fn label(self) -> String {
         format!("{} [{}]", self.symbol(), self.unit())
     }
 
     /// [`Axis::label`] with what of the axis it is about.
-    #[must_use]
     pub fn label_of(self, what: &str) -> String {
         format!("{} {what} [{}]", self.symbol(), self.unit())
     }

@@ -22,7 +22,6 @@ pub struct Weight {
 /// The attitude after turning by `roll` about x, then by `pitch` about the world's y.
 ///
 /// **Units** angles in rad.
-#[must_use]
 pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
     let (sin_roll, cos_roll) = roll.sin_cos();
     let (sin_pitch, cos_pitch) = pitch.sin_cos();
@@ -49,7 +48,6 @@ pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
 /// assert_eq!(load[2], -9.80665);
 /// assert_eq!(load[4], 0.02 * 9.80665);
 /// ```
-#[must_use]
 pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
     // The weight pulls along −z of the world, and Rᵀ times that axis is R's last row.
     let pull = -weight.mass_kg * STANDARD_GRAVITY;
@@ -62,14 +60,12 @@ pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
 /// **Shapes** `[Fx, Fy, Fz, Mx, My, Mz]`.
 ///
 /// **Units** N and N·m.
-#[must_use]
 pub fn load_of_pull(sensor_to_world: &Rotation, weight: &Weight, pull: [f64; 3]) -> [f64; 6] {
     let force = pull_in_sensor(sensor_to_world, pull).map(|pull| weight.mass_kg * pull);
     with_moments(force, weight)
 }
 
 /// A vector of the world in the sensor's frame: `Rᵀ p`.
-#[must_use]
 pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = sensor_to_world;
     std::array::from_fn(|i| x[i] * pull[0] + y[i] * pull[1] + z[i] * pull[2])
@@ -89,7 +85,6 @@ fn with_moments([fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
 }
 
 /// The attitude of a quaternion `[w, x, y, z]` of any length; `None` without length.
-#[must_use]
 pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
     let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
     if length <= 1e-9 || !length.is_finite() {
@@ -116,7 +111,6 @@ pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
 }
 
 /// The attitude after turning about the axis of a vector by its length (rad).
-#[must_use]
 pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     let angle = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
     // sin(angle / 2) / angle has the limit one half.
@@ -132,7 +126,6 @@ pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
 /// The attitude after turning by `roll` about x, then by `pitch` about the world's y, then by `yaw` about its z.
 ///
 /// **Units** angles in rad.
-#[must_use]
 pub fn rotation_from_roll_pitch_yaw(roll: f64, pitch: f64, yaw: f64) -> Rotation {
     let [x, y, z] = rotation_from_roll_pitch(roll, pitch);
     let (sin, cos) = yaw.sin_cos();

@@ -137,7 +137,6 @@ impl Recording {
 
     /// The same recording with labels for the gauges' units (`mV/V`, `V`, `counts`, `ohm`); empty where none is known.
     /// Labels for another number of gauges change nothing.
-    #[must_use]
     pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
         if units.len() == self.gauge_names.len() {
             self.gauge_units = units;
@@ -156,67 +155,56 @@ impl Recording {
     }
 
     /// How the gauges were tared; `None` where they are as they were measured.
-    #[must_use]
     pub fn tare(&self) -> Option<Tare> {
         self.tare
     }
 
     /// The name shown to people: a file's stem, with a part number where one file holds several recordings.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Where the numbers come from.
-    #[must_use]
     pub fn source(&self) -> &Source {
         &self.source
     }
 
     /// How many samples there are, at least one.
-    #[must_use]
     pub fn n_samples(&self) -> usize {
         self.times.len()
     }
 
     /// Sample times (s), never going back, on the clock of the file.
-    #[must_use]
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
     /// From the first sample to the last (s).
-    #[must_use]
     pub fn duration_secs(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
     /// One over the median time step (Hz); `None` with one sample or where most steps are zero.
-    #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
         self.rate_hz
     }
 
     /// The gauges' names in column order.
-    #[must_use]
     pub fn gauge_names(&self) -> &[String] {
         &self.gauge_names
     }
 
     /// Labels of the gauges' units in column order; empty where none is known. Values are never converted.
-    #[must_use]
     pub fn gauge_units(&self) -> &[String] {
         &self.gauge_units
     }
 
     /// How many gauge channels there are, at least one.
-    #[must_use]
     pub fn n_gauges(&self) -> usize {
         self.gauge_names.len()
     }
 
     /// All gauges, `n × n_gauges` row-major.
-    #[must_use]
     pub fn gauges(&self) -> &[f64] {
         &self.gauges
     }
@@ -225,25 +213,21 @@ impl Recording {
     ///
     /// # Panics
     /// If there is no sample `k`.
-    #[must_use]
     pub fn gauges_at(&self, k: usize) -> &[f64] {
         &self.gauges[k * self.n_gauges()..(k + 1) * self.n_gauges()]
     }
 
     /// The axes whose reference load is known; empty without a reference.
-    #[must_use]
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
 
     /// Whether the load that was really applied is known.
-    #[must_use]
     pub fn has_reference(&self) -> bool {
         !self.axes.is_empty()
     }
 
     /// The reference load, `n × n_axes` row-major.
-    #[must_use]
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
@@ -251,7 +235,6 @@ impl Recording {
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
     ///
     /// A step of 0 counts as 1.
-    #[must_use]
     pub fn decimated(&self, step: usize) -> Self {
         let step = step.max(1);
         self.picked((0..self.n_samples()).step_by(step), self.name.clone())
@@ -260,7 +243,6 @@ impl Recording {
     /// Cuts the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
     ///
     /// `None` where a side would be empty. History does not cross the cut: these are two recordings.
-    #[must_use]
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
         let n = self.n_samples();
         let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0

@@ -35,7 +35,6 @@ pub struct Entry {
 impl Entry {
     /// An entry with the role that the recording's name asks for: `test…` tests, all others train; without a
     /// reference it is off.
-    #[must_use]
     pub fn with_default_role(recording: Recording) -> Self {
         let is_test = recording
             .name()
@@ -46,7 +45,6 @@ impl Entry {
     }
 
     /// An entry with this role; without a reference it is off.
-    #[must_use]
     pub fn new(recording: Recording, role: Role) -> Self {
         let role = if recording.has_reference() {
             role
@@ -120,19 +118,16 @@ pub struct RecordingSet {
 
 impl RecordingSet {
     /// The columns that all recordings share.
-    #[must_use]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
     /// The recordings in the order of loading.
-    #[must_use]
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
     /// Whether every recording comes from the built-in simulated sensor.
-    #[must_use]
     pub fn is_simulated(&self) -> bool {
         !self.entries.is_empty()
             && self
@@ -142,14 +137,12 @@ impl RecordingSet {
     }
 
     /// The median rate of the recordings in a role (Hz), of two the higher; `None` where none has a rate.
-    #[must_use]
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
         let entries = self.entries.iter().filter(|entry| entry.role == role);
         median(entries.filter_map(|entry| entry.recording.rate_hz()))
     }
 
     /// How the recordings that are fitted were tared, where they all were in one way.
-    #[must_use]
     pub fn tare(&self) -> Option<Tare> {
         let is_fitted = |entry: &&Entry| entry.role == Role::Train;
         let mut tares = self
@@ -231,7 +224,6 @@ impl RecordingSet {
 
     /// Cuts each recording that plays a role in time: the first part trains, the rest tests. What is off or too short
     /// to be cut stays as it is.
-    #[must_use]
     pub fn split(&self, fraction: f64) -> Self {
         let entries = self
             .entries

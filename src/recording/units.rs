@@ -22,7 +22,6 @@ const INCH: f64 = 0.0254;
 const FOOT: f64 = 0.3048;
 
 /// How many newtons one `unit` is; `None` for an unknown spelling.
-#[must_use]
 pub fn force_in_newtons(unit: &str) -> Option<f64> {
     Some(match plain(unit)?.as_str() {
         "n" | "newton" | "newtons" => 1.0,
@@ -36,7 +35,6 @@ pub fn force_in_newtons(unit: &str) -> Option<f64> {
 }
 
 /// How many newton metres one `unit` is; `None` for an unknown spelling.
-#[must_use]
 pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
     Some(match plain(unit)?.as_str() {
         "nm" => 1.0,
@@ -51,7 +49,6 @@ pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
 }
 
 /// How many radians one `unit` is; `None` for an unknown spelling.
-#[must_use]
 pub fn angle_in_radians(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "rad" | "radian" | "radians" => 1.0,
@@ -61,7 +58,6 @@ pub fn angle_in_radians(unit: &str) -> Option<f64> {
 }
 
 /// How many metres one `unit` is; `None` for an unknown spelling.
-#[must_use]
 pub fn length_in_metres(unit: &str) -> Option<f64> {
     Some(match unit.trim() {
         "m" => 1.0,
@@ -91,7 +87,6 @@ pub enum TimeUnit {
 
 impl TimeUnit {
     /// The unit spelled so, whatever the capitals; `None` for an unknown spelling.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
         let name = name
@@ -112,7 +107,6 @@ impl TimeUnit {
     }
 
     /// How many of this unit make one second. Divide by it: the quotient is then the nearest number there is.
-    #[must_use]
     pub const fn per_second(self) -> f64 {
         match self {
             Self::Seconds => 1.0,
@@ -123,7 +117,6 @@ impl TimeUnit {
     }
 
     /// The unit's symbol in plain letters, `s` to `ns`.
-    #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "s",

@@ -59,7 +59,6 @@ fn missing(calibration: &Calibration, set: ScoreSet) -> String {
 }
 
 /// What the column of the factory's calibration means, and what was taken away from its errors.
-#[must_use]
 pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> String {
     let added = (calibration.axes.iter().zip(&factory.offsets))
         .filter_map(|(axis, offset)| {

@@ -20,7 +20,6 @@ pub struct LoopScale {
 
 /// Largest width, mean width and area of each loop, in units and in percent, and by how much the second differs from the
 /// first; a loop without a trace is a gauge's.
-#[must_use]
 pub fn loop_figures(loops: &[(Option<Trace>, [f64; 3])], of: LoopScale) -> Table {
     let unit = if of.is_gauge { "raw" } else { of.axis.unit() };
     let share = match of.is_gauge {
@@ -88,7 +87,6 @@ pub fn loop_figures(loops: &[(Option<Trace>, [f64; 3])], of: LoopScale) -> Table
 }
 
 /// The exponential that each load's error follows over one dwell; `None` where no time passes.
-#[must_use]
 pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
     let row = |name: String, about: &str, cell: &dyn Fn(&Drift) -> Cell| {
         let cells = drifts.iter();

@@ -6,7 +6,6 @@ use crate::evaluation::metrology::{self, Figure, Metrology, Reason, Row, Value};
 use crate::evaluation::numbers::significant;
 
 /// The figures of the axis at this place, one row each, but those of crosstalk.
-#[must_use]
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
     let mut columns = vec![Column::words("Figure")];
@@ -109,7 +108,6 @@ fn defined(row: &Row, name: String) -> Cell {
 }
 
 /// All axes beside each other.
-#[must_use]
 pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     let title = match shown {
         Shown::PercentFs => "% of full scale",
@@ -124,7 +122,6 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
 
 /// Two rows per loaded axis, one column per axis that reads it; or one row with the reason why there is nothing to read.
 /// `None` for a single axis.
-#[must_use]
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
     let mut columns = vec![Column::words("Loaded alone"), Column::words("Output")];
@@ -204,7 +201,6 @@ const RECORD: [&str; 17] = [
 /// scale, with where it comes from, or with the reason why there is no figure; then what the quantity means.
 ///
 /// Full scale and dead band are in the axis' load unit.
-#[must_use]
 pub fn figure_records(metrology: &Metrology) -> Table {
     let number = |value: f64| Cell::number(value, value.to_string());
     let mut rows = Vec::new();

@@ -55,7 +55,6 @@ pub struct Column {
 
 impl Column {
     /// A column of words.
-    #[must_use]
     pub fn words(name: impl Into<String>) -> Self {
         let name = name.into();
         Self {
@@ -65,7 +64,6 @@ impl Column {
     }
 
     /// A column of numbers.
-    #[must_use]
     pub fn numbers(name: impl Into<String>) -> Self {
         Self {
             align: Align::Right,
@@ -74,7 +72,6 @@ impl Column {
     }
 
     /// A column of numbers about one load.
-    #[must_use]
     pub fn of(trace: Trace, unit: &'static str) -> Self {
         Self {
             unit,
@@ -85,7 +82,6 @@ impl Column {
     }
 
     /// A column of loads.
-    #[must_use]
     pub fn load(axis: Axis) -> Self {
         Self {
             unit: axis.unit(),
@@ -94,7 +90,6 @@ impl Column {
     }
 
     /// A column of [changes](Cell::change) between the columns to its left.
-    #[must_use]
     pub fn change() -> Self {
         Self {
             about: "From Conv. to Comp.".to_owned(),
@@ -103,7 +98,6 @@ impl Column {
     }
 
     /// Group, name and unit.
-    #[must_use]
     pub fn title(&self) -> String {
         let group =
             (self.group.as_ref()).map_or_else(String::new, |(group, _)| format!("{group} "));
@@ -145,19 +139,16 @@ impl Cell {
     }
 
     /// Words.
-    #[must_use]
     pub fn words(text: impl Into<String>) -> Self {
         Self::new(Value::Words, text, "")
     }
 
     /// A number, shown as `text`.
-    #[must_use]
     pub fn number(value: f64, text: impl Into<String>) -> Self {
         Self::new(Value::Number(value), text, "")
     }
 
     /// A number where there is one, shown with this many significant digits, else a dash.
-    #[must_use]
     pub fn digits(value: Option<f64>, digits: usize) -> Self {
         value.map_or_else(Self::none, |value| {
             Self::number(value, significant(value, digits))
@@ -165,7 +156,6 @@ impl Cell {
     }
 
     /// By how many percent `to` is above `from`; a dash where that says nothing.
-    #[must_use]
     pub fn change(from: f64, to: f64) -> Self {
         let change = percent_change(from, to);
         change.map_or_else(Self::none, |change| {
@@ -174,32 +164,27 @@ impl Cell {
     }
 
     /// No number, for this reason; `word` stands for it where there is no room.
-    #[must_use]
     pub fn missing(word: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::new(Value::Missing, word, reason)
     }
 
     /// No number, and nothing to say about it.
-    #[must_use]
     pub fn none() -> Self {
         Self::missing("–", "")
     }
 
     /// A part of the cell to its left.
-    #[must_use]
     pub fn continued() -> Self {
         Self::new(Value::Continued, "", "")
     }
 
     /// The same cell with what there is to know about it.
-    #[must_use]
     pub fn about(self, about: impl Into<String>) -> Self {
         let about = about.into();
         Self { about, ..self }
     }
 
     /// Why there is no number, where a sentence says so.
-    #[must_use]
     pub fn reason(&self) -> Option<&str> {
         (self.value == Value::Missing && !self.about.is_empty()).then_some(&self.about)
     }
@@ -207,7 +192,6 @@ impl Cell {
 
 impl Table {
     /// Tables whose first columns are the same, under their names, beside each other.
-    #[must_use]
     pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
         let mut all = Self {
             title: title.to_owned(),
@@ -230,7 +214,6 @@ impl Table {
     }
 
     /// The loads and errors with so many decimals, where somebody compares them with others' rather than reads them.
-    #[must_use]
     pub fn with_decimals(mut self, decimals: usize) -> Self {
         for (at, column) in self.columns.iter().enumerate() {
             let cells = self.rows.iter_mut().map(|row| &mut row[at]);
@@ -245,7 +228,6 @@ impl Table {
 
     /// In columns as wide as their widest cell, for a terminal, with what one would act upon escaped; a reason that has no
     /// room in its row stands below it.
-    #[must_use]
     pub fn text(&self) -> String {
         let width = |text: &str| text.chars().count();
         let titles: Vec<String> = self.columns.iter().map(Column::title).collect();
@@ -308,7 +290,6 @@ impl Table {
     }
 
     /// Tab-separated, for the clipboard; what would end a cell or a line in one is a blank.
-    #[must_use]
     pub fn tab_separated(&self) -> String {
         let lines: Vec<String> = self
             .records()

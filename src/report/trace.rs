@@ -25,7 +25,6 @@ impl Trace {
     ];
 
     /// The paper's abbreviation.
-    #[must_use]
     pub fn label(self) -> &'static str {
         match self {
             Self::Calculated => "Calc.",
@@ -36,7 +35,6 @@ impl Trace {
     }
 
     /// What the abbreviation stands for.
-    #[must_use]
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Calculated => "Calculated: the load that was really applied",

@@ -21,13 +21,11 @@ pub struct Pane(pub &'static Kind);
 
 impl Pane {
     /// What stands on its tab.
-    #[must_use]
     pub fn title(self) -> &'static str {
         self.0.title
     }
 
     /// What is in it.
-    #[must_use]
     pub fn explanation(self) -> &'static str {
         self.0.explanation
     }

@@ -35,7 +35,6 @@ impl Reply {
 }
 
 /// What writes it into the file that was chosen, where replacing it was agreed to if it is there.
-#[must_use]
 pub fn save_to(content: FileContent, path: PathBuf) -> Command {
     // About a file that is new nobody was asked, and some are written with others beside them.
     let existing = match path.exists() {

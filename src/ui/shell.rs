@@ -62,7 +62,6 @@ pub struct Shell {
 
 impl Shell {
     /// Opens `files`, or the built-in sensor if there are none.
-    #[must_use]
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
         let_window_go_first();
         appearance::prepare(context);
@@ -99,7 +98,6 @@ impl Shell {
     }
 
     /// Takes over what was remembered of a person; begins the tour for one who has not had it.
-    #[must_use]
     pub fn with_preferences(mut self, preferences: Preferences) -> Self {
         if let Some(layout) = preferences.layout.as_ref().and_then(Workspace::from_value) {
             self.workspace = layout;
@@ -112,14 +110,12 @@ impl Shell {
     }
 
     /// Where to write down what is not saved, so that it survives a crash; offers what others left behind.
-    #[must_use]
     pub fn with_recovery(mut self, folder: &Path) -> Self {
         self.engine.recover_in(folder);
         self
     }
 
     /// What is to be remembered.
-    #[must_use]
     pub fn preferences(&self) -> Preferences {
         Preferences {
             layout: Some(self.workspace.to_value()),
@@ -128,25 +124,21 @@ impl Shell {
     }
 
     /// The engine behind the window.
-    #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
     /// The interval of time that the traces show; `None` where it is all of it.
-    #[must_use]
     pub fn visible_time(&self) -> Option<(f64, f64)> {
         self.time.visible_time()
     }
 
     /// The panes that are on screen.
-    #[must_use]
     pub fn on_screen(&self) -> Vec<Pane> {
         self.workspace.on_screen()
     }
 
     /// Whether anything runs or waits to run.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         !self.commands.is_empty() || self.engine.is_busy()
     }

@@ -34,7 +34,6 @@ impl eframe::App for Window {
 }
 
 /// Opens the window on `files`, or on the built-in sensor if there are none, and returns when it is closed.
-#[must_use]
 pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     if let Some(missing) = missing_display() {
         eprintln!("loopscope: {missing}; {WITHOUT_DISPLAY}");

@@ -106,7 +106,6 @@ pub enum Question {
 
 impl Question {
     /// Whether the answer depends on what the trace panes show.
-    #[must_use]
     pub fn follows_screen(&self) -> bool {
         let span = match self {
             Self::Loops(question) => question.span,

@@ -65,7 +65,6 @@ impl Study {
     }
 
     /// The axes that errors are measured on.
-    #[must_use]
     pub fn scale(&self) -> MeasureScale {
         MeasureScale {
             axes: self.blank.axes.clone(),
@@ -74,13 +73,11 @@ impl Study {
     }
 
     /// What F_th is measured in.
-    #[must_use]
     pub fn distance(&self) -> Distance {
         self.blank.features.distance
     }
 
     /// The largest full scale among the axes that F_th is measured over, in the unit of F_th.
-    #[must_use]
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);
@@ -90,7 +87,6 @@ impl Study {
     }
 
     /// The thresholds of the settings' first look-back, or what they would be by default.
-    #[must_use]
     pub fn present_thresholds(&self) -> Thresholds {
         let first = self.settings.features.look_backs.first();
         first
@@ -99,7 +95,6 @@ impl Study {
     }
 
     /// What these thresholds do to the training samples.
-    #[must_use]
     pub fn touch(&self, thresholds: Thresholds) -> Touch {
         let unlimited = Thresholds {
             t_th_secs: f64::INFINITY,
@@ -117,7 +112,6 @@ impl Study {
     }
 
     /// The mean hysteresis of the training recordings.
-    #[must_use]
     pub fn mean_hysteresis(&self) -> MeanHysteresis {
         let runs: Vec<HysteresisRun<'_>> = (self.data.entries.iter().zip(&self.data.loads))
             .filter(|(entry, _)| entry.role == Role::Train)

@@ -43,19 +43,16 @@ pub struct Network {
 
 impl Network {
     /// How many numbers describe a sample.
-    #[must_use]
     pub fn n_inputs(&self) -> usize {
         self.input_shift.len()
     }
 
     /// How many numbers are predicted.
-    #[must_use]
     pub fn n_targets(&self) -> usize {
         self.target_shift.len()
     }
 
     /// How many weights and biases there are.
-    #[must_use]
     pub fn n_parameters(&self) -> usize {
         let count =
             |layer: &Layer| layer.weights.iter().map(Vec::len).sum::<usize>() + layer.biases.len();

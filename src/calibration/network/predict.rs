@@ -51,7 +51,6 @@ impl Network {
     }
 
     /// Memory that [`Network::predict_one`] can use again and again.
-    #[must_use]
     pub fn scratch(&self) -> Scratch {
         let widths = self.layers.iter().map(|layer| layer.biases.len());
         let widest = widths.chain([self.n_inputs()]).max().unwrap_or(0);

@@ -26,7 +26,6 @@ pub struct Samples {
 
 impl Samples {
     /// No samples yet.
-    #[must_use]
     pub fn new(n_inputs: usize, n_targets: usize) -> Self {
         Self {
             inputs: Table::new(n_inputs),
@@ -72,19 +71,16 @@ impl Samples {
     }
 
     /// How many samples there are.
-    #[must_use]
     pub fn n_samples(&self) -> usize {
         self.targets.n_rows()
     }
 
     /// How many columns a sample is described by.
-    #[must_use]
     pub fn n_inputs(&self) -> usize {
         self.inputs.width
     }
 
     /// How many columns are to be learned.
-    #[must_use]
     pub fn n_targets(&self) -> usize {
         self.targets.width
     }

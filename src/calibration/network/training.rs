@@ -31,7 +31,6 @@ pub struct EpochReport {
 
 impl EpochReport {
     /// How long the rest takes if it goes on as before.
-    #[must_use]
     pub fn time_left(&self) -> Duration {
         let left = self.epochs.saturating_sub(self.epoch) as f64;
         self.elapsed.mul_f64(left / self.epoch.max(1) as f64)

@@ -63,7 +63,6 @@ impl Drift {
     ///
     /// # Panics
     /// If there are not as many outputs as times.
-    #[must_use]
     pub fn of(times: &[f64], outputs: &[f64]) -> Option<Self> {
         assert_eq!(times.len(), outputs.len(), "one output for each time");
         let (first, last) = (*times.first()?, *times.last()?);
@@ -93,14 +92,12 @@ impl Drift {
     }
 
     /// The fitted output this long after the first sample.
-    #[must_use]
     pub fn at(&self, secs: f64) -> f64 {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
     /// Whether the drift stands out of the noise: three standard errors of the difference between the means of the
     /// first and the last tenth.
-    #[must_use]
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error

@@ -29,7 +29,6 @@ pub struct Hold {
 ///
 /// # Panics
 /// If the slices differ in length.
-#[must_use]
 pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
     assert_eq!(axes.len(), bands.len(), "one band for each axis");
     assert!(

@@ -25,7 +25,6 @@ impl Curve {
     ///
     /// # Panics
     /// If the branch is not one of these loads, or there are not as many outputs as loads.
-    #[must_use]
     pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
         assert_eq!(loads.len(), outputs.len(), "one output for each load");
         let loads = &loads[branch.samples.clone()];
@@ -65,7 +64,6 @@ impl Curve {
     }
 
     /// The output at this load; beyond the ends, that at the end.
-    #[must_use]
     pub fn at(&self, load: f64) -> f64 {
         let next = self.knots.partition_point(|(knot, _)| *knot <= load);
         match (next.checked_sub(1), self.knots.get(next)) {
@@ -80,7 +78,6 @@ impl Curve {
     }
 
     /// The averages as `(load, output)`, loads rising: one for each hundredth of the range that has samples.
-    #[must_use]
     pub fn averages(&self) -> &[(f64, f64)] {
         &self.averages
     }
@@ -88,7 +85,6 @@ impl Curve {
     /// The two ends as `(load, output)`, the outputs carried on from the outer two averages: no single sample's noise.
     ///
     /// `None` with fewer than two averages.
-    #[must_use]
     pub fn ends(&self) -> Option<[(f64, f64); 2]> {
         let [first, second, ..] = self.averages[..] else {
             return None;

@@ -19,7 +19,6 @@ pub struct Cycle {
 
 impl Cycle {
     /// The branch in which the load rises.
-    #[must_use]
     pub fn rising(&self) -> &Branch {
         if self.first.rising {
             &self.first
@@ -29,7 +28,6 @@ impl Cycle {
     }
 
     /// The branch in which the load falls.
-    #[must_use]
     pub fn falling(&self) -> &Branch {
         if self.first.rising {
             &self.second
@@ -39,19 +37,16 @@ impl Cycle {
     }
 
     /// The least load that both branches have.
-    #[must_use]
     pub fn low(&self) -> f64 {
         self.first.low.max(self.second.low)
     }
 
     /// The greatest load that both branches have.
-    #[must_use]
     pub fn high(&self) -> f64 {
         self.first.high.min(self.second.high)
     }
 
     /// The width of the range of loads that both branches have.
-    #[must_use]
     pub fn span(&self) -> f64 {
         self.high() - self.low()
     }
@@ -79,7 +74,6 @@ impl Loop {
     ///
     /// # Panics
     /// If the cycle is not one of these loads, or there are not as many outputs as loads.
-    #[must_use]
     pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
         let (low, high) = (cycle.low(), cycle.high());
         let on = |branch: &Branch| {
@@ -95,7 +89,6 @@ impl Loop {
     }
 
     /// The mean of several loops over the loads that all of them have; `None` where there is no such load.
-    #[must_use]
     pub fn mean(loops: &[Self]) -> Option<Self> {
         let low = loops
             .iter()
@@ -147,13 +140,11 @@ impl Loop {
     ///
     /// **Source** OIML R 60-1, 3.7: the difference at one load between coming up from the least and down from the
     /// greatest load.
-    #[must_use]
     pub fn largest_width(&self) -> f64 {
         self.widths().map(f64::abs).fold(0.0, f64::max)
     }
 
     /// The mean size of the width over the common range.
-    #[must_use]
     pub fn mean_width(&self) -> f64 {
         mean_by_trapezoids(self.widths().map(f64::abs))
     }
@@ -161,7 +152,6 @@ impl Loop {
     /// What the loop encloses: the integral of the width over the load, positive where the output lags behind.
     ///
     /// **Units** that of the output times that of the load.
-    #[must_use]
     pub fn area(&self) -> f64 {
         mean_by_trapezoids(self.widths()) * (self.high - self.low)
     }

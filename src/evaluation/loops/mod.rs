@@ -39,7 +39,6 @@ pub struct Loops {
 
 impl Loops {
     /// Splits each recording's load at its reversals.
-    #[must_use]
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>, dead_band: f64) -> Self {
         Self {
             branches: recordings
@@ -50,7 +49,6 @@ impl Loops {
     }
 
     /// The branches of each recording, in the order of time.
-    #[must_use]
     pub fn branches(&self) -> &[Vec<Branch>] {
         &self.branches
     }
@@ -68,7 +66,6 @@ impl Loops {
     }
 
     /// The cycle whose branches share the widest range of loads, the first of them if several do.
-    #[must_use]
     pub fn largest(&self) -> Option<Cycle> {
         self.cycles().reduce(|largest, cycle| {
             if cycle.span() > largest.span() {
@@ -80,7 +77,6 @@ impl Loops {
     }
 
     /// The cycles that cover at least [`FULL_SHARE`] of the largest one's range, itself among them.
-    #[must_use]
     pub fn full_cycles(&self) -> Vec<Cycle> {
         let Some(largest) = self.largest() else {
             return Vec::new();
@@ -92,7 +88,6 @@ impl Loops {
     }
 
     /// The widest branch that goes this way, with its recording.
-    #[must_use]
     pub fn widest_branch(&self, rising: bool) -> Option<(usize, &Branch)> {
         self.all_branches(rising).reduce(|widest, other| {
             if other.1.span() > widest.1.span() {

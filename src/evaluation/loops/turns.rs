@@ -32,7 +32,6 @@ pub struct Branch {
 
 impl Branch {
     /// From the least load to the greatest.
-    #[must_use]
     pub fn span(&self) -> f64 {
         self.high - self.low
     }
@@ -44,7 +43,6 @@ impl Branch {
 /// recording and the last one ends with it. A load that never leaves the dead band has no branch.
 ///
 /// **Units** `dead_band` in the unit of the loads.
-#[must_use]
 pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
     let (turns, first_rises) = turns(loads, dead_band);
     let Some(mut rising) = first_rises else {
@@ -112,7 +110,6 @@ fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
 /// median, because turns and steps are few. The noisiest recording counts. The range is that over all recordings.
 ///
 /// **Units** that of the loads.
-#[must_use]
 pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
     let (mut largest, mut low, mut high) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
     for loads in recordings {
@@ -131,7 +128,6 @@ pub(crate) fn dead_band_of(noise: f64, (low, high): (f64, f64)) -> f64 {
 /// The standard deviation of the noise of the noisiest recording, as [`default_dead_band`] measures it.
 ///
 /// **Units** that of the loads.
-#[must_use]
 pub fn noise<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
     recordings.into_iter().map(noise_of).fold(0.0, f64::max)
 }

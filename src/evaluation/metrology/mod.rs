@@ -76,7 +76,6 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// A recording with the loads that a calibration gave for it.
-    #[must_use]
     pub fn new(recording: &'a Recording, applied: &'a AppliedLoads) -> Self {
         Self {
             name: recording.name(),
@@ -225,7 +224,6 @@ impl Metrology {
     }
 
     /// The figures of one row and axis.
-    #[must_use]
     pub fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
         let row = self.rows.iter().find(|row| row.quantity == quantity)?;
         row.cells.iter().find(|cell| cell.axis == axis)

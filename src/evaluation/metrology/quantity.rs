@@ -56,7 +56,6 @@ pub struct Definition {
 
 impl Definition {
     /// How it is computed, whose definition that follows, and what a free-running recording does not meet: a sentence each.
-    #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences = vec![
             format!("{}.", self.definition),
@@ -71,7 +70,6 @@ impl Definition {
 
 impl Quantity {
     /// All rows for these axes, in the order of the table.
-    #[must_use]
     pub fn all(axes: &[Axis]) -> Vec<Self> {
         use Quantity::*;
         let loops = [
@@ -95,7 +93,6 @@ impl Quantity {
     }
 
     /// The axis that is loaded while the others are read, for crosstalk.
-    #[must_use]
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
             Self::Crosstalk(axis) => Some(axis),
@@ -104,13 +101,11 @@ impl Quantity {
     }
 
     /// Whether the figures are times in seconds rather than loads.
-    #[must_use]
     pub fn is_time(self) -> bool {
         self == Self::CreepTime
     }
 
     /// What the row means.
-    #[must_use]
     pub fn definition(self) -> Definition {
         let [id, name, definition, source, free_running] = match self {
             Self::Crosstalk(axis) => return crosstalk(axis),

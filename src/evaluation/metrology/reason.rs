@@ -79,7 +79,6 @@ pub enum Reason {
 
 impl Reason {
     /// A word or two that stand for the sentence where there is no room for it.
-    #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
             Self::NoReference { .. } => "no ref.",
@@ -104,7 +103,6 @@ impl Reason {
     }
 
     /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.
-    #[must_use]
     pub fn no_cycle(axis: Axis, loops: &Loops, range: (f64, f64), dead_band: f64) -> Self {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);

@@ -159,26 +159,22 @@ impl ThresholdGrid {
     }
 
     /// The F_th, rising.
-    #[must_use]
     pub fn f_ths(&self) -> &[f64] {
         &self.f_ths
     }
 
     /// The t_th, rising (s).
-    #[must_use]
     pub fn t_ths_secs(&self) -> &[f64] {
         &self.t_ths_secs
     }
 
     /// The longest t_th (s).
-    #[must_use]
     pub fn longest_secs(&self) -> f64 {
         *self.t_ths_secs.last().expect("a grid has a t_th")
     }
 
     /// The positions of the F_th in levels, each halving the gaps that the ones before left: a map that is filled in
     /// this order shows the whole of it from the first level on.
-    #[must_use]
     pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
         let n = self.f_ths.len();
         let mut stride = 1;

@@ -24,7 +24,6 @@ impl ScoreSet {
     pub const ALL: [Self; 3] = [Self::Train, Self::Test, Self::LeftOut];
 
     /// What people call it.
-    #[must_use]
     pub fn label(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -34,7 +33,6 @@ impl ScoreSet {
     }
 
     /// What the window has room for.
-    #[must_use]
     pub fn title(self) -> &'static str {
         match self {
             Self::Train => "Train",
@@ -44,7 +42,6 @@ impl ScoreSet {
     }
 
     /// What errors on them say.
-    #[must_use]
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Train => "On the training recordings themselves, which flatters",
@@ -57,7 +54,6 @@ impl ScoreSet {
     }
 
     /// The errors on these samples.
-    #[must_use]
     pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {
         match self {
             Self::Train => scores.train_rmse.as_deref(),
@@ -67,7 +63,6 @@ impl ScoreSet {
     }
 
     /// The errors of the calibration that the sensor came with; it was fitted to none of the samples, so none was left out.
-    #[must_use]
     pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
         match self {
             Self::Train => &scores.train_rmse,
@@ -101,7 +96,6 @@ pub struct ThresholdMap {
 
 impl ThresholdMap {
     /// No row has come yet.
-    #[must_use]
     pub fn new(
         grid: ThresholdGrid,
         distance: Distance,
@@ -132,19 +126,16 @@ impl ThresholdMap {
     }
 
     /// Whether every row has come.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         self.rows.iter().all(Option::is_some)
     }
 
     /// How many rows have come.
-    #[must_use]
     pub fn n_rows_done(&self) -> usize {
         self.rows.iter().flatten().count()
     }
 
     /// The scores of one pair; `None` as long as its row has not come.
-    #[must_use]
     pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
@@ -153,7 +144,6 @@ impl ThresholdMap {
     ///
     /// # Panics
     /// If there is no such pair.
-    #[must_use]
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
         Thresholds {
             f_th: self.grid.f_ths()[f_at],
@@ -162,7 +152,6 @@ impl ThresholdMap {
     }
 
     /// The pair of the grid that is nearest to these thresholds.
-    #[must_use]
     pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
         let nearest = |values: &[f64], wanted: f64| {
             let distance = |at: &usize| (values[*at] - wanted).abs();
@@ -177,14 +166,12 @@ impl ThresholdMap {
     }
 
     /// One number at one pair.
-    #[must_use]
     pub fn value(&self, set: ScoreSet, measure: Measure, f_at: usize, t_at: usize) -> Option<f64> {
         let scores = &self.point(f_at, t_at)?.scores;
         measure.of_rmse(&self.scale, set.rmse(scores)?)
     }
 
     /// One number of the conventional calibration.
-    #[must_use]
     pub fn conventional_value(&self, set: ScoreSet, measure: Measure) -> Option<f64> {
         measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
     }
@@ -192,7 +179,6 @@ impl ThresholdMap {
     /// The map of one number.
     ///
     /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
-    #[must_use]
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
         let n_t = self.grid.t_ths_secs().len();
         (0..self.rows.len() * n_t)
@@ -201,7 +187,6 @@ impl ThresholdMap {
     }
 
     /// `(F_th, number)` at one t_th, rising; what has not come is left out.
-    #[must_use]
     pub fn curve_over_f_th(&self, set: ScoreSet, measure: Measure, t_at: usize) -> Vec<(f64, f64)> {
         let f_ths = self.grid.f_ths().iter().enumerate();
         f_ths
@@ -210,7 +195,6 @@ impl ThresholdMap {
     }
 
     /// `(t_th, number)` at one F_th, rising (s); empty as long as its row has not come.
-    #[must_use]
     pub fn curve_over_t_th(&self, set: ScoreSet, measure: Measure, f_at: usize) -> Vec<(f64, f64)> {
         let t_ths = self.grid.t_ths_secs().iter().enumerate();
         t_ths
@@ -219,7 +203,6 @@ impl ThresholdMap {
     }
 
     /// The pair with the least of a number, and that number; of equals the one with the least thresholds.
-    #[must_use]
     pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
         let n_t = self.grid.t_ths_secs().len();
         let values = self.values(set, measure).into_iter().enumerate();

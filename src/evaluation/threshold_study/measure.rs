@@ -33,7 +33,6 @@ pub struct MeasureScale {
 
 impl MeasureScale {
     /// Every measure that says something of these axes: groups first.
-    #[must_use]
     pub fn measures(&self) -> Vec<Measure> {
         let groups = [Measure::Forces, Measure::Moments, Measure::FullScale];
         let axes = (0..self.axes.len()).map(Measure::Axis);
@@ -45,7 +44,6 @@ impl MeasureScale {
     }
 
     /// What is looked at first: forces, or percent of full scale where there is none.
-    #[must_use]
     pub fn default_measure(&self) -> Measure {
         if Measure::Forces.weights(self).is_some() {
             Measure::Forces
@@ -57,7 +55,6 @@ impl MeasureScale {
 
 impl Measure {
     /// What each axis' squared error is multiplied with; `None` if no axis counts.
-    #[must_use]
     pub fn weights(self, scale: &MeasureScale) -> Option<Vec<f64>> {
         let one = |at: usize, axis: &Axis| match self {
             Self::Axis(own) => f64::from(u8::from(own == at)),
@@ -79,7 +76,6 @@ impl Measure {
     }
 
     /// The measure of an RMSE per axis; `None` if no axis counts.
-    #[must_use]
     pub fn of_rmse(self, scale: &MeasureScale, rmse: &[f64]) -> Option<f64> {
         let weights = self.weights(scale)?;
         let squares = weights.iter().zip(rmse).map(|(w, rmse)| w * rmse * rmse);
@@ -87,7 +83,6 @@ impl Measure {
     }
 
     /// Its unit.
-    #[must_use]
     pub fn unit(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.unit()),
@@ -98,7 +93,6 @@ impl Measure {
     }
 
     /// What people call it.
-    #[must_use]
     pub fn label(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.symbol()),

@@ -11,7 +11,6 @@ pub struct Paired {
 
 impl Paired {
     /// Whether the difference is no larger than its standard error.
-    #[must_use]
     pub fn is_within_one_standard_error(&self) -> bool {
         self.difference <= self.standard_error
     }
@@ -29,7 +28,6 @@ impl Paired {
 /// **Units** those of the measure, squared.
 ///
 /// `None` with fewer than two parts.
-#[must_use]
 pub fn paired(one: &[f64], other: &[f64], part_samples: &[u64], weights: &[f64]) -> Option<Paired> {
     let parts = part_samples.iter().filter(|n| **n > 0).count();
     if parts < 2 {

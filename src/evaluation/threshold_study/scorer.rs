@@ -38,7 +38,6 @@ pub struct Scorer {
 impl Scorer {
     /// Takes the sums of the parts that are left out in turn, and of the test recordings, all with a first look-back that
     /// finds nothing, and the conventional map, which leaves over what they have as targets.
-    #[must_use]
     pub fn new(
         design: &Design,
         conventional: &LinearMap,
@@ -78,26 +77,22 @@ impl Scorer {
     }
 
     /// Chooses an automatic ridge by leaving these out in turn: the training recordings, where they are two, as a fit does.
-    #[must_use]
     pub fn with_ridge_by(mut self, recordings: Option<Vec<NormalEquations>>) -> Self {
         self.recordings = recordings;
         self
     }
 
     /// How the conventional calibration does: the present alone.
-    #[must_use]
     pub fn conventional(&self) -> &PointScores {
         &self.conventional
     }
 
     /// Test samples.
-    #[must_use]
     pub fn n_test(&self) -> u64 {
         self.test.n_samples()
     }
 
     /// Samples of each part that is left out in turn.
-    #[must_use]
     pub fn part_samples(&self) -> Vec<u64> {
         self.parts.iter().map(NormalEquations::n_samples).collect()
     }

@@ -98,7 +98,6 @@ impl Suggestion {
     /// Whether the minimum stands at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
     ///
     /// The lowest values do not count: they are the least that can be asked, and the conventional calibration itself.
-    #[must_use]
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
         let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
         (

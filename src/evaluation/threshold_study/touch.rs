@@ -36,7 +36,6 @@ pub struct Touch {
 
 impl Touch {
     /// Nothing has been counted yet; `bins` up to t_th, and as many beyond.
-    #[must_use]
     pub fn new(t_th_secs: f64, bins: usize) -> Self {
         let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
         let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
@@ -76,13 +75,11 @@ impl Touch {
     }
 
     /// The share of the samples whose past is found; zero without samples.
-    #[must_use]
     pub fn share_found(&self) -> f64 {
         self.share(self.n_found)
     }
 
     /// The share of the samples whose past is cut off by t_th; zero without samples.
-    #[must_use]
     pub fn share_cut_off(&self) -> f64 {
         self.share(self.n_cut_off)
     }
@@ -92,7 +89,6 @@ impl Touch {
     }
 
     /// The age that a share of the found pasts does not exceed, to within a bin (s); `None` where none is found.
-    #[must_use]
     pub fn age_quantile_secs(&self, share: f64) -> Option<f64> {
         let wanted = share * self.n_found as f64;
         let mut counted = 0;

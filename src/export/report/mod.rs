@@ -97,7 +97,6 @@ pub fn write_report(path: &Path, report: &ReportData) -> Result<(), WriteError> 
 }
 
 /// A time to the minute, as ISO 8601 writes it; one beyond all calendars is 1970.
-#[must_use]
 pub fn utc(time: SystemTime) -> String {
     let time = Timestamp::try_from(time).unwrap_or_default();
     time.strftime("%Y-%m-%d %H:%M UTC").to_string()

@@ -31,7 +31,6 @@ pub static TARGETS: &[&dyn Target] = &[
 ];
 
 /// The format that a file's ending asks for.
-#[must_use]
 pub fn target_for(path: &Path) -> Option<&'static dyn Target> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     let mut targets = TARGETS.iter().copied();
@@ -39,13 +38,11 @@ pub fn target_for(path: &Path) -> Option<&'static dyn Target> {
 }
 
 /// Whether a calibration of this file knows its gauges by name rather than by their order.
-#[must_use]
 pub fn names_gauges(path: &Path) -> bool {
     target_for(path).is_none_or(Target::names_gauges)
 }
 
 /// The usual endings of all formats with their dots, as messages list them.
-#[must_use]
 pub fn target_endings() -> String {
     let endings = TARGETS.iter();
     let endings = endings.map(|target| format!(".{}", target.endings()[0]));
@@ -53,7 +50,6 @@ pub fn target_endings() -> String {
 }
 
 /// All formats with what they are, one after the other, as help lists them.
-#[must_use]
 pub fn listed_targets() -> String {
     let listed = TARGETS.iter().map(|target| {
         let endings = target.endings().join(" .");

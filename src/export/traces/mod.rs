@@ -31,7 +31,6 @@ impl TraceFormat {
     };
 
     /// The format that a file's ending asks for.
-    #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {
         match &*path.extension()?.to_str()?.to_ascii_lowercase() {
             "csv" => Some(Self::Csv),

@@ -30,7 +30,6 @@ impl LiveLookBack {
     ///
     /// `weights` as for [`LoadPath::new`](super::LoadPath::new); thresholds asked for later must not look back longer
     /// than `longest_secs`.
-    #[must_use]
     pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize) -> Self {
         Self {
             used: weights
@@ -76,7 +75,6 @@ impl LiveLookBack {
     ///
     /// # Panics
     /// Before the first sample.
-    #[must_use]
     pub fn past_gauges(&self, thresholds: Thresholds) -> &[f64] {
         let newest = self.times.len() - 1;
         let found = self.find(newest, thresholds).unwrap_or(newest);

@@ -69,7 +69,6 @@ impl Default for Thresholds {
 
 impl Thresholds {
     /// The paper's choice, 3 N and 15 s; over full scale the same 3 N of its sensor's rated 12 N.
-    #[must_use]
     pub fn default_for(distance: Distance) -> Self {
         Self {
             f_th: match distance {
@@ -97,7 +96,6 @@ impl Distance {
     pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
 
     /// Its name on the command line.
-    #[must_use]
     pub fn option(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -106,7 +104,6 @@ impl Distance {
     }
 
     /// Its title.
-    #[must_use]
     pub fn label(self) -> &'static str {
         match self {
             Self::Force => "forces [N]",
@@ -115,7 +112,6 @@ impl Distance {
     }
 
     /// What it is.
-    #[must_use]
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Force => "Norm of the force difference in newtons, as in the paper",
@@ -126,7 +122,6 @@ impl Distance {
     }
 
     /// An F_th with its unit.
-    #[must_use]
     pub fn in_words(self, f_th: f64) -> String {
         match self {
             Self::Force => format!("F_th {f_th} N"),
@@ -137,7 +132,6 @@ impl Distance {
     /// The factor for each axis: d is the norm of the differences times these.
     ///
     /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
-    #[must_use]
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
             Self::Force => axes
@@ -152,7 +146,6 @@ impl Distance {
     }
 
     /// The kind that is really used with these axes: [`Distance::FullScale`] where there is no force axis.
-    #[must_use]
     pub fn effective(self, axes: &[Axis]) -> Self {
         if axes.iter().any(|axis| axis.is_force()) {
             self
@@ -191,7 +184,6 @@ impl LoadPath {
     ///
     /// # Panics
     /// If more than six weights are not zero, or `loads` is not a whole number of rows.
-    #[must_use]
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
         let used: Vec<(usize, f64)> = weights
             .iter()
@@ -226,7 +218,6 @@ impl LoadPath {
     ///
     /// # Panics
     /// If `times` has another length.
-    #[must_use]
     pub fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
         match &self.0 {
             PathKind::D0(n) => {

@@ -40,7 +40,6 @@ pub enum Encoding {
 
 impl Encoding {
     /// What people call it.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Utf8 => "UTF-8",

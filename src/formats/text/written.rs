@@ -39,7 +39,6 @@ impl Delimiter {
     pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Spaces];
 
     /// As in the file of a map.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Comma => "comma",

@@ -69,7 +69,6 @@ pub enum Content {
 
 impl Content {
     /// What people call it.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Numbers => "numbers",

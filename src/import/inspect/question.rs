@@ -29,7 +29,6 @@ pub enum Question {
 
 impl Question {
     /// As it stands by a map, after which the columns are these; `None` once that answers it.
-    #[must_use]
     pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
         let role_of = |number: usize| columns.get(number - 1).map(|report| report.is);
         let has_loads = || {

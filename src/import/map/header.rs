@@ -111,7 +111,6 @@ impl<'a> Header<'a> {
 
 impl TableMap {
     /// The rule of column `index`, from 0 on; without one it is ignored.
-    #[must_use]
     pub fn rule(&self, header: &Header<'_>, index: usize) -> ColumnRule {
         let is_it = |rule: &&ColumnRule| header.index(&rule.column) == Ok(index);
         let rule = self.columns.iter().find(is_it).cloned();

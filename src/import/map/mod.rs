@@ -110,7 +110,6 @@ pub struct ColumnRule {
 
 impl ColumnRule {
     /// A column that is this and has no unit, no other scale and no dropouts.
-    #[must_use]
     pub fn new(column: ColumnKey, is: ColumnRole) -> Self {
         Self {
             column,
@@ -204,7 +203,6 @@ pub enum JoinMethod {
 
 impl ColumnMap {
     /// A map for files with one clock.
-    #[must_use]
     pub fn of_table(table: TableMap) -> Self {
         Self {
             table,
@@ -213,7 +211,6 @@ impl ColumnMap {
     }
 
     /// The table with the reference.
-    #[must_use]
     pub fn reference_table(&self) -> &TableMap {
         self.reference
             .as_ref()
@@ -221,7 +218,6 @@ impl ColumnMap {
     }
 
     /// Whether the reference has its own times, in its own file or in its own column.
-    #[must_use]
     pub fn has_two_clocks(&self) -> bool {
         self.reference.is_some() || self.table.has_role(ColumnRole::TimeReference)
     }
@@ -229,7 +225,6 @@ impl ColumnMap {
 
 impl TableMap {
     /// Whether a column is this.
-    #[must_use]
     pub fn has_role(&self, role: ColumnRole) -> bool {
         self.columns.iter().any(|rule| rule.is == role)
     }

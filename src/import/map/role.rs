@@ -67,7 +67,6 @@ impl PosePart {
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Whether this is an angle or a length along an axis of one.
-    #[must_use]
     pub const fn is_angle(self) -> bool {
         matches!(
             self,
@@ -96,7 +95,6 @@ impl ColumnRole {
     }
 
     /// As in the file of a map.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Ignore => "ignore",

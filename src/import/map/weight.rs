@@ -99,7 +99,6 @@ impl Attitude {
     ];
 
     /// Its columns, in the order of their numbers.
-    #[must_use]
     pub const fn parts(self) -> &'static [PosePart] {
         use PosePart::{
             Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
@@ -114,7 +113,6 @@ impl Attitude {
     }
 
     /// The columns of each, for messages.
-    #[must_use]
     pub fn listed() -> String {
         let of_attitude = |attitude: Self| {
             let parts = attitude.parts();
@@ -162,7 +160,6 @@ impl WeightMap {
     }
 
     /// The weights to choose from, with their names; a single one has none.
-    #[must_use]
     pub fn weights(&self) -> Vec<(String, Weight)> {
         let of_mount = |mount: &Mount| {
             let weight = Weight {

@@ -19,7 +19,6 @@ const STEPS: i32 = 120;
 /// how; this definition is ours.
 ///
 /// **Units** N.
-#[must_use]
 pub fn mean_hysteresis_newtons() -> f64 {
     let runs: Vec<Vec<[f64; 6]>> = (0..6).map(readings_of_axis).collect();
     let shares = load_shares();

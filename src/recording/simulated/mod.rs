@@ -40,7 +40,6 @@ const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3
 /// which signs the mounting offsets have; both are ours, and so is the sensor.
 ///
 /// **Units** times in s from 0 in steps of 0.05, gauges `S1` to `S6` in mV/V, loads in N and N·m.
-#[must_use]
 pub fn recordings(seed: u64) -> RecordingSet {
     let runs: Vec<(u64, usize, usize)> = (1..=N_PATHS)
         .flat_map(|path| {

@@ -22,7 +22,6 @@ pub const COMPENSATED: [u8; 3] = BLUE;
 pub const FACTORY: [u8; 3] = [160, 70, 120];
 
 /// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
-#[must_use]
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share).as_array()
 }

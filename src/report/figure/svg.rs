@@ -22,7 +22,6 @@ const SHADE_STEPS: usize = 64;
 
 impl Figure<'_> {
     /// The figure as SVG of this width and height, with ticks, labels and a legend.
-    #[must_use]
     pub fn svg(&self, (width, height): (f64, f64)) -> String {
         let [left, top, mut right, bottom] = ROOM;
         if self.heat_map.is_some() {
