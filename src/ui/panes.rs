@@ -2,40 +2,45 @@
 
 use crate::ui::command::Pane;
 use crate::ui::pane::PaneView;
-use crate::ui::{
-    calibration_pane, compare_pane, errors_pane, loops_pane, metrology_pane, notes_pane,
-    recordings_panel, settings_panel, thresholds_pane, trace_panes,
-};
 
 /// A pane with what makes its view.
 type Entry = (Pane, fn() -> Box<dyn PaneView>);
 
-const PANES: [Entry; 10] = [
-    (recordings_panel::PANE, || {
-        Box::<recordings_panel::View>::default()
-    }),
-    (settings_panel::PANE, || {
-        Box::<settings_panel::View>::default()
-    }),
-    (trace_panes::PANE, || Box::<trace_panes::View>::default()),
-    (thresholds_pane::PANE, || {
-        Box::<thresholds_pane::View>::default()
-    }),
-    (compare_pane::PANE, || Box::<compare_pane::View>::default()),
-    (loops_pane::PANE, || Box::<loops_pane::LoopsPane>::default()),
-    (metrology_pane::PANE, || {
-        Box::<metrology_pane::MetrologyPane>::default()
-    }),
-    (errors_pane::PANE, || Box::<errors_pane::View>::default()),
-    (calibration_pane::PANE, || {
-        Box::<calibration_pane::View>::default()
-    }),
-    (notes_pane::PANE, || Box::<notes_pane::View>::default()),
+const PANES: &[Entry] = &[
+    (
+        super::recordings_panel::PANE,
+        of::<super::recordings_panel::View>,
+    ),
+    (
+        super::settings_panel::PANE,
+        of::<super::settings_panel::View>,
+    ),
+    (super::trace_panes::PANE, of::<super::trace_panes::View>),
+    (
+        super::thresholds_pane::PANE,
+        of::<super::thresholds_pane::View>,
+    ),
+    (super::compare_pane::PANE, of::<super::compare_pane::View>),
+    (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
+    (
+        super::metrology_pane::PANE,
+        of::<super::metrology_pane::MetrologyPane>,
+    ),
+    (super::errors_pane::PANE, of::<super::errors_pane::View>),
+    (
+        super::calibration_pane::PANE,
+        of::<super::calibration_pane::View>,
+    ),
+    (super::notes_pane::PANE, of::<super::notes_pane::View>),
 ];
+
+fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {
+    Box::<V>::default()
+}
 
 /// All of them.
 pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
-    PANES.into_iter().map(|(pane, _)| pane)
+    PANES.iter().map(|(pane, _)| *pane)
 }
 
 /// The one that files call so.
@@ -48,12 +53,7 @@ pub struct Views(Vec<(Pane, Box<dyn PaneView>)>);
 
 impl Default for Views {
     fn default() -> Self {
-        Self(
-            PANES
-                .into_iter()
-                .map(|(pane, make)| (pane, make()))
-                .collect(),
-        )
+        Self(PANES.iter().map(|(pane, make)| (*pane, make())).collect())
     }
 }
 
