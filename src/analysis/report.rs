@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::analysis::loops::{
-    Look, LookError, LookRequest, LoopPicture, LoopQuestion, Output, Question, Span, TableOf,
+    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Output, Question, Span, TableOf,
     TableQuestion, Up, Viewer,
 };
 use crate::analysis::{
@@ -416,7 +416,7 @@ fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> 
     }
 }
 
-fn loop_figure(picture: &LoopPicture) -> Figure<'static> {
+fn loop_figure(picture: &LoopPlot) -> Figure<'static> {
     let axis = picture.question.axis;
     let curves = || {
         let curves = picture.curves.iter();

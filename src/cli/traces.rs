@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{JobError, named_file};
-use crate::analysis::stretches_within;
+use crate::analysis::intervals_within;
 use crate::calibration::Calibration;
 use crate::export::{TraceFormat, write_traces};
 use crate::progress::Progress;
@@ -67,7 +67,7 @@ impl TraceArgs {
     ) -> Result<(), JobError> {
         let (from_secs, to_secs) = self.range();
         if self.traces.is_some()
-            && stretches_within(recordings, decimation, (from_secs, to_secs)).is_empty()
+            && intervals_within(recordings, decimation, (from_secs, to_secs)).is_empty()
         {
             return Err(JobError::NoTraces { from_secs, to_secs });
         }
@@ -85,7 +85,7 @@ impl TraceArgs {
             return Ok(());
         };
         let (from_secs, to_secs) = self.range();
-        let stretches = stretches_within(recordings, decimation, (from_secs, to_secs));
+        let stretches = intervals_within(recordings, decimation, (from_secs, to_secs));
         Ok(write_traces(
             path,
             calibration,

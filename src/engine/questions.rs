@@ -297,7 +297,7 @@ impl Query for StudyThresholds {
         let map = study.threshold_map(&grid, progress, &|event| {
             let mut so_far = so_far.lock().unwrap_or_else(PoisonError::into_inner);
             match event {
-                StudyEvent::Laid(map) => *so_far = Some(map.clone()),
+                StudyEvent::Begun(map) => *so_far = Some(map.clone()),
                 StudyEvent::Row { f_at, points } => {
                     if let Some(map) = &mut *so_far {
                         map.set_row(f_at, points.to_vec());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::analysis::{
-    ComparedRow, Request, TraceSet, comparison_table, report, stretches_on_screen,
+    ComparedRow, Request, TraceSet, comparison_table, intervals_on_screen, report,
 };
 use crate::calibration::{Calibration, Undetermined};
 use crate::engine::{Project, Session};
@@ -118,7 +118,7 @@ impl FileContent {
             }
             Self::Traces(what) => {
                 let (recordings, decimation) = (&what.recordings, what.decimation);
-                let shown = stretches_on_screen(recordings, decimation, &what.traces, what.visible);
+                let shown = intervals_on_screen(recordings, decimation, &what.traces, what.visible);
                 write_traces(path, &what.calibration, &shown, progress)
             }
             Self::Thresholds(map, measure) => write_threshold_map(map, *measure, path),

@@ -797,7 +797,7 @@ fn a_gesture_is_one_step_also_where_files_are_opened_meanwhile() {
 #[test]
 fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     let mut engine = engine_with_files();
-    let tare = Tare::Stretch(0.0, 0.5);
+    let tare = Tare::Interval(0.0, 0.5);
     let untared = Arc::clone(&engine.project().recordings);
     engine.act(Action::Tare(vec![0], tare));
     settle(&mut engine);
@@ -812,7 +812,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     open(&mut engine, &["c"]);
     finish(&mut engine, Done::Tared(untared, Ok(tared)));
     assert_eq!(tares(&engine), [None; 4]);
-    engine.act(Action::Tare(vec![0], Tare::Stretch(8.0, 9.0)));
+    engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "no sample from 8 s to 9 s");
     assert_eq!(tares(&engine), [None; 4]);
@@ -1280,7 +1280,7 @@ fn a_saved_session_opens_again_as_it_was() {
     let mut engine = engine();
     engine.act(Action::Open(files.to_vec()));
     settle(&mut engine);
-    engine.act(Action::Tare(vec![1], Tare::Stretch(0.0, 0.5)));
+    engine.act(Action::Tare(vec![1], Tare::Interval(0.0, 0.5)));
     settle(&mut engine);
     let other = with_f_th(&engine, 0.125);
     for own in [

@@ -38,6 +38,6 @@ pub(crate) use threshold_pictures::{
     curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, threshold_map_files,
     write_threshold_map, write_threshold_svg,
 };
-pub use traces::Stretch;
+pub use traces::Interval;
 pub(crate) use traces::{TraceFormat, write_loads_csv, write_traces};
 pub(crate) use writable::{TargetError, check_targets};

@@ -1,6 +1,6 @@
 //! Taring: what the gauges show without load is taken off, each recording for itself.
 //!
-//! Guarantees: nothing is changed but the gauges, and each by one number; a stretch that is not there or never quiet is
+//! Guarantees: nothing is changed but the gauges, and each by one number; a interval that is not there or never quiet is
 //! refused, never guessed.
 
 use std::fmt;
@@ -10,30 +10,31 @@ use serde::{Deserialize, Serialize};
 
 use super::Recording;
 
-/// How long a quiet stretch is (s); shorter ones say little about the mean.
+/// How long a quiet interval is (s); shorter ones say little about the mean.
 const QUIET_SECS: f64 = 0.5;
 /// Fewer samples have no scatter worth the name.
 const FEWEST_SAMPLES: usize = 4;
-/// The first stretch is taken whose scatter is at most so many times that of the quietest.
+/// The first interval is taken whose scatter is at most so many times that of the quietest.
 const NEARLY_AS_QUIET: f64 = 2.0;
-/// A stretch in which a gauge moves by more than this share of all it does is not quiet.
+/// A interval in which a gauge moves by more than this share of all it does is not quiet.
 const LARGEST_SHARE: f64 = 0.02;
 
-/// Over which stretch the mean gauges are taken off.
+/// Over which interval the mean gauges are taken off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tare {
     /// The first quiet half second, found by the gauges alone: whether the sensor was unloaded then, a person must know.
     Auto,
     /// From here to there (s), counted from the recording's first sample.
-    Stretch(f64, f64),
+    #[serde(rename = "stretch")]
+    Interval(f64, f64),
 }
 
 impl fmt::Display for Tare {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Auto => f.write_str("the first quiet stretch of each recording"),
-            Self::Stretch(from, to) => write!(f, "{from} s to {to} s of each recording"),
+            Self::Auto => f.write_str("the first quiet interval of each recording"),
+            Self::Interval(from, to) => write!(f, "{from} s to {to} s of each recording"),
         }
     }
 }
@@ -45,11 +46,11 @@ impl FromStr for Tare {
         if text == "auto" {
             return Ok(Self::Auto);
         }
-        let stretch = text.split_once(':').and_then(|(from, to)| {
+        let interval = text.split_once(':').and_then(|(from, to)| {
             let (from, to) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
-            (0.0 <= from && from <= to && f64::is_finite(to)).then_some(Self::Stretch(from, to))
+            (0.0 <= from && from <= to && f64::is_finite(to)).then_some(Self::Interval(from, to))
         });
-        stretch.ok_or_else(|| {
+        interval.ok_or_else(|| {
             format!("{text:?} is neither \"auto\" nor two numbers of seconds like 0:1.5")
         })
     }
@@ -70,24 +71,24 @@ pub enum TareError {
 }
 
 impl Recording {
-    /// The recording less its mean gauges over a stretch, and where that is (s, from the first sample).
+    /// The recording less its mean gauges over a interval, and where that is (s, from the first sample).
     ///
     /// # Errors
-    /// [`TareError`] if the stretch has no sample, or there is no quiet one.
+    /// [`TareError`] if the interval has no sample, or there is no quiet one.
     pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
         let times = self.times();
         let (start, end) = match tare {
             Tare::Auto => first_quiet(&self).ok_or_else(|| TareError::NeverQuiet {
                 name: self.name().to_owned(),
             })?,
-            Tare::Stretch(from, to) => (
+            Tare::Interval(from, to) => (
                 times.partition_point(|time| time - times[0] < from),
                 times.partition_point(|time| time - times[0] <= to),
             ),
         };
         if start >= end {
-            let (Tare::Stretch(from, to), duration_secs) = (tare, self.duration_secs()) else {
-                unreachable!("a quiet stretch has samples")
+            let (Tare::Interval(from, to), duration_secs) = (tare, self.duration_secs()) else {
+                unreachable!("a quiet interval has samples")
             };
             return Err(TareError::NoSamples {
                 name: self.name().to_owned(),
@@ -97,9 +98,9 @@ impl Recording {
             });
         }
         let n_gauges = self.n_gauges();
-        let stretch = &self.gauges()[start * n_gauges..end * n_gauges];
+        let interval = &self.gauges()[start * n_gauges..end * n_gauges];
         let mean = |gauge: usize| {
-            let values = stretch[gauge..].iter().step_by(n_gauges);
+            let values = interval[gauge..].iter().step_by(n_gauges);
             values.sum::<f64>() / (end - start) as f64
         };
         let offsets: Vec<f64> = (0..n_gauges).map(mean).collect();
@@ -109,7 +110,7 @@ impl Recording {
     }
 }
 
-/// The first stretch in which all gauges stay as still as they ever do.
+/// The first interval in which all gauges stay as still as they ever do.
 fn first_quiet(recording: &Recording) -> Option<(usize, usize)> {
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let ranges: Vec<f64> = (0..n_gauges)
@@ -135,9 +136,12 @@ fn first_quiet(recording: &Recording) -> Option<(usize, usize)> {
         stretches.push((start, end, most));
         start = end;
     }
-    let quietest = stretches.iter().map(|stretch| stretch.2).reduce(f64::min)?;
+    let quietest = stretches
+        .iter()
+        .map(|interval| interval.2)
+        .reduce(f64::min)?;
     let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
-    let first = stretches.into_iter().find(|stretch| stretch.2 <= limit)?;
+    let first = stretches.into_iter().find(|interval| interval.2 <= limit)?;
     Some((first.0, first.1))
 }
 
@@ -188,7 +192,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_a_chosen_stretch_is_taken_off() {
-        let (tared, place) = run().tared(Tare::Stretch(1.5, 2.49)).unwrap();
+        let (tared, place) = run().tared(Tare::Interval(1.5, 2.49)).unwrap();
         assert!(
             (place.0 - 1.5).abs() < 1e-9 && (place.1 - 2.49).abs() < 1e-9,
             "{place:?}"
@@ -199,7 +203,7 @@ mod tests {
             (tared.loads(), tared.times()),
             (run().loads(), run().times())
         );
-        assert_eq!(tared.tare(), Some(Tare::Stretch(1.5, 2.49)));
+        assert_eq!(tared.tare(), Some(Tare::Interval(1.5, 2.49)));
     }
 
     #[test]
@@ -217,7 +221,7 @@ mod tests {
             Err(TareError::NeverQuiet { .. })
         ));
         let beyond = run()
-            .tared(Tare::Stretch(7.0, 9.0))
+            .tared(Tare::Interval(7.0, 9.0))
             .unwrap_err()
             .to_string();
         assert!(
@@ -229,7 +233,7 @@ mod tests {
     #[test]
     fn a_choice_is_read_from_text() {
         assert_eq!("auto".parse(), Ok(Tare::Auto));
-        assert_eq!("0: 1.5".parse(), Ok(Tare::Stretch(0.0, 1.5)));
+        assert_eq!("0: 1.5".parse(), Ok(Tare::Interval(0.0, 1.5)));
         for wrong in ["", "2", "2:1", "-1:1", "a:b", "0:inf"] {
             assert!(wrong.parse::<Tare>().is_err(), "{wrong}");
         }

@@ -4,7 +4,7 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::engine::{Action as Do, Edit, Engine};
 use crate::recording::{Role, Tare};
-use crate::ui::command::{Command, Pane, PaneMove, PictureTo, Preset, TimeMove};
+use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
 use crate::ui::panes;
 use crate::ui::plots;
 
@@ -233,20 +233,20 @@ pub fn time(can: CanGo) -> Vec<Action> {
     ]
 }
 
-/// Pictures of the window; those of one plot are in its own menu.
+/// Images of the window; those of one plot are in its own menu.
 pub fn pictures() -> Vec<Action> {
     vec![
         action(
-            "Copy the window as a picture",
+            "Copy the window as an image",
             "To the clipboard; a plot's own menu (right click) copies that plot alone",
             ctrl_shift(Key::C),
-            Command::PictureOfAll(PictureTo::Clipboard),
+            Command::ImageOfAll(ImageTo::Clipboard),
         ),
         action(
-            "Save the window as a picture…",
+            "Save the window as an image…",
             "As PNG; a plot's own menu (right click) saves that plot alone",
             None,
-            Command::PictureOfAll(PictureTo::File),
+            Command::ImageOfAll(ImageTo::File),
         ),
     ]
 }

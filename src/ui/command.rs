@@ -139,7 +139,7 @@ pub enum TimeMove {
 
 /// Where a picture of the screen goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PictureTo {
+pub enum ImageTo {
     /// The clipboard.
     Clipboard,
     /// A file that is asked for.
@@ -172,9 +172,9 @@ pub enum Command {
     /// Everything larger (1), smaller (-1), or as at first (0).
     TextScale(i8),
     /// Make a picture of the whole window.
-    PictureOfAll(PictureTo),
+    ImageOfAll(ImageTo),
     /// Make a picture of a part of the window.
-    Picture(egui::Rect, PictureTo),
+    Image(egui::Rect, ImageTo),
     /// Tare this recording between the cursors.
     TareBetweenCursors(usize),
     /// Ask which files to open.

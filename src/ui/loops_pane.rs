@@ -3,12 +3,12 @@
 //! The pane only chooses and draws; what it draws is made in the background.
 
 mod cross_view;
+mod dwell_view;
 mod loop_view;
-mod rest_view;
 mod save;
 
 use crate::analysis::loops::{
-    Channel, CrossQuestion, LoadKind, Look, LoopQuestion, Output, Question, RestQuestion, Span, Up,
+    Channel, CrossQuestion, DwellQuestion, LoadKind, Look, LoopQuestion, Output, Question, Span, Up,
 };
 use crate::engine::Engine;
 use crate::recording::Axis;
@@ -38,7 +38,7 @@ enum Mode {
     #[default]
     Loops,
     Cross,
-    Rests,
+    Dwells,
 }
 
 impl Mode {
@@ -50,7 +50,7 @@ impl Mode {
         ),
         (Self::Cross, "Cross-plot", "Any channel over any other"),
         (
-            Self::Rests,
+            Self::Dwells,
             "Drift",
             "How the error drifts while the load stands still: creep and zero return",
         ),
@@ -61,7 +61,7 @@ impl Mode {
         match self {
             Self::Loops => "loop",
             Self::Cross => "cross-plot",
-            Self::Rests => "drift",
+            Self::Dwells => "drift",
         }
     }
 }
@@ -71,7 +71,7 @@ impl Mode {
 struct Zooms {
     loops: Zoom,
     cross: Zoom,
-    rests: Zoom,
+    dwells: Zoom,
 }
 
 impl Zooms {
@@ -79,7 +79,7 @@ impl Zooms {
         match mode {
             Mode::Loops => &mut self.loops,
             Mode::Cross => &mut self.cross,
-            Mode::Rests => &mut self.rests,
+            Mode::Dwells => &mut self.dwells,
         }
     }
 }
@@ -162,7 +162,7 @@ impl PaneView for LoopsPane {
             (Mode::Cross, Some(Look::Cross(found))) => {
                 cross_view::show(ui, self, engine, found, out)
             }
-            (Mode::Rests, Some(Look::Rests(found))) => rest_view::show(ui, self, found, out),
+            (Mode::Dwells, Some(Look::Dwells(found))) => dwell_view::show(ui, self, found, out),
             _ => {}
         }
         // It was drawn, so its choices are those of now.
@@ -190,7 +190,7 @@ impl LoopsPane {
                 frame,
                 pixels: self.pixels,
             }),
-            Mode::Rests => Question::Rests(RestQuestion {
+            Mode::Dwells => Question::Dwells(DwellQuestion {
                 axis: self.axis,
                 rest: self.rest,
                 hold_secs: self.hold_secs,
@@ -229,7 +229,7 @@ impl LoopsPane {
         match self.mode {
             Mode::Loops => &self.zooms.loops,
             Mode::Cross => &self.zooms.cross,
-            Mode::Rests => &self.zooms.rests,
+            Mode::Dwells => &self.zooms.dwells,
         }
     }
 
@@ -267,7 +267,7 @@ impl LoopsPane {
                 channel_choice(ui, engine, "up", &mut self.cross_up);
                 self.span_choice(ui, engine);
             }
-            Mode::Rests => {
+            Mode::Dwells => {
                 self.axis_choice(ui, engine);
                 let label = ui.label("at least");
                 let field = egui::DragValue::new(&mut self.hold_secs)
@@ -359,7 +359,7 @@ impl LoopsPane {
             })
             .response
             .on_hover_text(
-                "As in Traces: the recordings and the stretch of time that the trace panes show",
+                "As in Traces: the recordings and the interval of time that the trace panes show",
             );
     }
 

@@ -105,7 +105,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspace: &Workspace, out: &mut Vec
         (
             "Light",
             Theme::Light,
-            "Dark on light, as pictures for print are",
+            "Dark on light, as figures for print are",
         ),
         (
             "Follow system",

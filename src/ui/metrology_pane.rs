@@ -157,8 +157,8 @@ impl MetrologyPane {
             .on_hover_text("In the unit of the axis");
         ui.separator();
         let explanation =
-            "A load that stands still for so long is a rest: creep and zero return are read there";
-        let label = ui.label("Rest").on_hover_text(explanation);
+            "A load that stands still for so long is a dwell: creep and zero return are read there";
+        let label = ui.label("Dwell").on_hover_text(explanation);
         let field = egui::DragValue::new(&mut self.settings.hold_secs)
             .range(0.1..=LONGEST_REST_SECS)
             .speed(0.1)
@@ -185,7 +185,7 @@ impl MetrologyPane {
             let shares: [ShareField<'_>; 4] = [
                 (
                     "Still within",
-                    "A rest: every axis stays within this much for the time beside \"Rest\"",
+                    "A dwell: every axis stays within this much for the time beside \"Dwell\"",
                     &mut settings.still_share,
                 ),
                 (
@@ -235,7 +235,7 @@ impl MetrologyPane {
                     }
                 });
         });
-        response.on_hover_text("What counts as a reversal, as a rest, as zero, and as loaded");
+        response.on_hover_text("What counts as a reversal, as a dwell, as zero, and as loaded");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Pictures of parts of the window: to the clipboard, or into a PNG file.
+//! Images of parts of the window: to the clipboard, or into a PNG file.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -8,16 +8,16 @@ use egui::{ColorImage, Rect};
 use crate::engine::{Action, Existing, FileContent, Level};
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Command, PictureTo};
+use crate::ui::command::{Command, ImageTo};
 use crate::ui::context_menu::context_menu;
 use crate::ui::dialogs::Reply;
 
 /// A menu that was pressed is still on screen in the frame after.
 const FRAMES_TO_WAIT: u32 = 2;
 
-/// Pictures that were asked for.
+/// Images that were asked for.
 #[derive(Debug, Default)]
-pub struct Pictures(Vec<(u32, Rect, PictureTo)>);
+pub struct Images(Vec<(u32, Rect, ImageTo)>);
 
 /// Adds a menu with the ways to take a plot's picture along, and a ring while it has the keyboard's focus; `print` makes what an SVG of it holds.
 pub fn menu<'a>(
@@ -33,16 +33,16 @@ pub fn menu<'a>(
     context_menu(response, |ui| {
         let ways = [
             (
-                "Copy picture",
+                "Copy plot",
                 "To the clipboard, as it is on screen",
-                PictureTo::Clipboard,
+                ImageTo::Clipboard,
             ),
-            ("Save as PNG…", "As it is on screen", PictureTo::File),
+            ("Save as PNG…", "As it is on screen", ImageTo::File),
         ];
         let [first, _] = ways.map(|(label, explanation, to)| {
             let button = ui.button(label).on_hover_text(explanation);
             if button.clicked() {
-                out.push(Command::Picture(part, to));
+                out.push(Command::Image(part, to));
                 ui.close(); // by a key it would stay
             }
             button
@@ -64,9 +64,9 @@ pub fn svg(print: &Figure<'_>) -> FileContent {
     FileContent::Bytes(print.svg(STANDS_ALONE).into_bytes().into())
 }
 
-impl Pictures {
+impl Images {
     /// Asks for one.
-    pub fn ask(&mut self, part: Rect, to: PictureTo) {
+    pub fn ask(&mut self, part: Rect, to: ImageTo) {
         self.0.push((FRAMES_TO_WAIT, part, to));
     }
 
@@ -86,14 +86,14 @@ impl Pictures {
             context.request_screenshot(move |screen| {
                 let picture = cut(&screen, part, scale);
                 match to {
-                    PictureTo::Clipboard => {
+                    ImageTo::Clipboard => {
                         clipboard.copy_image(picture);
-                        let said = "The picture is in the clipboard";
+                        let said = "The plot is in the clipboard";
                         reply.send(Command::tell(Level::Info, said));
                     }
-                    PictureTo::File | PictureTo::Path(_) => {
+                    ImageTo::File | ImageTo::Path(_) => {
                         reply.send(match (encoded(&picture).map(FileContent::Bytes), to) {
-                            (Ok(content), PictureTo::Path(path)) => {
+                            (Ok(content), ImageTo::Path(path)) => {
                                 Action::Save(content, path, Existing::Ask).into()
                             }
                             (Ok(content), _) => Command::ChooseFileFor(content),

@@ -377,7 +377,7 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
         let stretch = ui.button(format!("Over its first {secs} s"));
         let stretch = stretch.on_hover_text("The mean gauges of this interval are taken off");
         if stretch.clicked() {
-            out.push(Action::Tare(vec![at], Tare::Stretch(0.0, secs)).into());
+            out.push(Action::Tare(vec![at], Tare::Interval(0.0, secs)).into());
             ui.close();
         }
     }

@@ -20,7 +20,7 @@ use crate::ui::help::Help;
 use crate::ui::import_window::{ImportFields, import_window};
 use crate::ui::pane::Cx;
 use crate::ui::panes::Views;
-use crate::ui::picture::Pictures;
+use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspace;
@@ -49,7 +49,7 @@ pub struct Shell {
     palette: CommandPalette,
     help: Help,
     tour: Tour,
-    pictures: Pictures,
+    pictures: Images,
     /// Whether somebody came with files: then the tour on the built-in sensor is not what they want.
     was_given_files: bool,
     /// Whether the window may close, whatever is not saved.
@@ -89,7 +89,7 @@ impl Shell {
             palette: CommandPalette::default(),
             help: Help::default(),
             tour: Tour::default(),
-            pictures: Pictures::default(),
+            pictures: Images::default(),
             was_given_files,
             closing: false,
             title: String::new(),
@@ -201,8 +201,8 @@ impl Shell {
                     _ => (*scale + f32::from(step) * TEXT_STEP).clamp(min, max),
                 };
             }
-            Command::PictureOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
-            Command::Picture(part, to) => self.pictures.ask(part, to),
+            Command::ImageOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
+            Command::Image(part, to) => self.pictures.ask(part, to),
             Command::TareBetweenCursors(at) => self.tare_between_cursors(at),
             Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
             Command::ChooseImport => self.dialogs.import(self.reply.clone()),
@@ -249,7 +249,7 @@ impl Shell {
         let analysis = self.engine.analysis().filter(|_| self.engine.is_current());
         let span = analysis.and_then(|analysis| self.time.span_in(at, &analysis.traces));
         match span {
-            Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Stretch(from, to))),
+            Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Interval(from, to))),
             None => self.engine.tell(
                 Level::Error,
                 "Put this recording on screen, then cursor A by a click in a trace and cursor B by Shift and a click",

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::features::{BLOCKS, Distance, Thresholds};
-use crate::ui::command::{Command, Kind, Pane, PictureTo};
+use crate::ui::command::{Command, ImageTo, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
 
@@ -133,8 +133,8 @@ impl View {
         for (set, label, explanation) in [
             (
                 ScoreSet::LeftOut,
-                "Left out",
-                "Each training recording by a fit to the others: choose by this one",
+                "CV",
+                "Cross-validation: each training recording by a fit to the others; choose by this one",
             ),
             (
                 ScoreSet::Train,
@@ -165,7 +165,7 @@ impl View {
         if save.clicked() && !path.is_empty() {
             let path = std::path::PathBuf::from(path);
             out.push(if ends_in_png(&path) {
-                Command::Picture(pane, PictureTo::Path(path))
+                Command::Image(pane, ImageTo::Path(path))
             } else {
                 let content = FileContent::Thresholds(Arc::clone(map), measure);
                 Action::Save(content, path, Existing::Ask).into()
@@ -223,7 +223,7 @@ fn suggestion(
     let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
         let take = ui.button("Take the cross-validation minimum").on_hover_text(
-            "Test recordings take no part in it. The range holds the F_th whose left-out error is no more than one standard \
+            "Test recordings take no part in it. The range holds the F_th whose cross-validated error is no more than one standard \
              error over recordings above the minimum",
         );
         let found = map.suggestion(measure);
@@ -263,7 +263,7 @@ fn suggestion(
             let age = touch.age_quantile_secs(0.5);
             let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
             ui.label(format!(
-                "{}: a past for {:.0} %{age}, cut off {:.0} %",
+                "{}: past sample found for {:.0} %{age}; for {:.0} % it exceeds t_th",
                 pair_text(map.distance, engine.project().thresholds()),
                 100.0 * touch.share_found(),
                 100.0 * touch.share_cut_off(),
@@ -323,7 +323,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
             ui.spinner();
         } else if let Some(chosen) = engine.choice.answer() {
             ui.label(format!(
-                "{}: {}; left-out error {}, without {} ({} lists tried)",
+                "{}: {}; cross-validation {}, without {} ({} lists tried)",
                 chosen.block.setting().label,
                 chosen.block.setting().in_words(&chosen.values),
                 significant(chosen.left_out, 4),

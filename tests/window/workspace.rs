@@ -442,7 +442,7 @@ fn a_recording_is_tared_and_undone() {
     let before = first(&window);
     wait(&mut window, 10);
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Action::Tare(vec![0], recording::Tare::Stretch(0.0, 0.0)));
+    shell.send(Action::Tare(vec![0], recording::Tare::Interval(0.0, 0.0)));
     settle(&mut window);
     assert_eq!(first(&window), 0.0, "the first sample alone is the tare");
     wait(&mut window, 10);

@@ -45,7 +45,7 @@ pub struct CrossQuestion {
 
 /// A cross-plot, ready to be drawn.
 #[derive(Clone, Debug)]
-pub struct CrossPicture {
+pub struct CrossPlot {
     /// What was asked.
     pub question: CrossQuestion,
     /// How many samples are drawn.
@@ -61,13 +61,13 @@ pub(super) fn picture(
     parts: &[Part],
     question: &CrossQuestion,
     progress: &Progress,
-) -> Result<CrossPicture, LookError> {
+) -> Result<CrossPlot, LookError> {
     let across = columns(source, parts, question.across)?;
     let up = columns(source, parts, question.up)?;
     let whole = frame_around(range_of(&across), range_of(&up));
     let none = vec![Vec::new(); parts.len()];
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
-    Ok(CrossPicture {
+    Ok(CrossPlot {
         question: question.clone(),
         n_samples: across.iter().map(Vec::len).sum(),
         strokes: strokes(&across, &up, &none, canvas, progress)?,

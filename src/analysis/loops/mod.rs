@@ -1,4 +1,4 @@
-//! What the loop pane and the metrology pane draw: loops, cross-plots, rests, the table of figures.
+//! What the loop pane and the metrology pane draw: loops, cross-plots, dwells, the table of figures.
 //!
 //! A [`Viewer`] answers one [`Question`] at a time. Between questions it remembers only the loads that the calibration
 //! gives, so that another axis, a zoom or another dead band costs a pass over what is drawn and nothing more.
@@ -7,8 +7,8 @@
 //! samples; what the data cannot give is a sentence.
 
 mod cross;
+mod dwell;
 mod picture;
-mod rest;
 mod source;
 
 use std::sync::Arc;
@@ -24,10 +24,10 @@ use crate::recording::{Axis, RecordingSet, Role};
 
 use source::Source;
 
-pub(crate) use cross::{Channel, CrossPicture, CrossQuestion, LoadKind};
-pub(crate) use picture::{LoopCurve, LoopFigures, LoopPicture};
+pub(crate) use cross::{Channel, CrossPlot, CrossQuestion, LoadKind};
+pub(crate) use dwell::{DwellCurve, DwellPlot, DwellQuestion};
+pub(crate) use picture::{LoopCurve, LoopFigures, LoopPlot};
 pub use picture::{LoopQuestion, Up};
-pub(crate) use rest::{RestCurve, RestPicture, RestQuestion};
 
 /// More points than this of rising or of falling branches are drawn only where nothing was drawn before.
 const MOST_POINTS: usize = 8000;
@@ -98,8 +98,8 @@ pub enum Question {
     Loops(LoopQuestion),
     /// Any channel over any other.
     Cross(CrossQuestion),
-    /// Where the load rests.
-    Rests(RestQuestion),
+    /// Where the load dwells.
+    Dwells(DwellQuestion),
     /// The table of figures.
     Table(TableQuestion),
 }
@@ -110,7 +110,7 @@ impl Question {
         let span = match self {
             Self::Loops(question) => question.span,
             Self::Cross(question) => question.span,
-            Self::Rests(_) | Self::Table(_) => Span::All,
+            Self::Dwells(_) | Self::Table(_) => Span::All,
         };
         span == Span::Visible
     }
@@ -137,11 +137,11 @@ pub struct LookRequest {
 #[derive(Clone, Debug)]
 pub enum Look {
     /// Loops of one axis.
-    Loops(LoopPicture),
+    Loops(LoopPlot),
     /// Any channel over any other.
-    Cross(CrossPicture),
-    /// Where the load rests.
-    Rests(RestPicture),
+    Cross(CrossPlot),
+    /// Where the load dwells.
+    Dwells(DwellPlot),
     /// The table of figures, with the question.
     Table(Arc<Metrology>, TableQuestion),
 }
@@ -159,7 +159,7 @@ pub enum LookError {
     #[error(
         "no recording holds its load still for {secs} s (every axis within 1 % of full scale, or ten times its noise); record one that does, or choose a shorter time"
     )]
-    NoRest { secs: f64 },
+    NoDwell { secs: f64 },
     #[error(transparent)]
     Reason(#[from] Reason),
     #[error(transparent)]
@@ -197,9 +197,9 @@ impl Viewer {
                 let parts = source.parts(question.span, request, progress)?;
                 cross::picture(source, &parts, question, progress).map(Look::Cross)
             }
-            Question::Rests(question) => {
+            Question::Dwells(question) => {
                 source.parts(Span::All, request, progress)?;
-                rest::picture(source, question).map(Look::Rests)
+                dwell::picture(source, question).map(Look::Dwells)
             }
             Question::Table(question) => table_of(source, question, request, progress),
         }

@@ -42,7 +42,7 @@ pub struct LoopQuestion {
 
 /// Loops, ready to be drawn.
 #[derive(Clone, Debug)]
-pub struct LoopPicture {
+pub struct LoopPlot {
     /// What was asked.
     pub question: LoopQuestion,
     /// The dead band that was used, in the axis' unit.
@@ -131,7 +131,7 @@ pub(super) fn picture(
     parts: &[Part],
     question: &LoopQuestion,
     progress: &Progress,
-) -> Result<LoopPicture, LookError> {
+) -> Result<LoopPlot, LookError> {
     let axis = question.axis;
     let (_, full_scale) = column_of(&source.calibration, axis)?;
     let (parts, loads): (Vec<&Part>, Columns) = (parts.iter())
@@ -173,7 +173,7 @@ pub(super) fn picture(
         })
     });
     let drawn = drawn.collect::<Result<_, Cancelled>>()?;
-    Ok(LoopPicture {
+    Ok(LoopPlot {
         question: question.clone(),
         dead_band,
         automatic_dead_band,

@@ -75,7 +75,7 @@ fn look(request: &LookRequest) -> Result<Look, LookError> {
 }
 
 #[track_caller]
-fn picture(request: &LookRequest) -> LoopPicture {
+fn picture(request: &LookRequest) -> LoopPlot {
     match look(request).unwrap() {
         Look::Loops(picture) => picture,
         other => panic!("not loops: {other:?}"),
@@ -270,17 +270,17 @@ fn a_rest_shows_its_drift_and_time_constant() {
     );
     let recordings = set(vec![recording.unwrap()]);
     let question = |hold_secs| {
-        Question::Rests(RestQuestion {
+        Question::Dwells(DwellQuestion {
             axis: Axis::Fz,
             rest: None,
             hold_secs,
         })
     };
     let mut request = request(&recordings, question(5.0));
-    let Ok(Look::Rests(found)) = look(&request) else {
+    let Ok(Look::Dwells(found)) = look(&request) else {
         panic!("no rest")
     };
-    assert_eq!((found.rests.len(), found.chosen), (1, 0));
+    assert_eq!((found.dwells.len(), found.chosen), (1, 0));
     assert_eq!(found.levels, [Some(4.0)]);
     let curve = found.curve.unwrap();
     let tau = curve.outputs[0].drift.as_ref().unwrap().tau_secs().unwrap();
@@ -289,7 +289,7 @@ fn a_rest_shows_its_drift_and_time_constant() {
     request.question = question(100.0);
     assert_eq!(
         look(&request).unwrap_err(),
-        LookError::NoRest { secs: 100.0 }
+        LookError::NoDwell { secs: 100.0 }
     );
 }
 

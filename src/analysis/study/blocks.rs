@@ -77,7 +77,7 @@ impl Study {
     ) -> Result<BlockSuggestion, AnalysisError> {
         let search = block.search();
         let candidates = search.map_or_else(Vec::new, |search| self.candidates(block, search));
-        let bench = Bench::lay(self, block, &candidates, measure)?;
+        let bench = Bench::prepare(self, block, &candidates, measure)?;
         progress.check()?;
         let without = bench.try_one(Vec::new())?;
         let (best, n_tried) = match search.map(|search| search.lists) {
@@ -137,7 +137,7 @@ fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) 
 }
 
 impl Bench {
-    fn lay(
+    fn prepare(
         study: &Study,
         block: HistoryBlock,
         candidates: &[f64],

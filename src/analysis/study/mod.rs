@@ -1,6 +1,6 @@
 //! Choosing what a fit remembers: thresholds, and the values of blocks.
 //!
-//! A [`Study`] is laid once for recordings and settings; then it answers each question from one pass over the samples.
+//! A [`Study`] is prepared once for recordings and settings; then it answers each question from one pass over the samples.
 //! Guarantees: what it suggests rests on the training recordings alone; recordings in the test role are only scored.
 
 mod blocks;

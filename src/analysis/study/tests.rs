@@ -200,7 +200,7 @@ fn rows_are_told_once_each_and_make_up_the_map() {
         .threshold_map(&grid, &progress, &|event| {
             let mut told = told.lock().unwrap();
             match event {
-                StudyEvent::Laid(map) => *told = Some(map.clone()),
+                StudyEvent::Begun(map) => *told = Some(map.clone()),
                 StudyEvent::Row { f_at, points } => {
                     let told = told.as_mut().unwrap();
                     assert_eq!(told.point(f_at, 0), None);
@@ -290,13 +290,13 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
         assert!(matches!(block, Err(AnalysisError::TooShort { .. })), "{n}");
     }
     let untrained = Arc::new(RecordingSet::default());
-    let laid = Study::prepare(
+    let prepared = Study::prepare(
         &Datasets::default(),
         untrained,
         FitSettings::default(),
         &Progress::default(),
     );
-    assert!(matches!(laid, Err(AnalysisError::NoRecordings)));
+    assert!(matches!(prepared, Err(AnalysisError::NoRecordings)));
 }
 
 /// The measure of a suggested list is what a fit with that list says, and better than without it.

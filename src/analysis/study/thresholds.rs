@@ -19,7 +19,7 @@ const AT_ONCE: usize = 2;
 #[derive(Clone, Copy, Debug)]
 pub enum StudyEvent<'a> {
     /// The map without its rows: axes, and how the conventional calibration does.
-    Laid(&'a ThresholdMap),
+    Begun(&'a ThresholdMap),
     /// The scores of one F_th at every t_th.
     Row {
         /// The position of the F_th.
@@ -68,7 +68,7 @@ impl Study {
         );
         map.n_test = scorer.n_test();
         map.parts_are_blocks = self.parts_are_blocks();
-        tell(StudyEvent::Laid(&map));
+        tell(StudyEvent::Begun(&map));
         for level in grid.coarse_to_fine() {
             let done: Vec<_> = level
                 .par_iter()

@@ -10,19 +10,19 @@
 //!
 //! **What a free-running recording does not meet** Standards load one axis alone, from nothing to the rated load and back, in
 //! steps, after preloading, and read at set times; temperature is kept. A recording of a moving robot loads several axes at
-//! once, at no set speed, turns where it likes, and seldom rests. So hysteresis holds what other axes add at equal load,
+//! once, at no set speed, turns where it likes, and seldom dwells. So hysteresis holds what other axes add at equal load,
 //! creep and viscosity add to width, nonlinearity is that of a branch between two turns, and repeatability is of cycles that
 //! only resemble each other. The figures compare two calibrations on the same data fairly; they do not replace a
 //! certificate's measurement. [`Definition::free_running`] says it row by row.
 
 mod crosstalk;
+mod dwell_rows;
+mod dwells;
 mod errors;
 mod loop_rows;
 mod measured;
 mod quantity;
 mod reason;
-mod rest_rows;
-mod rests;
 mod settings;
 
 use std::ops::Range;
@@ -31,19 +31,19 @@ use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 use self::crosstalk::{Alone, crosstalk_figure, stretches_alone};
+use self::dwell_rows::DwellRows;
 use self::errors::error_figures;
 use self::loop_rows::LoopRows;
 use self::measured::{Measured, OUTPUTS};
-use self::rest_rows::RestRows;
 use crate::calibration::AppliedLoads;
 use crate::evaluation::numbers::significant;
 use crate::recording::{Axis, Recording};
 
+pub(crate) use dwells::Dwell;
+pub use dwells::dwells;
 pub(crate) use measured::{check_numbers, joined};
 pub(crate) use quantity::{Definition, Quantity};
 pub(crate) use reason::Reason;
-pub(crate) use rests::Rest;
-pub use rests::rests;
 pub(crate) use settings::MetrologyError;
 pub use settings::MetrologySettings;
 
@@ -324,12 +324,12 @@ impl AxisFigures {
                 };
             }
         };
-        let (loops, rests) = (LoopRows::of(&view), RestRows::of(&view));
+        let (loops, dwells) = (LoopRows::of(&view), DwellRows::of(&view));
         let figures = |output| {
             let crosstalk =
                 (0..n_axes).map(|loaded| crosstalk_figure(measured, alone, loaded, axis, output));
             (loops.figures(output).into_iter())
-                .chain(rests.figures(output))
+                .chain(dwells.figures(output))
                 .chain(crosstalk)
                 .chain(error_figures(&view, output))
                 .collect()

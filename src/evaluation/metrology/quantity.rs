@@ -81,12 +81,12 @@ impl Quantity {
             CombinedError,
             Repeatability,
         ];
-        let rests = [ZeroReturn, Creep, CreepTime, CreepRecovery];
+        let dwells = [ZeroReturn, Creep, CreepTime, CreepRecovery];
         let crosstalk = axes.iter().map(|axis| Crosstalk(*axis));
         let errors = [Rmse, LargestError, Error95];
         loops
             .into_iter()
-            .chain(rests)
+            .chain(dwells)
             .chain(crosstalk)
             .chain(errors)
             .collect()

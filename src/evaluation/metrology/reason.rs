@@ -38,17 +38,17 @@ pub enum Reason {
     )]
     NoHold { axis: Axis, share: f64, secs: f64 },
     #[error(
-        "no {} s in which the load rests at zero (every axis within {} % of full scale)",
+        "no {} s in which the load dwells at zero (every axis within {} % of full scale)",
         short(*.secs), short(100.0 * .share)
     )]
     NoZero { share: f64, secs: f64 },
     #[error(
-        "no recording rests at zero both before and after {} was at {} % of full scale or above",
+        "no recording dwells at zero both before and after {} was at {} % of full scale or above",
         .axis.symbol(), short(100.0 * .share)
     )]
     NoReturn { axis: Axis, share: f64 },
     #[error(
-        "no recording rests at zero after {} was at {} % of full scale or above",
+        "no recording dwells at zero after {} was at {} % of full scale or above",
         .axis.symbol(), short(100.0 * .share)
     )]
     NoRecovery { axis: Axis, share: f64 },

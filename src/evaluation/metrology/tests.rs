@@ -203,7 +203,7 @@ fn rests_are_found_with_their_levels() {
         compensated: &both,
         ..one.run()
     };
-    let found = rests(&[run], &axes, &[1.0, 10.0], &MetrologySettings::default()).unwrap();
+    let found = dwells(&[run], &axes, &[1.0, 10.0], &MetrologySettings::default()).unwrap();
     let seen: Vec<_> = found
         .iter()
         .map(|rest| (rest.at_zero, rest.level[0]))

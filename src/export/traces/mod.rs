@@ -41,10 +41,10 @@ impl TraceFormat {
     }
 }
 
-/// A stretch of a recording.
+/// A interval of a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stretch<'a> {
-    /// All of the recording, since the past of a sample may lie before the stretch.
+pub struct Interval<'a> {
+    /// All of the recording, since the past of a sample may lie before the interval.
     pub recording: &'a Recording,
     /// Every so many-th of its samples is used.
     pub decimation: usize,
@@ -52,7 +52,7 @@ pub struct Stretch<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes what a calibration makes of stretches of recordings, whole or not at all: recording, time, then Calc., Conv.,
+/// Writes what a calibration makes of intervals of recordings, whole or not at all: recording, time, then Calc., Conv.,
 /// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
 /// ending says the format; without a known one it is CSV.
 ///
@@ -62,31 +62,31 @@ pub struct Stretch<'a> {
 pub fn write_traces(
     path: &Path,
     calibration: &Calibration,
-    stretches: &[Stretch<'_>],
+    intervals: &[Interval<'_>],
     progress: &Progress,
 ) -> Result<(), WriteError> {
     let format = TraceFormat::from_path(path).unwrap_or(TraceFormat::Csv);
     write_atomically(path, |out| match format {
-        TraceFormat::Csv => write_traces_csv(calibration, stretches, progress, out),
+        TraceFormat::Csv => write_traces_csv(calibration, intervals, progress, out),
         #[cfg(feature = "parquet")]
-        TraceFormat::Parquet => write_traces_parquet(calibration, stretches, progress, out),
+        TraceFormat::Parquet => write_traces_parquet(calibration, intervals, progress, out),
     })
 }
 
 fn write_traces_csv(
     calibration: &Calibration,
-    stretches: &[Stretch<'_>],
+    intervals: &[Interval<'_>],
     progress: &Progress,
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let recordings = stretches.iter().map(|stretch| stretch.recording);
+    let recordings = intervals.iter().map(|interval| interval.recording);
     let columns = Columns::of(calibration, recordings, &KINDS);
     let mut csv = CsvWriter::new(out);
     let mut record = vec!["recording".to_owned()];
     record.extend(columns.head());
     csv.row(&record)?;
     let mut row = Vec::new();
-    for_each(calibration, stretches, progress, |part| {
+    for_each(calibration, intervals, progress, |part| {
         columns.fill(part.recording, part.loads, part.sample, &mut row);
         csv.cell(part.recording.name())?;
         write_row(&mut csv, &row)
@@ -97,15 +97,15 @@ fn write_traces_csv(
 #[cfg(feature = "parquet")]
 fn write_traces_parquet(
     calibration: &Calibration,
-    stretches: &[Stretch<'_>],
+    intervals: &[Interval<'_>],
     progress: &Progress,
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let recordings = stretches.iter().map(|stretch| stretch.recording);
+    let recordings = intervals.iter().map(|interval| interval.recording);
     let columns = Columns::of(calibration, recordings, &KINDS);
     let mut table = crate::formats::parquet::ParquetTable::new(&columns.head(), out)?;
     let mut row = Vec::new();
-    for_each(calibration, stretches, progress, |part| {
+    for_each(calibration, intervals, progress, |part| {
         columns.fill(part.recording, part.loads, part.sample, &mut row);
         table.push(part.recording.name(), &row)
     })?;
@@ -122,23 +122,23 @@ struct Part<'a> {
 /// Applies the calibration to one recording after the other and hands over each sample.
 fn for_each(
     calibration: &Calibration,
-    stretches: &[Stretch<'_>],
+    intervals: &[Interval<'_>],
     progress: &Progress,
     mut write: impl FnMut(Part<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
-    progress.add_total(stretches.len() as u64);
-    for stretch in stretches {
+    progress.add_total(intervals.len() as u64);
+    for interval in intervals {
         let decimated;
-        let recording = match stretch.decimation {
-            0 | 1 => stretch.recording,
+        let recording = match interval.decimation {
+            0 | 1 => interval.recording,
             step => {
-                decimated = stretch.recording.decimated(step);
+                decimated = interval.recording.decimated(step);
                 &decimated
             }
         };
         progress.check().map_err(io::Error::other)?;
         let loads = calibration.apply(recording).map_err(io::Error::other)?;
-        for sample in stretch.samples.start..stretch.samples.end.min(recording.n_samples()) {
+        for sample in interval.samples.start..interval.samples.end.min(recording.n_samples()) {
             let loads = &loads;
             write(Part {
                 recording,

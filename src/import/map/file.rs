@@ -162,7 +162,7 @@ impl ColumnMap {
         }
         let offset = self.join.clock_offset_secs;
         must("join.clock_offset_secs", offset, "finite", f64::is_finite)?;
-        if let Some(Tare::Stretch(from, to)) = self.tare {
+        if let Some(Tare::Interval(from, to)) = self.tare {
             let is_after = |x: f64| 0.0 <= from && from <= x && x.is_finite();
             must(
                 "the end of \"tare\"",
@@ -297,7 +297,7 @@ mod tests {
                 clock_offset_secs: -2.5,
             },
             weight: None,
-            tare: Some(Tare::Stretch(0.0, 1.5)),
+            tare: Some(Tare::Interval(0.0, 1.5)),
             average_bursts_secs: Some(0.001),
             gap_secs: Some(2.25),
         }

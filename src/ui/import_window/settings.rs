@@ -79,7 +79,7 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     let text = match tare {
         None => "none",
         Some(Tare::Auto) => "first quiet half second",
-        Some(Tare::Stretch(..)) => "a segment",
+        Some(Tare::Interval(..)) => "a segment",
     };
     ComboBox::from_label("tare")
         .selected_text(text)
@@ -87,9 +87,9 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
         .show_ui(ui, |ui| {
             item(ui, tare, None, "none");
             item(ui, tare, Some(Tare::Auto), "first quiet half second");
-            let is_stretch = matches!(tare, Some(Tare::Stretch(..)));
+            let is_stretch = matches!(tare, Some(Tare::Interval(..)));
             if ui.selectable_label(is_stretch, "a segment").clicked() && !is_stretch {
-                *tare = Some(Tare::Stretch(0.0, 1.0));
+                *tare = Some(Tare::Interval(0.0, 1.0));
                 ui.close();
             }
         })
@@ -97,7 +97,7 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
         .on_hover_text(
             "The mean gauges there are taken off; whether the sensor was unloaded then, you must know",
         );
-    if let Some(Tare::Stretch(from, to)) = tare {
+    if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let label = ui.label(name);
             let field = DragValue::new(value)

@@ -1,7 +1,7 @@
 //! Any channel over any other.
 
 use super::{LoopsPane, channel_name, channel_unit, for_print, rgb};
-use crate::analysis::loops::{Channel, CrossPicture};
+use crate::analysis::loops::{Channel, CrossPlot};
 use crate::engine::Engine;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::ui::command::Command;
@@ -12,7 +12,7 @@ pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
-    picture: &CrossPicture,
+    picture: &CrossPlot,
     out: &mut Vec<Command>,
 ) {
     let gauges = &engine.project().recordings.layout().gauge_names;
@@ -34,7 +34,7 @@ pub(super) fn show(
 }
 
 fn drawing<'a>(
-    picture: &'a CrossPicture,
+    picture: &'a CrossPlot,
     gauges: &[String],
     visuals: &egui::Visuals,
     zoom: Zoom,

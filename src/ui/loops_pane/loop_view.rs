@@ -1,7 +1,7 @@
 //! Loops of one axis, the width over the load, and the table of figures.
 
 use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
-use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPicture, Output, Up};
+use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Up};
 use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
@@ -18,7 +18,7 @@ pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
-    picture: &LoopPicture,
+    picture: &LoopPlot,
     out: &mut Vec<Command>,
 ) {
     let gauges = &engine.project().recordings.layout().gauge_names;
@@ -65,7 +65,7 @@ pub(super) fn show(
 
 /// A picture as it is looked at.
 struct View<'a> {
-    picture: &'a LoopPicture,
+    picture: &'a LoopPlot,
     up: String,
     figures_of: FiguresOf,
     shown: Vec<&'a LoopCurve>,
@@ -236,7 +236,7 @@ fn color(output: Option<Output>, visuals: &egui::Visuals) -> [u8; 3] {
     })
 }
 
-fn up_label(picture: &LoopPicture, gauges: &[String]) -> String {
+fn up_label(picture: &LoopPlot, gauges: &[String]) -> String {
     let axis = picture.question.axis;
     match picture.question.up {
         Up::Load => axis.label(),

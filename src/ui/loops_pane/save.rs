@@ -1,10 +1,10 @@
-//! Pictures of a plot by typed path: SVG from the lines themselves, PNG from the screen.
+//! Images of a plot by typed path: SVG from the lines themselves, PNG from the screen.
 
 use std::path::Path;
 
 use crate::engine::{Action, Existing, Level};
 use crate::report::figure::Figure;
-use crate::ui::command::{Command, PictureTo};
+use crate::ui::command::{Command, ImageTo};
 use crate::ui::picture::svg;
 
 /// Draws the field for the path with its button; `picture` is where the plot stands on screen.
@@ -16,11 +16,11 @@ pub(super) fn row(
     out: &mut Vec<Command>,
 ) {
     ui.horizontal(|ui| {
-        let label = ui.label("Picture");
+        let label = ui.label("Figure");
         let field = egui::TextEdit::singleline(path).desired_width(150.0);
         ui.add(field)
             .labelled_by(label.id)
-            .on_hover_text("Where the picture is written; .svg or .png");
+            .on_hover_text("Where the figure is written; .svg or .png");
         let save = ui.button("Save").on_hover_text(
             "A path ending in .svg gets the lines themselves, in .png the plot as it is on screen",
         );
@@ -31,8 +31,8 @@ pub(super) fn row(
         match ending(Path::new(path)).as_deref() {
             Some("svg") => out.push(Action::Save(svg(print), path.into(), Existing::Ask).into()),
             Some("png") => {
-                let to = PictureTo::Path(path.into());
-                out.push(Command::Picture(picture, to));
+                let to = ImageTo::Path(path.into());
+                out.push(Command::Image(picture, to));
             }
             _ => {
                 let told = format!("{path}: the ending says no format; use .svg or .png");

@@ -8,7 +8,7 @@ use crate::recording::Axis;
 ///
 /// How an output drifts in it is [`Drift::of`](crate::evaluation::holds::Drift::of) the times and errors of its samples.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
+pub struct Dwell {
     /// Where it is.
     pub place: Place,
     /// The mean load of each axis of the table; `None` where the recording has no reference for it.
@@ -17,16 +17,16 @@ pub struct Rest {
     pub at_zero: bool,
 }
 
-/// All rests of these runs, in the order of runs and time: the ones that the rows on zero and creep choose from.
+/// All dwells of these runs, in the order of runs and time: the ones that the rows on zero and creep choose from.
 ///
 /// # Errors
 /// As [`table`](super::table).
-pub fn rests(
+pub fn dwells(
     runs: &[Run<'_>],
     axes: &[Axis],
     full_scale: &[f64],
     settings: &MetrologySettings,
-) -> Result<Vec<Rest>, MetrologyError> {
+) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, axes, full_scale, settings)?;
     let of_runs = measured
         .holds
@@ -36,7 +36,7 @@ pub fn rests(
             let (measured, run) = (&measured, &measured.runs[index]);
             holds.iter().map(move |hold| {
                 let mut levels = hold.level.iter().copied();
-                Rest {
+                Dwell {
                     place: run.place(index, hold.samples.clone()),
                     level: (run.loads.iter())
                         .map(|loads| loads.as_ref().and_then(|_| levels.next()))

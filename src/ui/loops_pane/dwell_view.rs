@@ -1,7 +1,7 @@
-//! Where the load rests: the list, the chosen one's curve, its fitted exponential.
+//! Where the load dwells: the list, the chosen one's curve, its fitted exponential.
 
 use super::{LoopsPane, for_print, rgb, trace_of};
-use crate::analysis::loops::{Output, RestCurve, RestPicture};
+use crate::analysis::loops::{DwellCurve, DwellPlot, Output};
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::{Cell, Column, Table, drifts};
 use crate::ui::command::Command;
@@ -9,13 +9,13 @@ use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 use crate::ui::table;
 
-/// Height of the list of rests.
+/// Height of the list of dwells.
 const LIST_HEIGHT: f32 = 170.0;
 
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
-    picture: &RestPicture,
+    picture: &DwellPlot,
     out: &mut Vec<Command>,
 ) {
     // An answer to another time than the one that stands above is no answer to look at.
@@ -43,11 +43,11 @@ pub(super) fn show(
     });
 }
 
-fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
-    let n = picture.rests.len();
+fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
+    let n = picture.dwells.len();
     let axis = picture.question.axis;
     let level = |at: usize| match picture.levels[at] {
-        _ if picture.rests[at].at_zero => "at zero".to_owned(),
+        _ if picture.dwells[at].at_zero => "at zero".to_owned(),
         Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
         None => "–".to_owned(),
     };
@@ -55,7 +55,7 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
         ui.label(format!("{n} dwell{}", if n == 1 { "" } else { "s" }));
         let copy = ui.small_button("Copy list");
         if copy.on_hover_text("As tab-separated text").clicked() {
-            let rows = picture.rests.iter().enumerate().map(|(at, rest)| {
+            let rows = picture.dwells.iter().enumerate().map(|(at, rest)| {
                 let [from, to] = [rest.place.from_secs, rest.place.to_secs];
                 vec![
                     Cell::words(&rest.place.name),
@@ -74,12 +74,12 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
         }
     });
     egui::ScrollArea::vertical()
-        .id_salt("rests")
+        .id_salt("dwells")
         .max_height(LIST_HEIGHT)
         .auto_shrink([false, true])
         .show_rows(ui, 18.0, n, |ui, rows| {
             for at in rows {
-                let place = &picture.rests[at].place;
+                let place = &picture.dwells[at].place;
                 let secs = place.to_secs - place.from_secs;
                 let words = format!("{}, {} s: {}", level(at), significant(secs, 3), place.name);
                 let row = egui::Button::selectable(at == picture.chosen, &*words).truncate();
@@ -92,8 +92,8 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &RestPicture) {
         });
 }
 
-fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
-    let place = &picture.rests[picture.chosen].place;
+fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
+    let place = &picture.dwells[picture.chosen].place;
     ui.strong(&place.name);
     ui.weak(format!(
         "{} s to {} s",
@@ -113,8 +113,8 @@ fn figures(ui: &mut egui::Ui, picture: &RestPicture, curve: &RestCurve) {
 }
 
 fn drawing<'a>(
-    picture: &RestPicture,
-    curve: &'a RestCurve,
+    picture: &DwellPlot,
+    curve: &'a DwellCurve,
     shown: &[Output],
     visuals: &egui::Visuals,
     zoom: Zoom,

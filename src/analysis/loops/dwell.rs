@@ -1,11 +1,13 @@
-//! Where the load rests, and how the outputs drift there.
+//! Where the load dwells, and how the outputs drift there.
 
 use super::source::{Part, Source};
 use super::{LookError, Output, column_of, frame_around};
 use crate::evaluation::Series;
 use crate::evaluation::holds::Drift;
 use crate::evaluation::loops::{Frame, range};
-use crate::evaluation::metrology::{MetrologySettings, Reason, Rest, check_numbers, joined, rests};
+use crate::evaluation::metrology::{
+    Dwell, MetrologySettings, Reason, check_numbers, dwells, joined,
+};
 use crate::recording::Axis;
 
 /// About so many pairs of extremes are drawn of one rest.
@@ -13,9 +15,9 @@ const BUCKETS: usize = 500;
 /// So many points a fitted curve has.
 const FIT_POINTS: usize = 200;
 
-/// What is asked about rests.
+/// What is asked about dwells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RestQuestion {
+pub struct DwellQuestion {
     /// Whose error is drawn.
     pub axis: Axis,
     /// Which rest, in the order of recordings and time; beyond the last one, the last. `None` takes the longest under
@@ -25,33 +27,33 @@ pub struct RestQuestion {
     pub hold_secs: f64,
 }
 
-/// All rests, and one of them ready to be drawn.
+/// All dwells, and one of them ready to be drawn.
 #[derive(Clone, Debug)]
-pub struct RestPicture {
+pub struct DwellPlot {
     /// What was asked.
-    pub question: RestQuestion,
+    pub question: DwellQuestion,
     /// All of them; at least one.
-    pub rests: Vec<Rest>,
+    pub dwells: Vec<Dwell>,
     /// The mean load of the axis in each of them.
     pub levels: Vec<Option<f64>>,
     /// Which one is drawn.
     pub chosen: usize,
     /// Its curve, or why there is none.
-    pub curve: Result<RestCurve, Reason>,
+    pub curve: Result<DwellCurve, Reason>,
 }
 
 /// The errors over one rest.
 #[derive(Clone, Debug)]
-pub struct RestCurve {
+pub struct DwellCurve {
     /// What holds everything: seconds since the rest began, and the error.
     pub whole: Frame,
     /// Conventional and compensated.
-    pub outputs: [RestOutput; 2],
+    pub outputs: [DwellOutput; 2],
 }
 
 /// The error of one output over one rest.
 #[derive(Clone, Debug)]
-pub struct RestOutput {
+pub struct DwellOutput {
     /// Points `[seconds, error]`.
     pub points: Vec<[f64; 2]>,
     /// The fitted exponential; `None` where no time passes.
@@ -60,7 +62,7 @@ pub struct RestOutput {
     pub fit: Vec<[f64; 2]>,
 }
 
-pub(super) fn picture(source: &Source, question: &RestQuestion) -> Result<RestPicture, LookError> {
+pub(super) fn picture(source: &Source, question: &DwellQuestion) -> Result<DwellPlot, LookError> {
     let calibration = &source.calibration;
     let (column, _) = column_of(calibration, question.axis)?;
     let settings = MetrologySettings {
@@ -68,35 +70,35 @@ pub(super) fn picture(source: &Source, question: &RestQuestion) -> Result<RestPi
         ..MetrologySettings::default()
     };
     let runs = source.runs();
-    let found = rests(&runs, &calibration.axes, &calibration.full_scale, &settings)?;
-    let last = found.len().checked_sub(1).ok_or(LookError::NoRest {
+    let found = dwells(&runs, &calibration.axes, &calibration.full_scale, &settings)?;
+    let last = found.len().checked_sub(1).ok_or(LookError::NoDwell {
         secs: question.hold_secs,
     })?;
     let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
     let curve = curve(source, &found[chosen], question.axis, column);
-    Ok(RestPicture {
+    Ok(DwellPlot {
         question: question.clone(),
         levels: (found.iter())
             .map(|rest| rest.level.get(column).copied().flatten())
             .collect(),
-        rests: found,
+        dwells: found,
         chosen,
         curve,
     })
 }
 
 /// The longest rest under load, else the longest.
-fn longest(rests: &[Rest]) -> usize {
-    let secs = |rest: &Rest| rest.place.to_secs - rest.place.from_secs;
-    let by_length = |a: &(usize, &Rest), b: &(usize, &Rest)| {
+fn longest(dwells: &[Dwell]) -> usize {
+    let secs = |rest: &Dwell| rest.place.to_secs - rest.place.from_secs;
+    let by_length = |a: &(usize, &Dwell), b: &(usize, &Dwell)| {
         let loaded = b.1.at_zero.cmp(&a.1.at_zero);
         loaded.then(secs(a.1).total_cmp(&secs(b.1)))
     };
-    let longest = rests.iter().enumerate().max_by(by_length);
+    let longest = dwells.iter().enumerate().max_by(by_length);
     longest.map_or(0, |(at, _)| at)
 }
 
-fn curve(source: &Source, rest: &Rest, axis: Axis, column: usize) -> Result<RestCurve, Reason> {
+fn curve(source: &Source, rest: &Dwell, axis: Axis, column: usize) -> Result<DwellCurve, Reason> {
     let part = Part {
         recording: rest.place.recording,
         samples: rest.place.samples.clone(),
@@ -119,13 +121,13 @@ fn curve(source: &Source, rest: &Rest, axis: Axis, column: usize) -> Result<Rest
     }
     let ranges = errors.iter().map(|values| range(values)).reduce(joined);
     let (first, last) = (rest.place.from_secs, rest.place.to_secs);
-    Ok(RestCurve {
+    Ok(DwellCurve {
         whole: frame_around((0.0, last - first), ranges.unwrap_or((0.0, 0.0))),
         outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values)),
     })
 }
 
-fn output_of(times: &[f64], errors: &[f64]) -> RestOutput {
+fn output_of(times: &[f64], errors: &[f64]) -> DwellOutput {
     let since = |k: usize| times[k.min(times.len() - 1)] - times[0];
     let mut points = Vec::new();
     let series = Series::new(errors.into());
@@ -137,7 +139,7 @@ fn output_of(times: &[f64], errors: &[f64]) -> RestOutput {
         let step = drift.duration_secs / (FIT_POINTS - 1) as f64;
         (0..FIT_POINTS).map(move |at| [step * at as f64, drift.at(step * at as f64)])
     });
-    RestOutput {
+    DwellOutput {
         points,
         fit: fit.collect(),
         drift,

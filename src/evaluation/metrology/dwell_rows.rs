@@ -7,18 +7,18 @@ use super::reason::Reason;
 use super::{Found, Result};
 use crate::evaluation::holds::{Drift, Hold};
 
-/// The rests of one axis.
-pub(super) struct RestRows<'a> {
+/// The dwells of one axis.
+pub(super) struct DwellRows<'a> {
     view: &'a AxisView<'a>,
     /// The longest hold with the axis loaded.
     loaded_hold: Result<(&'a AxisRun<'a>, &'a Hold)>,
-    /// Pairs of neighbouring rests at zero with the axis loaded between them.
+    /// Pairs of neighbouring dwells at zero with the axis loaded between them.
     returns: Result<Vec<(&'a AxisRun<'a>, &'a Hold, &'a Hold)>>,
     /// The longest rest at zero after the axis was loaded.
     recovery: Result<(&'a AxisRun<'a>, &'a Hold)>,
 }
 
-impl<'a> RestRows<'a> {
+impl<'a> DwellRows<'a> {
     pub(super) fn of(view: &'a AxisView<'a>) -> Self {
         Self {
             view,
@@ -103,8 +103,8 @@ fn returns<'a>(view: &'a AxisView<'a>) -> Result<Vec<(&'a AxisRun<'a>, &'a Hold,
     check_zero(view)?;
     let pairs: Vec<_> = (view.runs.iter())
         .flat_map(|run| {
-            let rests = rests_at_zero(view, run);
-            let pairs = rests.windows(2).map(|pair| (run, pair[0], pair[1]));
+            let dwells = dwells_at_zero(view, run);
+            let pairs = dwells.windows(2).map(|pair| (run, pair[0], pair[1]));
             pairs.collect::<Vec<_>>()
         })
         .filter(|(run, before, after)| run.reaches(least, before.samples.end..after.samples.start))
@@ -123,7 +123,7 @@ fn recovery<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
     check_zero(view)?;
     let after_a_load = view.runs.iter().flat_map(|run| {
         let mut since = 0;
-        rests_at_zero(view, run)
+        dwells_at_zero(view, run)
             .into_iter()
             .filter_map(move |rest| {
                 let loaded = run.reaches(least, since..rest.samples.start);
@@ -138,7 +138,7 @@ fn recovery<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
 }
 
 /// The holds in which every axis of the run is near zero.
-fn rests_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
+fn dwells_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     let measured = view.measured;
     let holds = measured.holds[run.index].iter();
     holds
@@ -151,7 +151,7 @@ fn check_zero(view: &AxisView<'_>) -> Result<()> {
     if view
         .runs
         .iter()
-        .all(|run| rests_at_zero(view, run).is_empty())
+        .all(|run| dwells_at_zero(view, run).is_empty())
     {
         return Err(Reason::NoZero {
             share: settings.zero_share,

@@ -1,50 +1,50 @@
 //! Which samples are written where somebody asks for traces as a file.
 
 use crate::analysis::TraceSet;
-use crate::export::Stretch;
+use crate::export::Interval;
 use crate::recording::{Recording, RecordingSet};
 
 /// All samples of every recording whose times, on the recording's own clock, lie from `from_secs` to `to_secs`.
 ///
 /// `decimation` is that of the fit. Recordings without such a sample are left out.
-pub fn stretches_within<'a>(
+pub fn intervals_within<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     decimation: usize,
     (from_secs, to_secs): (f64, f64),
-) -> Vec<Stretch<'a>> {
-    let stretches = recordings.map(|recording| {
+) -> Vec<Interval<'a>> {
+    let intervals = recordings.map(|recording| {
         let times = recording.times().iter().step_by(decimation.max(1));
         let before = times.clone().take_while(|time| **time < from_secs).count();
         let until = times.take_while(|time| **time <= to_secs).count();
-        Stretch {
+        Interval {
             recording,
             decimation,
             samples: before..until.max(before),
         }
     });
-    stretches
-        .filter(|stretch| !stretch.samples.is_empty())
+    intervals
+        .filter(|interval| !interval.samples.is_empty())
         .collect()
 }
 
-/// The samples that the trace panes show: all, or those within a stretch of the traces' time.
-pub fn stretches_on_screen<'a>(
+/// The samples that the trace panes show: all, or those within a interval of the traces' time.
+pub fn intervals_on_screen<'a>(
     recordings: &'a RecordingSet,
     decimation: usize,
     traces: &TraceSet,
     visible: Option<(f64, f64)>,
-) -> Vec<Stretch<'a>> {
+) -> Vec<Interval<'a>> {
     let shown = traces.on_screen(visible).into_iter();
-    let stretches = shown.filter_map(|(recording, samples)| {
+    let intervals = shown.filter_map(|(recording, samples)| {
         let entry = recordings.entries().get(recording)?;
-        Some(Stretch {
+        Some(Interval {
             recording: &entry.recording,
             decimation,
             samples,
         })
     });
-    stretches
-        .filter(|stretch| !stretch.samples.is_empty())
+    intervals
+        .filter(|interval| !interval.samples.is_empty())
         .collect()
 }
 
@@ -74,14 +74,14 @@ mod tests {
         let traces = analyse(&request, &Progress::default()).unwrap().traces;
         let n = two.entries()[0].recording.n_samples();
         let end = traces.times[n + 9];
-        let shown = stretches_on_screen(&two, 1, &traces, Some((1.0, end)));
+        let shown = intervals_on_screen(&two, 1, &traces, Some((1.0, end)));
         let first = two.entries()[0].recording.times();
         let before = first.iter().filter(|time| **time - first[0] < 1.0).count();
         assert_eq!(shown[0].samples, before..n);
         assert_eq!(shown[1].samples, 0..10);
         let recordings = two.entries().iter().map(|entry| &*entry.recording);
-        let within = stretches_within(recordings, 1, (first[0] + 1.0, f64::INFINITY));
+        let within = intervals_within(recordings, 1, (first[0] + 1.0, f64::INFINITY));
         assert_eq!(within[0], shown[0]);
-        assert_eq!(stretches_on_screen(&two, 1, &traces, Some((1e9, 2e9))), []);
+        assert_eq!(intervals_on_screen(&two, 1, &traces, Some((1e9, 2e9))), []);
     }
 }
