@@ -1138,11 +1138,11 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     click(&mut window, Role::Button, "Fx Comp.");
     assert_eq!(panes(&window, "Fx Comp. [N] over Time [s]"), 1);
     let path = files.path("cross.svg");
-    type_into(&mut window, "Picture", path.to_str().unwrap());
+    type_into(&mut window, "Figure", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let svg = std::fs::read_to_string(&path).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains(">Fx Comp. [N]</text>"));
-    type_into(&mut window, "Picture", "cross.bmp");
+    type_into(&mut window, "Figure", "cross.bmp");
     click(&mut window, Role::Button, "Save");
     told(&window, Level::Error, "use .svg or .png");
 }
