@@ -130,25 +130,9 @@ impl View {
             .labelled_by(label.id)
             .on_hover_text("Whose root mean squared error the map is coloured by, and the suggestion chosen by");
         ui.separator();
-        for (set, label, explanation) in [
-            (
-                ScoreSet::LeftOut,
-                "CV",
-                "Cross-validation: each training recording by a fit to the others; choose by this one",
-            ),
-            (
-                ScoreSet::Train,
-                "Train",
-                "The training recordings themselves",
-            ),
-            (
-                ScoreSet::Test,
-                "Test",
-                "To look at; choosing by it would spend it",
-            ),
-        ] {
-            ui.selectable_value(&mut self.on, set, label)
-                .on_hover_text(explanation);
+        for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
+            ui.selectable_value(&mut self.on, set, set.title())
+                .on_hover_text(set.explanation());
         }
         ui.separator();
         let label = ui.label("Save as");

@@ -37,7 +37,7 @@ impl ScoreSet {
         match self {
             Self::Train => "Train",
             Self::Test => "Test",
-            Self::LeftOut => "Cross-validation",
+            Self::LeftOut => "CV",
         }
     }
 
@@ -45,10 +45,10 @@ impl ScoreSet {
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Train => "On the training recordings themselves, which flatters",
-            Self::Test => "On the test recordings",
+            Self::Test => "On the test recordings: to look at; choosing by it would spend it",
             Self::LeftOut => {
                 "Cross-validation by recording: each training recording scored by a fit to the others; with fewer than three, five \
-                 contiguous blocks of them take turns. The look-back's trigger stays the conventional calibration of all"
+                 contiguous blocks of them take turns: choose by this one. The look-back's trigger stays the conventional calibration of all"
             }
         }
     }
