@@ -63,6 +63,9 @@
 //! # }
 //! ```
 
+// Without the window nobody asks for some of what is there for it.
+#![cfg_attr(not(feature = "gui"), allow(dead_code, unused_imports))]
+
 pub mod analysis;
 pub mod calibration;
 pub mod cli;
