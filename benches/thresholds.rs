@@ -48,7 +48,10 @@ fn thresholds(c: &mut Criterion) {
     group.bench_function("what a pair touches, and the mean hysteresis", |b| {
         b.iter(|| {
             let study = lay(&plain);
-            (study.touch(Thresholds::default()), study.mean_hysteresis())
+            (
+                study.past_ages(Thresholds::default()),
+                study.mean_hysteresis(),
+            )
         });
     });
     let present = FitSettings {

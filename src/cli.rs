@@ -161,7 +161,7 @@ pub struct ReadArgs {
     /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     columns: Option<PathBuf>,
-    /// Take the gauges' mean over a stretch off each recording: FROM:TO in seconds from its start, or "auto": the first
+    /// Take the gauges' mean over a interval off each recording: FROM:TO in seconds from its start, or "auto": the first
     /// quiet half second. What a calibration made so is applied to must be tared, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     tare: Option<Tare>,

@@ -118,7 +118,7 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
-    /// The recordings on screen, each with its own samples in a stretch of time; `None` for all.
+    /// The recordings on screen, each with its own samples in a interval of time; `None` for all.
     pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
         let visible = match visible {
             None => 0..self.times.len(),
@@ -353,20 +353,20 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Vec<f64>
 
 /// The runs of samples that are their own past, none of them across two recordings.
 fn stretches_without_past(past: &[u32], segments: &[Segment]) -> Arc<[Range<usize>]> {
-    let mut stretches: Vec<Range<usize>> = Vec::new();
+    let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {
         let mut open: Option<usize> = None;
         for k in segment.samples.clone() {
             match (past[k] as usize == k, open) {
                 (true, None) => open = Some(k),
                 (false, Some(start)) => {
-                    stretches.push(start..k);
+                    intervals.push(start..k);
                     open = None;
                 }
                 _ => {}
             }
         }
-        stretches.extend(open.map(|start| start..segment.samples.end));
+        intervals.extend(open.map(|start| start..segment.samples.end));
     }
-    stretches.into()
+    intervals.into()
 }

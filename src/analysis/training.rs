@@ -22,7 +22,7 @@ use crate::recording::{Entry, Recording, Role};
 /// One training recording in so many is held out of a network's training, to say when it was best.
 const HELD_OUT: usize = 10;
 /// A kernel is cross-validated on no more parts than this.
-const MOST_PARTS: usize = 10;
+const MAX_PARTS: usize = 10;
 /// Rows that are made before they are passed on.
 const BLOCK: usize = 128;
 
@@ -248,7 +248,7 @@ impl Rows for TrainingRows<'_> {
                     targets.extend(loads.zip(&known).map(|(load, known)| load - known));
                 }
                 take(RowBlock {
-                    fold: piece.fold % MOST_PARTS,
+                    fold: piece.fold % MAX_PARTS,
                     inputs: &inputs,
                     linear: &linear,
                     targets: &targets,

@@ -18,8 +18,8 @@ use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{
-    FlatRange, GridError, Measure, MeasureScale, ScoreSet, Suggestion, ThresholdGrid, ThresholdMap,
-    Touch, even_values,
+    FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion, ThresholdGrid,
+    ThresholdMap, even_values,
 };
 use crate::export::{
     check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
@@ -177,7 +177,7 @@ struct Sweep {
     map: ThresholdMap,
     suggestion: Suggestion,
     hysteresis: MeanHysteresis,
-    touch: Touch,
+    past_ages: PastAges,
     picks: Vec<BlockSuggestion>,
 }
 
@@ -247,7 +247,7 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
         simulated: recordings.is_simulated(),
         n_recordings: recordings.entries().len(),
         hysteresis: study.mean_hysteresis(),
-        touch: study.touch(suggestion.thresholds),
+        past_ages: study.past_ages(suggestion.thresholds),
         picks: args.pick.iter().map(pick).collect::<Result<_, _>>()?,
         measure,
         map,
@@ -281,7 +281,7 @@ struct Report<'a> {
     suggestion: &'a Suggestion,
     mean_hysteresis: &'a MeanHysteresis,
     /// At the suggestion.
-    touch: &'a Touch,
+    past_ages: &'a PastAges,
     picks: &'a [BlockSuggestion],
 }
 
@@ -321,7 +321,7 @@ impl<'a> Report<'a> {
             points: points.collect(),
             suggestion: &sweep.suggestion,
             mean_hysteresis: &sweep.hysteresis,
-            touch: &sweep.touch,
+            past_ages: &sweep.past_ages,
             picks: &sweep.picks,
         }
     }
@@ -524,8 +524,8 @@ fn print_hysteresis(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
-    let touch = &sweep.touch;
-    let ages = match [0.5, 0.95].map(|share| touch.age_quantile_secs(share)) {
+    let past_ages = &sweep.past_ages;
+    let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
         [Some(half), Some(most)] => format!(
             "; half of them at most {} s old, 95 % at most {} s",
             significant(half, 3),
@@ -536,8 +536,8 @@ fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     writeln!(
         out,
         "At these thresholds {:.1} % of the training samples find their past, {:.1} % have one that t_th cuts off{ages}",
-        100.0 * touch.share_found(),
-        100.0 * touch.share_cut_off(),
+        100.0 * past_ages.share_found(),
+        100.0 * past_ages.share_beyond_t_th(),
     )
 }
 

@@ -85,11 +85,11 @@ impl TraceArgs {
             return Ok(());
         };
         let (from_secs, to_secs) = self.range();
-        let stretches = intervals_within(recordings, decimation, (from_secs, to_secs));
+        let intervals = intervals_within(recordings, decimation, (from_secs, to_secs));
         Ok(write_traces(
             path,
             calibration,
-            &stretches,
+            &intervals,
             &Progress::default(),
         )?)
     }

@@ -12,7 +12,7 @@ use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
-use crate::engine::query::{Heard, Lane, Notify, Running};
+use crate::engine::query::{Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, LookAt, StudyThresholds, Train, Trained,
 };
@@ -28,7 +28,7 @@ use crate::export::{target_endings, target_for};
 use crate::recording::Tare;
 
 /// More notices than this are forgotten, oldest first.
-pub(super) const MOST_NOTICES: usize = 200;
+pub(super) const MAX_NOTICES: usize = 200;
 
 /// Something to do.
 #[derive(Clone, Debug)]
@@ -483,7 +483,7 @@ impl Engine {
         };
         log::log!(level, "{}", notice.text);
         self.notices.push(notice);
-        let surplus = self.notices.len().saturating_sub(MOST_NOTICES);
+        let surplus = self.notices.len().saturating_sub(MAX_NOTICES);
         self.notices.drain(..surplus);
     }
 
@@ -603,7 +603,7 @@ impl Engine {
         self.figures.take();
         self.study.take();
         for heard in self.training.take() {
-            if heard == Heard::Problem {
+            if heard == LaneEvent::Problem {
                 let problem = self.training.problem().unwrap_or_default();
                 self.tell(Level::Error, format!("Training: {problem}"));
             }
@@ -612,21 +612,22 @@ impl Engine {
             && let Some(asked) = self.comparing.answered()
             && let Some(states) = self.comparing.answer()
         {
-            self.comparison.take(asked, states, *heard == Heard::Part);
+            self.comparison
+                .take(asked, states, *heard == LaneEvent::Part);
         }
         for heard in self.choice.take() {
             match heard {
-                Heard::Answer => {
+                LaneEvent::Answer => {
                     let chosen = self.choice.answer().cloned();
                     chosen
                         .into_iter()
                         .for_each(|chosen| self.edit(Edit::Block(chosen)));
                 }
-                Heard::Problem => {
+                LaneEvent::Problem => {
                     let problem = self.choice.problem().unwrap_or_default().to_owned();
                     self.tell(Level::Error, problem);
                 }
-                Heard::Part | Heard::Cancelled => {}
+                LaneEvent::Part | LaneEvent::Cancelled => {}
             }
         }
         if !self.preview.take().is_empty()

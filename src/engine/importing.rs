@@ -13,7 +13,7 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 
 /// So many maps are remembered.
-const MOST_MAPS: usize = 40;
+const MAX_MAPS: usize = 40;
 
 /// What is known of a file before it is looked at.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,7 +142,7 @@ pub fn remember(map: &ColumnMap, preferences: &mut Preferences) {
     };
     maps.retain(is_other);
     maps.insert(0, map.clone());
-    maps.truncate(MOST_MAPS);
+    maps.truncate(MAX_MAPS);
 }
 
 /// Says of files that nobody said anything about by which remembered maps they were read.

@@ -20,7 +20,7 @@ pub enum Theme {
 }
 
 /// So many recent files are remembered.
-const MOST_RECENT: usize = 12;
+const MAX_RECENT: usize = 12;
 
 /// Remembered between runs; what an older or newer version does not know is left at its default.
 ///
@@ -72,7 +72,7 @@ impl Preferences {
         if !Self::TEXT_SCALES.contains(&read.text_scale) {
             read.text_scale = 1.0;
         }
-        read.recent.truncate(MOST_RECENT);
+        read.recent.truncate(MAX_RECENT);
         read
     }
 
@@ -86,7 +86,7 @@ impl Preferences {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         self.recent.retain(|other| *other != path);
         self.recent.insert(0, path);
-        self.recent.truncate(MOST_RECENT);
+        self.recent.truncate(MAX_RECENT);
     }
 }
 
@@ -122,7 +122,7 @@ mod tests {
             preferences.remember(Path::new(&format!("/{at}.csv")));
         }
         preferences.remember(Path::new("/15.csv"));
-        assert_eq!(preferences.recent.len(), MOST_RECENT);
+        assert_eq!(preferences.recent.len(), MAX_RECENT);
         assert_eq!(
             preferences.recent[..3],
             ["/15.csv", "/19.csv", "/18.csv"].map(PathBuf::from)

@@ -105,7 +105,7 @@ impl Running {
 
 /// What a lane has heard of a question since it was looked at last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum LaneEvent {
     /// A part of an answer.
     Part,
     /// An answer.
@@ -141,10 +141,10 @@ struct Shown<Q: Query> {
 struct Reply<Q: Query> {
     number: u64,
     question: Q,
-    news: News<Q::Answer>,
+    news: Payload<Q::Answer>,
 }
 
-enum News<A> {
+enum Payload<A> {
     Part(A),
     End(Result<A, Unanswered>),
 }
@@ -232,7 +232,7 @@ impl<Q: Query> Lane<Q> {
     }
 
     /// Takes what has been answered; what was heard, in order.
-    pub fn take(&mut self) -> Vec<Heard> {
+    pub fn take(&mut self) -> Vec<LaneEvent> {
         let replies = self.inbox.iter().flat_map(Receiver::try_iter);
         let replies: VecDeque<Reply<Q>> = replies.collect();
         replies
@@ -241,19 +241,21 @@ impl<Q: Query> Lane<Q> {
             .collect()
     }
 
-    fn hear(&mut self, reply: Reply<Q>) -> Option<Heard> {
+    fn hear(&mut self, reply: Reply<Q>) -> Option<LaneEvent> {
         if reply.number <= self.forgotten {
             return None;
         }
         let is_newest = reply.number == self.newest;
         let (answer, is_whole) = match reply.news {
-            News::Part(answer) if is_newest => (answer, false),
-            News::End(Ok(answer)) => (answer, true),
-            News::End(Err(Unanswered::Because(reason))) if is_newest => {
+            Payload::Part(answer) if is_newest => (answer, false),
+            Payload::End(Ok(answer)) => (answer, true),
+            Payload::End(Err(Unanswered::Because(reason))) if is_newest => {
                 self.problem = Some(reason);
-                return Some(Heard::Problem);
+                return Some(LaneEvent::Problem);
             }
-            News::End(Err(Unanswered::Cancelled)) if is_newest => return Some(Heard::Cancelled),
+            Payload::End(Err(Unanswered::Cancelled)) if is_newest => {
+                return Some(LaneEvent::Cancelled);
+            }
             _ => return None,
         };
         let last = self.shown.replace(Shown {
@@ -264,8 +266,8 @@ impl<Q: Query> Lane<Q> {
         let last = last.filter(|last| last.is_whole).or(self.before.take());
         self.before = last.filter(|_| !is_whole);
         Some(match is_whole {
-            true => Heard::Answer,
-            false => Heard::Part,
+            true => LaneEvent::Answer,
+            false => LaneEvent::Part,
         })
     }
 
@@ -379,7 +381,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             });
         };
         let show = |answer| {
-            reply(News::Part(answer));
+            reply(Payload::Part(answer));
             notify();
         };
         let found = caught(|| question.compute(&mut cache, &progress, &show));
@@ -388,7 +390,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             Err(Unanswered::Because(panicked.to_string()))
         });
         // In this order, so that whoever finds the lane idle also finds the answer.
-        reply(News::End(found));
+        reply(Payload::End(found));
         let ended = shared.lock().running.take();
         if let Some(Running { title, since, .. }) = ended {
             log::info!("{title}: {:.3} s", since.elapsed().as_secs_f64());
@@ -464,7 +466,7 @@ mod tests {
         }
     }
 
-    fn wait(lane: &mut Lane<Gated>) -> Vec<Heard> {
+    fn wait(lane: &mut Lane<Gated>) -> Vec<LaneEvent> {
         settle(lane);
         lane.take()
     }
@@ -498,7 +500,7 @@ mod tests {
         started.iter().find(|number| *number == 2).unwrap();
         lane.cancel();
         open.send(()).unwrap();
-        assert_eq!(wait(&mut lane), [Heard::Part, Heard::Cancelled]);
+        assert_eq!(wait(&mut lane), [LaneEvent::Part, LaneEvent::Cancelled]);
         assert_eq!(lane.problem(), None);
         lane.ask(question(2));
         assert!(lane.is_idle(), "nobody wants it any more");
@@ -540,7 +542,7 @@ mod tests {
         assert_eq!(lane.answer(), None);
         open.send(()).unwrap();
         lane.ask(question(2));
-        assert_eq!(wait(&mut lane), [Heard::Part, Heard::Answer]);
+        assert_eq!(wait(&mut lane), [LaneEvent::Part, LaneEvent::Answer]);
         assert_eq!(lane.answered().unwrap().number, 2);
     }
 
@@ -548,7 +550,7 @@ mod tests {
     fn a_panic_is_a_problem_of_its_question_and_the_next_is_answered() {
         let (mut lane, question, _started, open) = lane();
         lane.ask(question(13));
-        assert_eq!(wait(&mut lane), [Heard::Problem]);
+        assert_eq!(wait(&mut lane), [LaneEvent::Problem]);
         assert!(lane.problem().unwrap().contains("thirteen is one too many"));
         open.send(()).unwrap();
         lane.ask(question(2));

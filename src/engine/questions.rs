@@ -10,7 +10,7 @@ use crate::analysis::{
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Query, Unanswered};
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
-use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap, Touch};
+use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::features::Thresholds;
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
@@ -197,7 +197,7 @@ pub struct ThresholdStudy {
     /// The map; rows that have not come yet are missing. Not there before it is begun.
     pub map: Option<Arc<ThresholdMap>>,
     /// Which past samples the present thresholds find.
-    pub touch: Touch,
+    pub past_ages: PastAges,
     /// The mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
 }
@@ -284,7 +284,7 @@ impl Query for StudyThresholds {
         let study = &prepared.study;
         let mut found = ThresholdStudy {
             map: prepared.map.clone(),
-            touch: study.touch(*thresholds),
+            past_ages: study.past_ages(*thresholds),
             hysteresis: study.mean_hysteresis(),
         };
         if found.map.as_ref().is_some_and(|map| map.is_complete()) {
@@ -429,7 +429,7 @@ mod tests {
         let shown = shown.into_inner().unwrap();
         assert!(shown[0].is_some_and(|n_rows| n_rows > 0), "{shown:?}");
         let again = study(thresholds).compute(&mut cache, &Progress::default(), &|_| {
-            panic!("the map is there, and what the thresholds touch takes no time")
+            panic!("the map is there, and what the thresholds past_ages takes no time")
         });
         assert!(again.unwrap().map.unwrap().is_complete());
     }

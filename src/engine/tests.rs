@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
 use crate::analysis::{Analysis, Candidate, View, analyse};
 use crate::calibration::{Calibration, FitSettings, Regressor};
-use crate::engine::engine::MOST_NOTICES;
+use crate::engine::engine::MAX_NOTICES;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::project::SessionFile;
 use crate::engine::questions::StudyThresholds;
@@ -732,15 +732,15 @@ fn a_recording_is_never_written_over() {
 #[test]
 fn notices_are_capped_oldest_first_and_can_be_dismissed() {
     let mut engine = engine();
-    for at in 0..MOST_NOTICES + 5 {
+    for at in 0..MAX_NOTICES + 5 {
         engine.act(Action::Tell(Notice::new(Level::Info, at.to_string())));
     }
-    assert_eq!(engine.notices.len(), MOST_NOTICES);
+    assert_eq!(engine.notices.len(), MAX_NOTICES);
     assert_eq!(engine.notices[0].text, "5");
     engine.act(Action::Dismiss(1));
     assert_eq!(engine.notices[1].text, "7");
-    engine.act(Action::Dismiss(MOST_NOTICES));
-    assert_eq!(engine.notices.len(), MOST_NOTICES - 1);
+    engine.act(Action::Dismiss(MAX_NOTICES));
+    assert_eq!(engine.notices.len(), MAX_NOTICES - 1);
     engine.act(Action::DismissAll);
     assert!(engine.notices.is_empty());
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::engine::Project;
 
 /// More steps than this are forgotten, oldest first.
-const MOST_STEPS: usize = 100;
+const MAX_STEPS: usize = 100;
 
 /// The documents of before and after, step by step.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +31,7 @@ impl History {
         let begins = self.before.is_empty() && before.recordings.entries().is_empty();
         if !goes_on && !begins {
             self.before.push_back(before);
-            let surplus = self.before.len().saturating_sub(MOST_STEPS);
+            let surplus = self.before.len().saturating_sub(MAX_STEPS);
             self.before.drain(..surplus);
         }
         self.after.clear();
@@ -335,7 +335,7 @@ mod tests {
     fn the_oldest_steps_are_forgotten() {
         let (mut project, mut history) = (Project::default(), History::default());
         project.take_set(built_in()).unwrap();
-        for at in 0..MOST_STEPS + 5 {
+        for at in 0..MAX_STEPS + 5 {
             edit(
                 &mut project,
                 &mut history,
@@ -343,7 +343,7 @@ mod tests {
                 None,
             );
         }
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             undo(&mut project, &mut history);
         }
         assert!(!history.can_undo());

@@ -11,7 +11,7 @@ use crate::features::{
 };
 
 /// A design with more columns than this is refused: its sums alone would fill the memory.
-pub const MOST_COLUMNS: usize = 640;
+pub const MAX_COLUMNS: usize = 640;
 
 /// The values of every block of the list; a block without any is not used.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -167,7 +167,7 @@ pub enum FeatureError {
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
     #[error(
-        "these blocks make {columns} columns of {gauges} gauges, which is more than {MOST_COLUMNS}; take fewer blocks, \
+        "these blocks make {columns} columns of {gauges} gauges, which is more than {MAX_COLUMNS}; take fewer blocks, \
          thresholds or radii"
     )]
     Columns { columns: usize, gauges: usize },
@@ -265,7 +265,7 @@ impl FeatureSettings {
     /// [`FeatureError::Columns`] if it does.
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
         let columns = self.n_columns(n_gauges);
-        if columns > MOST_COLUMNS {
+        if columns > MAX_COLUMNS {
             return Err(FeatureError::Columns {
                 columns,
                 gauges: n_gauges,

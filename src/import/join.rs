@@ -120,19 +120,19 @@ pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
     bursts
 }
 
-/// The means of stretches that follow each other, in place of the values.
+/// The means of intervals that follow each other, in place of the values.
 ///
-/// **Shapes** values row-major with `width` columns, one row per sample before, one per stretch after.
-pub fn average(values: &mut Vec<f64>, width: usize, stretches: &[Range<usize>]) {
-    for (at, stretch) in stretches.iter().enumerate() {
+/// **Shapes** values row-major with `width` columns, one row per sample before, one per interval after.
+pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) {
+    for (at, interval) in intervals.iter().enumerate() {
         for column in 0..width {
-            let first = values[stretch.start * width + column];
+            let first = values[interval.start * width + column];
             // As differences from the first value: sums of large times would lose digits.
             let later = |k: usize| values[k * width + column] - first;
-            let n = stretch.len() as f64;
-            let mut mean = first + stretch.clone().map(later).sum::<f64>() / n;
+            let n = interval.len() as f64;
+            let mut mean = first + interval.clone().map(later).sum::<f64>() / n;
             if !mean.is_finite() {
-                mean = stretch
+                mean = interval
                     .clone()
                     .map(|k| values[k * width + column] / n)
                     .sum();
@@ -140,7 +140,7 @@ pub fn average(values: &mut Vec<f64>, width: usize, stretches: &[Range<usize>]) 
             values[at * width + column] = mean;
         }
     }
-    values.truncate(stretches.len() * width);
+    values.truncate(intervals.len() * width);
 }
 
 #[cfg(test)]

@@ -14,9 +14,9 @@ const ROTATION_TOLERANCE: f64 = 0.02;
 /// Poses within the smoothing time at least, so that a curve through them has a bend.
 const FEWEST_POSES: usize = 5;
 /// Gravity must turn this far in the sensor's frame (variance of its direction) to weigh anything.
-const LEAST_TURNING: f64 = 1e-3;
+const MIN_TURNING: f64 = 1e-3;
 /// The least product of variances along two directions, to find a centre of mass.
-const LEAST_TURNING_TWICE: f64 = 1e-6;
+const MIN_TURNING_TWICE: f64 = 1e-6;
 
 /// How a sensor stands at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -201,7 +201,7 @@ pub fn estimate_weight(
     }
     let trace = spread[0][0] + spread[1][1] + spread[2][2];
     let scale = n * dot(&gravity, &gravity);
-    if trace <= LEAST_TURNING * scale {
+    if trace <= MIN_TURNING * scale {
         return None;
     }
     let mass_kg = along / trace;
@@ -229,7 +229,7 @@ pub fn estimate_weight(
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments
-        && twice > LEAST_TURNING_TWICE * scale * scale
+        && twice > MIN_TURNING_TWICE * scale * scale
     {
         estimate.add_centre(&pulls, pull_mean, moments, mean(moments), &spread, trace);
     }

@@ -9,7 +9,7 @@ use crate::formats::text::{ati, lines};
 use crate::formats::{Cell, Part, Row};
 use crate::recording::Axis;
 
-/// The rows of a stretch of lines, in SI but for the times, which stay in the unit of the file.
+/// The rows of a interval of lines, in SI but for the times, which stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub(super) times: Vec<f64>,

@@ -228,7 +228,7 @@ impl fmt::Display for LoadWarning {
     }
 }
 
-/// Findings of one stretch of a file, one per kind.
+/// Findings of one interval of a file, one per kind.
 #[derive(Debug, Default)]
 pub(super) struct Findings(Vec<Collected>);
 
@@ -256,7 +256,7 @@ impl Findings {
         });
     }
 
-    /// Appends what was found in a later stretch whose line 1 is line `lines_before + 1` here.
+    /// Appends what was found in a later interval whose line 1 is line `lines_before + 1` here.
     pub(super) fn append(&mut self, later: Self, lines_before: u64) {
         for mut collected in later.0 {
             collected.first_line += lines_before;

@@ -116,7 +116,7 @@ fn first_quiet(recording: &Recording) -> Option<(usize, usize)> {
     let ranges: Vec<f64> = (0..n_gauges)
         .map(|gauge| range(recording, gauge, 0, times.len()))
         .collect();
-    let mut stretches = Vec::new();
+    let mut intervals = Vec::new();
     let mut start = 0;
     while start < times.len() {
         let end = start + times[start..].partition_point(|time| *time < times[start] + QUIET_SECS);
@@ -133,15 +133,15 @@ fn first_quiet(recording: &Recording) -> Option<(usize, usize)> {
             }
         };
         let most = (0..n_gauges).map(share).fold(0.0, f64::max);
-        stretches.push((start, end, most));
+        intervals.push((start, end, most));
         start = end;
     }
-    let quietest = stretches
+    let quietest = intervals
         .iter()
         .map(|interval| interval.2)
         .reduce(f64::min)?;
     let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
-    let first = stretches.into_iter().find(|interval| interval.2 <= limit)?;
+    let first = intervals.into_iter().find(|interval| interval.2 <= limit)?;
     Some((first.0, first.1))
 }
 

@@ -25,7 +25,7 @@ pub struct Figure<'a> {
     pub heat_map: Option<HeatMap>,
     /// In the order of drawing.
     pub lines: Vec<Line<'a>>,
-    /// A stretch of the scale across that is shaded.
+    /// A interval of the scale across that is shaded.
     pub shaded: Option<(f64, f64)>,
     /// A place on the scale across that is marked by an upright line.
     pub marked: Option<f64>,

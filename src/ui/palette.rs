@@ -65,7 +65,7 @@ pub fn look_back(visuals: &Visuals) -> Color32 {
     }
 }
 
-/// Behind stretches where past = present.
+/// Behind intervals where past = present.
 pub fn without_past(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode {
         Color32::from_white_alpha(16)

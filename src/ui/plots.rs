@@ -19,7 +19,7 @@ pub const GRID_BASE_POINTS: f64 = 8.0;
 /// How far one notch of the wheel zooms.
 pub const ZOOM_PER_POINT: f64 = 0.004;
 /// Labels are at least this far apart, across and up.
-const LEAST_STEP_POINTS: (f64, f64) = (64.0, 26.0);
+const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
 /// A key moves a plot by this share of what it shows.
 const KEY_SHARE: f64 = 0.1;
 /// A key zooms by this factor.
@@ -84,8 +84,8 @@ pub fn plot(
         .x_axis_label(drawing.across.label.clone())
         .y_axis_label(drawing.up.label.clone())
         .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
-        .x_grid_spacer(|input| grid(input, LEAST_STEP_POINTS.0))
-        .y_grid_spacer(|input| grid(input, LEAST_STEP_POINTS.1))
+        .x_grid_spacer(|input| grid(input, MIN_STEP_POINTS.0))
+        .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1))
         .x_axis_formatter(|mark, _| tick_label(mark))
         .y_axis_formatter(|mark, _| tick_label(mark))
         .coordinates_formatter(

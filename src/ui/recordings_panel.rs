@@ -14,7 +14,7 @@ use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
 /// In a narrower list samples and rates are left out.
-const LEAST_WIDTH_FOR_COUNTS: f32 = 460.0;
+const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -143,7 +143,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     };
     let unit = axes.first().map_or("", |axis| axis.unit());
     // Where there is little room the name, whose hover tells both, needs it more.
-    let counted = ui.available_width() > LEAST_WIDTH_FOR_COUNTS;
+    let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
     let counts = [Column::exact(50.0), Column::exact(34.0)];
     let mut builder = TableBuilder::new(ui)
         .striped(true)
@@ -374,9 +374,9 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
         ui.close();
     }
     for secs in [0.5, 1.0, 2.0, 5.0] {
-        let stretch = ui.button(format!("Over its first {secs} s"));
-        let stretch = stretch.on_hover_text("The mean gauges of this interval are taken off");
-        if stretch.clicked() {
+        let interval = ui.button(format!("Over its first {secs} s"));
+        let interval = interval.on_hover_text("The mean gauges of this interval are taken off");
+        if interval.clicked() {
             out.push(Action::Tare(vec![at], Tare::Interval(0.0, secs)).into());
             ui.close();
         }

@@ -19,7 +19,7 @@ pub use map::MapTexture;
 /// The share of the height that the ages of the past get beside the curves.
 const AGES_SHARE: f32 = 0.26;
 /// In a lower pane the curves take it all.
-const LEAST_HEIGHT_FOR_AGES: f32 = 340.0;
+const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -92,12 +92,12 @@ impl View {
                 map::map(ui, engine, map, measure, self.on, &mut self.texture, out);
             });
             ui.vertical(|ui| {
-                let room = size.y > LEAST_HEIGHT_FOR_AGES;
+                let room = size.y > MIN_HEIGHT_FOR_AGES;
                 let ages_height = if room { AGES_SHARE * size.y } else { 0.0 };
                 curves::curves(ui, engine, map, size.y - ages_height, out);
                 if room {
                     let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
-                    ages::ages(ui, engine, &study.touch, place, out);
+                    ages::ages(ui, engine, &study.past_ages, place, out);
                 }
             });
         });
@@ -243,14 +243,14 @@ fn suggestion(
         };
         ui.separator();
         {
-            let touch = &study.touch;
-            let age = touch.age_quantile_secs(0.5);
+            let past_ages = &study.past_ages;
+            let age = past_ages.age_quantile_secs(0.5);
             let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
             ui.label(format!(
                 "{}: past sample found for {:.0} %{age}; for {:.0} % it exceeds t_th",
                 pair_text(map.distance, engine.project().thresholds()),
-                100.0 * touch.share_found(),
-                100.0 * touch.share_cut_off(),
+                100.0 * past_ages.share_found(),
+                100.0 * past_ages.share_beyond_t_th(),
             ));
         }
     });

@@ -21,12 +21,12 @@ const SETTLED_SECS: f32 = 0.4;
 /// A step by a key is at least this part of what is on screen: about one pixel.
 const STEPS_ACROSS: usize = 800;
 /// So many zooms are remembered.
-const MOST_ZOOMS: usize = 50;
+const MAX_ZOOMS: usize = 50;
 
 /// What part of the traces is on screen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Shown {
-    /// The stretch of time; `None` shows all of it.
+    /// The interval of time; `None` shows all of it.
     pub(super) time: Option<(f64, f64)>,
     /// Value ranges that were chosen by hand.
     pub(super) values: BTreeMap<(Axis, Kind), (f64, f64)>,
@@ -70,14 +70,14 @@ impl Default for TimeView {
 
 fn no_zooms() -> Undoer<Shown> {
     Undoer::with_settings(Settings {
-        max_undos: MOST_ZOOMS,
+        max_undos: MAX_ZOOMS,
         stable_time: SETTLED_SECS,
         ..Settings::default()
     })
 }
 
 impl TimeView {
-    /// The stretch of time on screen; `None` where it is all of it.
+    /// The interval of time on screen; `None` where it is all of it.
     pub fn visible_time(&self) -> Option<(f64, f64)> {
         self.shown.time
     }
@@ -165,7 +165,7 @@ impl TimeView {
         }
     }
 
-    /// All times, and the stretch of them on screen.
+    /// All times, and the interval of them on screen.
     fn on_screen(&self) -> Option<(&[f64], (f64, f64))> {
         let times = self.on.as_deref()?;
         Some((times, self.shown.time.unwrap_or_else(|| all_of(times))))
@@ -253,7 +253,7 @@ pub fn all_of(times: &[f64]) -> (f64, f64) {
     (first - margin, last + margin)
 }
 
-/// Keeps a stretch of time on the recordings and wide enough to be drawn.
+/// Keeps a interval of time on the recordings and wide enough to be drawn.
 pub fn within(times: &[f64], (start, end): (f64, f64)) -> (f64, f64) {
     let first = times.first().copied().unwrap_or(0.0);
     let last = times.last().copied().unwrap_or(1.0);

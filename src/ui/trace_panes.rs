@@ -1,6 +1,6 @@
 //! The middle of the window: per axis a pane with Calc., Conv. and Comp., and under it one with their errors.
 //!
-//! All panes share one stretch of time, and the sample under the pointer.
+//! All panes share one interval of time, and the sample under the pointer.
 
 mod overlay;
 mod pane;
@@ -14,11 +14,11 @@ use crate::ui::time_view::TimeView;
 use pane::Place;
 
 /// Panes are at least this high; what does not fit is scrolled to.
-const LEAST_CELL_HEIGHT: f32 = 112.0;
+const MIN_CELL_HEIGHT: f32 = 112.0;
 /// Room for the time axis under the lowest pane.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Narrower than this, all axes stand in one column.
-const LEAST_TWO_COLUMN_WIDTH: f32 = 620.0;
+const MIN_TWO_COLUMN_WIDTH: f32 = 620.0;
 
 /// Room for a piece of line and the name of its trace.
 const LEGEND_ENTRY_WIDTH: f32 = 110.0;
@@ -72,7 +72,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
     let columns = columns(&shown, ui.available_width());
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0;
-    let cell_height = (room / rows).max(LEAST_CELL_HEIGHT);
+    let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
     let mut hovered = None;
     egui::ScrollArea::vertical()
@@ -116,7 +116,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
 fn columns<'a>(shown: &[&'a AxisTraces], width: f32) -> Vec<Vec<&'a AxisTraces>> {
     let (forces, moments): (Vec<_>, Vec<_>) =
         shown.iter().copied().partition(|axis| axis.axis.is_force());
-    if width < LEAST_TWO_COLUMN_WIDTH || forces.is_empty() || moments.is_empty() {
+    if width < MIN_TWO_COLUMN_WIDTH || forces.is_empty() || moments.is_empty() {
         vec![shown.to_vec()]
     } else {
         vec![forces, moments]

@@ -1019,7 +1019,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!(map.is_complete());
     assert_eq!(panes(&window, "Map of F_th and t_th"), 1);
     assert_eq!(panes(&window, "forces [N] over F_th [N]"), 1);
-    assert!(study.touch.n_samples > 0);
+    assert!(study.past_ages.n_samples > 0);
     let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
     click(

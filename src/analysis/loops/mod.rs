@@ -30,7 +30,7 @@ pub(crate) use picture::{LoopCurve, LoopFigures, LoopPlot};
 pub use picture::{LoopQuestion, Up};
 
 /// More points than this of rising or of falling branches are drawn only where nothing was drawn before.
-const MOST_POINTS: usize = 8000;
+const MAX_POINTS: usize = 8000;
 /// What a picture leaves free around its points, as a share of its width and height.
 const MARGIN: f64 = 0.04;
 
@@ -51,7 +51,7 @@ impl Output {
 /// Which samples are looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Span {
-    /// What the trace panes show: their recordings, and the stretch of time on screen.
+    /// What the trace panes show: their recordings, and the interval of time on screen.
     #[default]
     Visible,
     /// All of this recording.
@@ -127,7 +127,7 @@ pub struct LookRequest {
     pub decimation: usize,
     /// What the trace panes draw.
     pub traces: Arc<TraceSet>,
-    /// The stretch of their time on screen; `None` for all of it.
+    /// The interval of their time on screen; `None` for all of it.
     pub visible: Option<(f64, f64)>,
     /// The question.
     pub question: Question,

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::source::{Part, Source};
-use super::{LookError, MOST_POINTS, Output, Span, column_of, frame_around};
+use super::{LookError, MAX_POINTS, Output, Span, column_of, frame_around};
 use crate::evaluation::loops::{
     Branch, Cycle, Frame, Loop, Loops, Stroke, default_dead_band, outline, range,
 };
@@ -264,7 +264,7 @@ pub(super) fn strokes(
                     points.take_while(|_| !progress.is_cancelled())
                 })
             });
-        let lines = outline(paths, frame, pixels, MOST_POINTS).into_iter();
+        let lines = outline(paths, frame, pixels, MAX_POINTS).into_iter();
         lines
             .map(|points| Stroke { rising, points })
             .collect::<Vec<_>>()

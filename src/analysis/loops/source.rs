@@ -11,7 +11,7 @@ use crate::evaluation::metrology::Run;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording, RecordingSet};
 
-/// A stretch of one recording.
+/// A interval of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
     pub(super) recording: usize,

@@ -13,7 +13,7 @@ use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, FitSettings, RidgeChoice};
 use crate::evaluation::left_out::too_short;
 use crate::evaluation::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
-use crate::evaluation::threshold_study::{MeasureScale, Touch};
+use crate::evaluation::threshold_study::{MeasureScale, PastAges};
 use crate::features::{ColumnKind, Distance, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, RecordingSet, Role};
@@ -95,20 +95,20 @@ impl Study {
     }
 
     /// What these thresholds do to the training samples.
-    pub fn touch(&self, thresholds: Thresholds) -> Touch {
+    pub fn past_ages(&self, thresholds: Thresholds) -> PastAges {
         let unlimited = Thresholds {
             t_th_secs: f64::INFINITY,
             ..thresholds
         };
-        let mut touch = Touch::new(thresholds.t_th_secs, AGE_BINS);
+        let mut past_ages = PastAges::new(thresholds.t_th_secs, AGE_BINS);
         for (entry, path) in self.data.entries.iter().zip(&*self.paths) {
             if entry.role == Role::Train {
                 let times = entry.recording.times();
                 let past = path.past_samples(times, unlimited);
-                touch.count(times, &past, thresholds.t_th_secs);
+                past_ages.count(times, &past, thresholds.t_th_secs);
             }
         }
-        touch
+        past_ages
     }
 
     /// The mean hysteresis of the training recordings.

@@ -258,7 +258,7 @@ fn test_recordings_take_no_part_in_any_suggestion() {
         (
             map.suggestion(Measure::Forces).unwrap(),
             study.mean_hysteresis(),
-            study.touch(Thresholds::default()),
+            study.past_ages(Thresholds::default()),
             [&Play as HistoryBlock, &Creep].map(block),
         )
     };

@@ -12,7 +12,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::recording::Role;
 
 /// The sums of two F_th, which are worked on at once, may take so much memory (bytes).
-const MOST_BYTES: usize = 2 << 30;
+const MAX_BYTES: usize = 2 << 30;
 const AT_ONCE: usize = 2;
 
 /// What is heard while a map is made.
@@ -115,7 +115,7 @@ impl<'a> Rows<'a> {
             .sum();
         let n_t = grid.t_ths_secs().len();
         let bytes = AT_ONCE * n_lists * AgedSums::size_bytes(&design, n_axes, n_t);
-        if bytes > MOST_BYTES {
+        if bytes > MAX_BYTES {
             return Err(AnalysisError::MapTooLarge {
                 t_ths: n_t,
                 columns: design.n_columns(),

@@ -66,8 +66,8 @@ impl Batch {
 
     /// Takes samples in, no more than the capacity.
     fn fill(&mut self, from: &Standard, samples: impl Iterator<Item = usize> + Clone) {
-        from.inputs.touch(samples.clone());
-        from.targets.touch(samples.clone());
+        from.inputs.past_ages(samples.clone());
+        from.targets.past_ages(samples.clone());
         let targets = self.targets.chunks_exact_mut(self.weights.len());
         for ((inputs, targets), k) in self.forward.inputs().zip(targets).zip(samples) {
             from.inputs.write_row(k, inputs);

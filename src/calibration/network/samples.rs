@@ -235,7 +235,7 @@ impl Standardised<'_> {
 
     /// Reads a little of each row, so that the waits for memory overlap before the rows are needed one by one.
     #[inline]
-    pub(super) fn touch(&self, rows: impl Iterator<Item = usize>) {
+    pub(super) fn past_ages(&self, rows: impl Iterator<Item = usize>) {
         let width = self.table.width;
         let ends =
             |k: usize| self.table.values[k * width] + self.table.values[k * width + width - 1];

@@ -16,18 +16,18 @@ const FINE_STEPS: usize = 30;
 /// A drift counts if it is this many standard errors large.
 const SIGNIFICANT: f64 = 3.0;
 
-/// How an output drifts over a stretch: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the stretch's first sample.
+/// How an output drifts over a interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the interval's first sample.
 ///
 /// **Units** those of the output, and seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     /// The fitted output at the first sample.
     pub start: f64,
-    /// What the fitted output would change by if the stretch never ended.
+    /// What the fitted output would change by if the interval never ended.
     pub amplitude: f64,
     /// The fitted time constant, whether or not the data resolve it.
     pub fitted_tau_secs: f64,
-    /// The stretch's length.
+    /// The interval's length.
     pub duration_secs: f64,
     /// What the fitted output changes by from the first sample to the last.
     pub size: f64,
@@ -59,7 +59,7 @@ impl Drift {
     /// Fits the drift of `outputs`; `None` with fewer than four samples or where no time passes.
     ///
     /// For each time constant the least-squares start and amplitude follow at once; the time constant itself is searched,
-    /// first in 60 steps from 1/200 of the stretch to 20 times it, then by golden section around the best.
+    /// first in 60 steps from 1/200 of the interval to 20 times it, then by golden section around the best.
     ///
     /// # Panics
     /// If there are not as many outputs as times.
@@ -106,7 +106,7 @@ impl Drift {
     /// The time constant.
     ///
     /// # Errors
-    /// [`NoTimeConstant`] where the data do not show one: a drift below the noise, one that is slower than the stretch is
+    /// [`NoTimeConstant`] where the data do not show one: a drift below the noise, one that is slower than the interval is
     /// long, or one that is faster than the samples.
     pub fn tau_secs(&self) -> Result<f64, NoTimeConstant> {
         let duration_secs = self.duration_secs;
@@ -132,7 +132,7 @@ fn risen(secs: f64, tau: f64) -> f64 {
     -(-secs / tau).exp_m1()
 }
 
-/// Averages over even stretches of time.
+/// Averages over even intervals of time.
 struct Averages {
     /// Count, time since the first sample, output.
     cells: Vec<(f64, f64, f64)>,

@@ -10,7 +10,7 @@ const CELLS_PER_PIXEL: f64 = 2.0;
 /// A sample this near to the last one that was kept, across and up, is passed over (cells).
 const REACH: f64 = 0.4;
 /// No screen has more cells across or up; a question may ask for any number.
-const MOST_CELLS: f64 = 32_768.0;
+const MAX_CELLS: f64 = 32_768.0;
 
 /// A part of the plane that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ struct Grid {
 
 impl Grid {
     fn of(frame: Frame, pixels: [f64; 2]) -> Self {
-        let cells = pixels.map(|pixels| (CELLS_PER_PIXEL * pixels).ceil().clamp(1.0, MOST_CELLS));
+        let cells = pixels.map(|pixels| (CELLS_PER_PIXEL * pixels).ceil().clamp(1.0, MAX_CELLS));
         let ranges = [frame.loads, frame.outputs];
         Self {
             low: ranges.map(|(low, _)| low),
@@ -222,7 +222,7 @@ impl Drawn {
         if self.all.n_points <= self.most {
             self.all.step(from.point, to.point);
         }
-        if self.raster.touch(from.cell, to.cell) {
+        if self.raster.past_ages(from.cell, to.cell) {
             self.needed.step(from.point, to.point);
         } else {
             self.needed.open = false;

@@ -71,7 +71,7 @@ impl Raster {
     }
 
     /// Touches every cell between two places on the picture; whether one of them was new.
-    pub(super) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) -> bool {
+    pub(super) fn past_ages(&mut self, from: [f64; 2], to: [f64; 2]) -> bool {
         let way = [0, 1].map(|i| to[i] - from[i]);
         let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
         self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0))

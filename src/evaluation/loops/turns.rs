@@ -11,13 +11,13 @@ use crate::evaluation::quantile::quantile;
 /// spans 9.2 of them.
 pub const NOISE_FACTOR: f64 = 10.0;
 /// The least default dead band, as a share of the range of the load.
-pub const LEAST_SHARE: f64 = 0.02;
+pub const MIN_SHARE: f64 = 0.02;
 /// At most so many differences of a recording are looked at for its noise, which gives it to about 5 %.
-const MOST_DIFFERENCES: usize = 1024;
+const MAX_DIFFERENCES: usize = 1024;
 /// The median of the size of a normal deviate, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
-/// A stretch in which a load goes one way.
+/// A interval in which a load goes one way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
     /// Its samples, from turn to turn, both turns included.
@@ -122,7 +122,7 @@ pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) ->
 
 /// The default dead band of a load with this noise and range.
 pub(crate) fn dead_band_of(noise: f64, (low, high): (f64, f64)) -> f64 {
-    (NOISE_FACTOR * noise).max(LEAST_SHARE * (high - low).max(0.0))
+    (NOISE_FACTOR * noise).max(MIN_SHARE * (high - low).max(0.0))
 }
 
 /// The standard deviation of the noise of the noisiest recording, as [`default_dead_band`] measures it.
@@ -134,7 +134,7 @@ pub fn noise<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
 
 /// The standard deviation of the white noise on a load that otherwise moves smoothly.
 fn noise_of(loads: &[f64]) -> f64 {
-    let step = loads.len().div_ceil(MOST_DIFFERENCES).max(1);
+    let step = loads.len().div_ceil(MAX_DIFFERENCES).max(1);
     let mut sizes: Vec<f64> = loads
         .windows(5)
         .step_by(step)

@@ -4,7 +4,7 @@ use super::measured::{Columns, Measured, OUTPUTS};
 use super::reason::Reason;
 use super::{Found, Result};
 
-/// Fewer samples than this are no stretch but a load that passes by.
+/// Fewer samples than this are no interval but a load that passes by.
 const FEWEST_SAMPLES: usize = 10;
 /// From this share of its full scale on an axis can be the one that is loaded alone.
 const PRESENT: f64 = 0.1;

@@ -4,7 +4,7 @@ use super::measured::Measured;
 use super::{MetrologyError, MetrologySettings, Place, Run};
 use crate::recording::Axis;
 
-/// A stretch in which the load stands still.
+/// A interval in which the load stands still.
 ///
 /// How an output drifts in it is [`Drift::of`](crate::evaluation::holds::Drift::of) the times and errors of its samples.
 #[derive(Clone, Debug, PartialEq)]

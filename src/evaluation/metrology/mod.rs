@@ -88,7 +88,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// A stretch of a recording that a figure comes from.
+/// A interval of a recording that a figure comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
     /// Which of the runs it is in.

@@ -59,7 +59,7 @@ pub enum Reason {
     #[error("{} is the only axis, so there is none to load it from", .axis.symbol())]
     OnlyAxis { axis: Axis },
     #[error(
-        "no stretch in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
+        "no interval in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
         .axis.symbol(), short(100.0 * .loaded_share), short(100.0 * .alone_share)
     )]
     NeverAlone {

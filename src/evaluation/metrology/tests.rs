@@ -296,7 +296,7 @@ fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
         .unwrap_err()
         .to_string();
     assert!(
-        sentence.starts_with("no stretch in which Fy alone is loaded"),
+        sentence.starts_with("no interval in which Fy alone is loaded"),
         "{sentence}"
     );
 }

@@ -5,9 +5,9 @@
 use crate::evaluation::numbers::{decimals, round_step};
 
 /// More values of one threshold than this are refused: nobody can tell them apart.
-pub const MOST_VALUES: usize = 2000;
+pub const MAX_VALUES: usize = 2000;
 /// More pairs of thresholds than this are refused: their errors alone would fill the memory.
-const MOST_PAIRS: usize = 250_000;
+const MAX_PAIRS: usize = 250_000;
 /// About so many rows are in the first, coarsest level.
 const COARSEST: usize = 5;
 
@@ -43,10 +43,10 @@ pub enum GridError {
     },
     #[error("{what} has the value {value}; it must be a number from zero up")]
     Value { what: &'static str, value: f64 },
-    #[error("{what} has {count} values, more than {MOST_VALUES}; take a larger step")]
+    #[error("{what} has {count} values, more than {MAX_VALUES}; take a larger step")]
     TooMany { what: &'static str, count: f64 },
     #[error(
-        "{f_ths} values of F_th and {t_ths} of t_th make more than {MOST_PAIRS} pairs; take larger steps"
+        "{f_ths} values of F_th and {t_ths} of t_th make more than {MAX_PAIRS} pairs; take larger steps"
     )]
     TooManyPairs { f_ths: usize, t_ths: usize },
 }
@@ -72,7 +72,7 @@ pub fn even_values(
     }
     // A little more than a whole number of steps is one: 0.1 is no binary fraction.
     let steps = ((stop - start) / step + 1e-9).floor();
-    if steps >= MOST_VALUES as f64 {
+    if steps >= MAX_VALUES as f64 {
         let count = steps + 1.0;
         return Err(GridError::TooMany { what, count });
     }
@@ -113,7 +113,7 @@ impl ThresholdGrid {
             if values.is_empty() {
                 return Err(GridError::Empty { what });
             }
-            if values.len() > MOST_VALUES {
+            if values.len() > MAX_VALUES {
                 let count = values.len() as f64;
                 return Err(GridError::TooMany { what, count });
             }
@@ -125,7 +125,7 @@ impl ThresholdGrid {
                 return Err(GridError::Order { what, before, next });
             }
         }
-        if f_ths.len() * t_ths_secs.len() > MOST_PAIRS {
+        if f_ths.len() * t_ths_secs.len() > MAX_PAIRS {
             return Err(GridError::TooManyPairs {
                 f_ths: f_ths.len(),
                 t_ths: t_ths_secs.len(),
@@ -147,12 +147,12 @@ impl ThresholdGrid {
         };
         let step = round_step(reach / n_f.saturating_sub(1).max(1) as f64);
         let decimals = decimals_of(step);
-        let f_ths = (0..n_f.min(MOST_VALUES + 1))
+        let f_ths = (0..n_f.min(MAX_VALUES + 1))
             .map(|at| rounded(at as f64 * step, decimals))
             .collect();
         let (shortest, longest) = (0.5_f64, 60.0_f64);
         let ratio = (longest / shortest).powf(1.0 / n_t.saturating_sub(1).max(1) as f64);
-        let t_ths_secs = (0..n_t.min(MOST_VALUES + 1))
+        let t_ths_secs = (0..n_t.min(MAX_VALUES + 1))
             .map(|at| rounded(shortest * ratio.powi(at as i32), Some(3)))
             .collect();
         Self::new(f_ths, t_ths_secs)

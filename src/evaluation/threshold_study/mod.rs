@@ -7,7 +7,7 @@
 //! | what is shown of six axes: one number | [`Measure`] |
 //! | the errors over both thresholds, and the curves in them | [`ThresholdMap`] |
 //! | the pair to take, and how flat the choice is | [`Suggestion`] |
-//! | what a pair does to the samples | [`Touch`] |
+//! | what a pair does to the samples | [`PastAges`] |
 //!
 //! Guarantees: every number is that of a fresh fit at that pair, up to rounding; where the past never differs, it is that
 //! of the conventional calibration exactly. Test recordings are scored, and take no part in a suggestion.
@@ -16,9 +16,9 @@ mod grid;
 mod map;
 mod measure;
 mod paired;
+mod past_ages;
 mod scorer;
 mod suggestion;
-mod touch;
 
 pub use grid::ThresholdGrid;
 pub(crate) use grid::{GridError, even_values};
@@ -26,6 +26,6 @@ pub(crate) use map::{ScoreSet, ThresholdMap};
 pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
 pub(crate) use paired::{Paired, paired};
+pub(crate) use past_ages::PastAges;
 pub(crate) use scorer::{PointScores, Scorer};
 pub(crate) use suggestion::{FlatRange, NoSuggestion, Suggestion};
-pub(crate) use touch::Touch;

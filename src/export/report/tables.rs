@@ -11,7 +11,7 @@ use crate::recording::Role;
 use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note};
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
-const MOST_FEATURES: usize = 400;
+const MAX_FEATURES: usize = 400;
 
 pub(super) fn head(report: &ReportData, page: &mut Markup) {
     let calibration = &report.calibration;
@@ -217,7 +217,7 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Ma
     let mut columns = vec![Column::words("Feature")];
     columns.extend(calibration.axes.iter().copied().map(Column::load));
     let features = map.names(&calibration.gauges);
-    let features = features.iter().enumerate().take(MOST_FEATURES);
+    let features = features.iter().enumerate().take(MAX_FEATURES);
     let rows = features.map(|(column, feature)| {
         let numbers = map.matrix.iter();
         let numbers = numbers.map(|numbers| Cell::digits(Some(numbers[column]), 7));
@@ -225,7 +225,7 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration, page: &mut Ma
             .chain(numbers)
             .collect()
     });
-    let more = map.columns.len().saturating_sub(MOST_FEATURES);
+    let more = map.columns.len().saturating_sub(MAX_FEATURES);
     page.table(&Table {
         title: title.to_owned(),
         columns,

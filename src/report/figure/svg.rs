@@ -16,7 +16,7 @@ const ROOM_FOR_SHADES: f64 = 120.0;
 /// About so far apart ticks stand at least, across and up.
 const APART: (f64, f64) = (80.0, 45.0);
 /// At most so many cells are named along a scale.
-const MOST_NAMED_CELLS: usize = 12;
+const MAX_NAMED_CELLS: usize = 12;
 /// Steps of the scale of the colours.
 const SHADE_STEPS: usize = 64;
 
@@ -236,7 +236,7 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
         let texts = ticks.iter().map(|tick| (*tick, tick_text(*tick, step)));
         return texts.collect();
     }
-    let every = scale.cells.len().div_ceil(MOST_NAMED_CELLS);
+    let every = scale.cells.len().div_ceil(MAX_NAMED_CELLS);
     let cells = scale.cells.iter().enumerate().step_by(every);
     cells
         .map(|(at, value)| (at as f64 + 0.5, value.to_string()))

@@ -3,7 +3,7 @@
 use egui_plot::{Bar, BarChart, VLine};
 
 use crate::engine::Engine;
-use crate::evaluation::threshold_study::Touch;
+use crate::evaluation::threshold_study::PastAges;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, picture, plots};
@@ -12,14 +12,14 @@ use crate::ui::{palette, picture, plots};
 pub fn ages(
     ui: &mut egui::Ui,
     engine: &Engine,
-    touch: &Touch,
+    past_ages: &PastAges,
     size: [f32; 2],
     out: &mut Vec<Command>,
 ) {
     let t_th_secs = engine.project().thresholds().t_th_secs;
     let visuals = ui.visuals().clone();
-    let share = |count: u64| 100.0 * count as f64 / touch.n_samples.max(1) as f64;
-    let bars = touch.ages.iter().map(|bin| {
+    let share = |count: u64| 100.0 * count as f64 / past_ages.n_samples.max(1) as f64;
+    let bars = past_ages.ages.iter().map(|bin| {
         let wide = bin.to_secs - bin.from_secs;
         let color = match bin.to_secs <= t_th_secs * (1.0 + 1e-9) {
             true => palette::look_back(&visuals),
@@ -50,6 +50,6 @@ pub fn ages(
     picture::menu(&response, plots::with_labels(response.rect), None, out);
     response.on_hover_text(format!(
         "How long ago the past was that F_th finds. Green: found; grey: older than t_th, cut off. {} % are older than the last bar",
-        significant(share(touch.n_beyond), 2)
+        significant(share(past_ages.n_beyond), 2)
     ));
 }

@@ -8,7 +8,7 @@ use crate::features::{Distance, Thresholds};
 use crate::ui::numbers::significant;
 use crate::ui::palette::{self, Trace};
 
-/// Draws what is searched: t_th as a stretch of time, and in it F_th around the present load.
+/// Draws what is searched: t_th as a interval of time, and in it F_th around the present load.
 pub fn thresholds(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,

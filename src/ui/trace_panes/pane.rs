@@ -21,14 +21,14 @@ use crate::ui::{picture, plots};
 /// The share of a cell's height that the traces get; the errors get the rest.
 const TRACES_SHARE: f32 = 0.6;
 /// More recordings than this on screen are drawn as one line each trace, without marks between them.
-const MOST_SEPARATE_SEGMENTS: usize = 30;
+const MAX_SEPARATE_SEGMENTS: usize = 30;
 /// Room for the labels of the value axis, the same for all panes so that their times line up.
 const VALUE_AXIS_WIDTH: f32 = 52.0;
 /// Labels of the time axis are at least this far apart.
-const LEAST_TIME_STEP_POINTS: f64 = 82.0;
+const MIN_TIME_STEP_POINTS: f64 = 82.0;
 /// Labels of a value axis are at least this far apart.
-const LEAST_VALUE_STEP_POINTS: f64 = 24.0;
-/// A pair of extremes is drawn for each stretch of this width; lines are about as wide.
+const MIN_VALUE_STEP_POINTS: f64 = 24.0;
+/// A pair of extremes is drawn for each interval of this width; lines are about as wide.
 const POINTS_PER_BUCKET: f32 = 1.5;
 /// A dash of a dashed line (points).
 pub const DASH: f32 = 6.0;
@@ -36,7 +36,7 @@ pub const DASH: f32 = 6.0;
 pub const DASH_GAP: f32 = 4.0;
 
 /// Lower panes have no room for a unit beside "error".
-const LEAST_HEIGHT_FOR_UNIT: f32 = 62.0;
+const MIN_HEIGHT_FOR_UNIT: f32 = 62.0;
 
 /// How high a cell is, and whether the time axis stands under it.
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +102,7 @@ fn pane(
     let title = title(axis.axis, kind);
     // A long label would run into that of the pane above, which has the unit too.
     let label = match kind {
-        Kind::Error if place.height < LEAST_HEIGHT_FOR_UNIT => "error".to_owned(),
+        Kind::Error if place.height < MIN_HEIGHT_FOR_UNIT => "error".to_owned(),
         _ => title.clone(),
     };
     let mut plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error))
@@ -119,8 +119,8 @@ fn pane(
         .y_axis_min_width(VALUE_AXIS_WIDTH)
         .y_axis_label(label)
         .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
-        .x_grid_spacer(|input| grid(input, LEAST_TIME_STEP_POINTS))
-        .y_grid_spacer(|input| grid(input, LEAST_VALUE_STEP_POINTS))
+        .x_grid_spacer(|input| grid(input, MIN_TIME_STEP_POINTS))
+        .y_grid_spacer(|input| grid(input, MIN_VALUE_STEP_POINTS))
         .x_axis_formatter(|mark, _| tick_label(mark))
         .y_axis_formatter(|mark, _| tick_label(mark))
         .set_margin_fraction(egui::Vec2::ZERO);
@@ -190,7 +190,7 @@ fn title(axis: Axis, kind: Kind) -> String {
     }
 }
 
-/// All of the time axis, or the chosen stretch, with the samples in it and one to each side.
+/// All of the time axis, or the chosen interval, with the samples in it and one to each side.
 fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
     traces.times.first()?;
     let time = chosen.unwrap_or_else(|| all_of(&traces.times));
@@ -270,7 +270,7 @@ fn polylines(
         points
     };
     let segments = visible_segments(traces, samples);
-    if segments.len() > MOST_SEPARATE_SEGMENTS {
+    if segments.len() > MAX_SEPARATE_SEGMENTS {
         return vec![line(samples.clone(), buckets)];
     }
     segments
@@ -333,7 +333,7 @@ fn shade_band(
     plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
 }
 
-/// Shades stretches in which no sample has a past.
+/// Shades intervals in which no sample has a past.
 fn shade_without_past(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -343,22 +343,22 @@ fn shade_without_past(
 ) {
     let time_of = |k: usize| traces.times[k.min(traces.times.len() - 1)];
     let pixel = (visible.time.1 - visible.time.0) / buckets.max(1) as f64;
-    let stretches = &traces.without_past;
-    let last = stretches.partition_point(|stretch| stretch.start < visible.samples.end);
-    let mut at = stretches.partition_point(|stretch| stretch.end <= visible.samples.start);
+    let intervals = &traces.without_past;
+    let last = intervals.partition_point(|interval| interval.start < visible.samples.end);
+    let mut at = intervals.partition_point(|interval| interval.end <= visible.samples.start);
     while at < last {
-        let start = time_of(stretches[at].start);
-        let mut end = time_of(stretches[at].end);
+        let start = time_of(intervals[at].start);
+        let mut end = time_of(intervals[at].end);
         at += 1;
         // Stretches that no pixel lies between are one on screen; found by bisection, since there may be millions.
         loop {
             let near = at
-                + stretches[at..last]
-                    .partition_point(|stretch| time_of(stretch.start) - end < pixel);
+                + intervals[at..last]
+                    .partition_point(|interval| time_of(interval.start) - end < pixel);
             if near == at {
                 break;
             }
-            end = time_of(stretches[near - 1].end);
+            end = time_of(intervals[near - 1].end);
             at = near;
         }
         let span = Span::new("", start..=end)
@@ -376,7 +376,7 @@ fn separate_segments(
     visuals: &egui::Visuals,
 ) {
     let segments = visible_segments(traces, &visible.samples);
-    if segments.len() > MOST_SEPARATE_SEGMENTS {
+    if segments.len() > MAX_SEPARATE_SEGMENTS {
         return;
     }
     for segment in segments.iter().skip(1) {

@@ -16,12 +16,12 @@ pub struct AgeBin {
     pub count: u64,
 }
 
-/// What one F_th and t_th touch.
+/// How old the past samples are that one F_th and t_th find.
 ///
 /// Every sample is one of three: its past is found; its load did differ by F_th, but longer ago than t_th, which cuts it
 /// off; or it never differed in the recording so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Touch {
+pub struct PastAges {
     /// All samples.
     pub n_samples: u64,
     /// Those whose past is found.
@@ -34,7 +34,7 @@ pub struct Touch {
     pub n_beyond: u64,
 }
 
-impl Touch {
+impl PastAges {
     /// Nothing has been counted yet; `bins` up to t_th, and as many beyond.
     pub fn new(t_th_secs: f64, bins: usize) -> Self {
         let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
@@ -80,7 +80,7 @@ impl Touch {
     }
 
     /// The share of the samples whose past is cut off by t_th; zero without samples.
-    pub fn share_cut_off(&self) -> f64 {
+    pub fn share_beyond_t_th(&self) -> f64 {
         self.share(self.n_cut_off)
     }
 
@@ -108,22 +108,31 @@ mod tests {
     /// Ages: none, 1, 2, 3, then the last sample 7 s after the first; t_th of 2 s in two bins a second wide.
     #[test]
     fn every_sample_is_found_cut_off_or_never_differed() {
-        let mut touch = Touch::new(2.0, 2);
-        touch.count(&[0.0, 1.0, 2.0, 3.0, 7.0], &[0, 0, 0, 0, 0], 2.0);
-        assert_eq!((touch.n_samples, touch.n_found, touch.n_cut_off), (5, 2, 2));
-        let counts: Vec<u64> = touch.ages.iter().map(|bin| bin.count).collect();
-        assert_eq!((counts, touch.n_beyond), (vec![1, 1, 1, 0], 1));
-        assert_eq!((touch.share_found(), touch.share_cut_off()), (0.4, 0.4));
-        assert_eq!(touch.age_quantile_secs(0.5), Some(1.0));
-        assert_eq!(touch.age_quantile_secs(1.0), Some(2.0));
+        let mut past_ages = PastAges::new(2.0, 2);
+        past_ages.count(&[0.0, 1.0, 2.0, 3.0, 7.0], &[0, 0, 0, 0, 0], 2.0);
+        assert_eq!(
+            (past_ages.n_samples, past_ages.n_found, past_ages.n_cut_off),
+            (5, 2, 2)
+        );
+        let counts: Vec<u64> = past_ages.ages.iter().map(|bin| bin.count).collect();
+        assert_eq!((counts, past_ages.n_beyond), (vec![1, 1, 1, 0], 1));
+        assert_eq!(
+            (past_ages.share_found(), past_ages.share_beyond_t_th()),
+            (0.4, 0.4)
+        );
+        assert_eq!(past_ages.age_quantile_secs(0.5), Some(1.0));
+        assert_eq!(past_ages.age_quantile_secs(1.0), Some(2.0));
     }
 
     #[test]
     fn a_time_threshold_of_zero_cuts_all_off() {
-        let mut touch = Touch::new(0.0, 4);
-        touch.count(&[0.0, 1.0], &[0, 0], 0.0);
-        assert_eq!((touch.n_found, touch.n_cut_off, touch.n_beyond), (0, 1, 1));
-        assert_eq!(touch.age_quantile_secs(0.5), None);
-        assert_eq!(Touch::default().share_found(), 0.0);
+        let mut past_ages = PastAges::new(0.0, 4);
+        past_ages.count(&[0.0, 1.0], &[0, 0], 0.0);
+        assert_eq!(
+            (past_ages.n_found, past_ages.n_cut_off, past_ages.n_beyond),
+            (0, 1, 1)
+        );
+        assert_eq!(past_ages.age_quantile_secs(0.5), None);
+        assert_eq!(PastAges::default().share_found(), 0.0);
     }
 }
