@@ -6,8 +6,11 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
+use std::str::FromStr;
 
-use crate::recording::{Axis, Entry, RecordingSet, Role, Source};
+use serde::{Deserialize, Serialize};
+
+use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 /// Fewer groups than this are not taken from names: what is left to fit would be too little.
 const FEWEST_FOUND: usize = 3;
@@ -103,6 +106,80 @@ pub const RECORDING: &str = "recording";
 /// What is left out where somebody set the groups.
 const GROUP: &str = "group";
 
+/// How to call the group of any recording: a text in which `{file}`, `{folder}` and `{recording}` stand for what these are
+/// called, and any other `{word}` for the number or letter after that word in the folder or the name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct GroupPattern(String);
+
+/// Why a text is no [`GroupPattern`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the group is {0:?}; write a name, or one with {{file}}, {{folder}}, {{recording}} or a {{word}} of the names within, as in {{mount}}"
+)]
+pub struct GroupPatternError(String);
+
+impl FromStr for GroupPattern {
+    type Err = GroupPatternError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let pattern = Self(text.trim().to_owned());
+        let mut pieces = pattern.0.split('{');
+        let is_plain = |piece: &str| !piece.contains('}');
+        let is_word = |word: &str| !word.is_empty() && word.chars().all(char::is_alphabetic);
+        let are_whole = pieces.next().is_some_and(is_plain)
+            && pieces.all(|piece| {
+                let ends = piece.split_once('}');
+                ends.is_some_and(|(word, rest)| is_word(word) && is_plain(rest))
+            });
+        match are_whole && !pattern.0.is_empty() {
+            true => Ok(pattern),
+            false => Err(GroupPatternError(text.to_owned())),
+        }
+    }
+}
+
+impl TryFrom<String> for GroupPattern {
+    type Error = GroupPatternError;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse()
+    }
+}
+
+impl From<GroupPattern> for String {
+    fn from(pattern: GroupPattern) -> Self {
+        pattern.0
+    }
+}
+
+impl GroupPattern {
+    /// The group of a recording; `None` where a word of the pattern is not in its name.
+    pub fn group_of(&self, recording: &Recording) -> Option<String> {
+        let path = match recording.source() {
+            Source::File(path) => Some(path.as_path()),
+            Source::Simulated => None,
+        };
+        let last = |path: Option<&Path>| {
+            let name = path.and_then(Path::file_name)?;
+            Some(name.to_string_lossy().into_owned())
+        };
+        let mut pieces = self.0.split('{');
+        let mut group = pieces.next().unwrap_or_default().to_owned();
+        for piece in pieces {
+            let (word, rest) = piece.split_once('}')?;
+            group.push_str(&match word {
+                "file" => last(path)?,
+                "folder" => last(path.and_then(Path::parent))?,
+                "recording" => recording.name().to_owned(),
+                word => after(&words_of(recording), &word.to_lowercase())?.to_owned(),
+            });
+            group.push_str(rest);
+        }
+        Some(group)
+    }
+}
+
 /// What a recording is known by.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
@@ -166,11 +243,11 @@ impl RecordingSet {
         }
         let keys = keyed(None);
         let n_groups = distinct(&keys);
-        if is_set && n_groups > 1 && n > 2 {
+        if is_set && n_groups > 1 && n_groups < n && n > 2 {
             let lone = lone(entries, &training, &keys);
             return named(GROUP, keys, None, lone);
         }
-        if is_set && n > 1 {
+        if is_set && n_groups < n {
             unused = Some(UnusedGroups {
                 by: GROUP,
                 n: n_groups,
@@ -192,14 +269,19 @@ impl RecordingSet {
         if open.is_empty() {
             return Vec::new();
         }
-        let words: Vec<Vec<String>> = entries.iter().map(words_of).collect();
+        let words: Vec<Vec<String>> = entries
+            .iter()
+            .map(|entry| words_of(&entry.recording))
+            .collect();
         let by_words = |by, tells_alone, key: &dyn Fn(&[String]) -> Option<String>| Way {
             by,
             keys: words.iter().map(|words| key(words)).collect(),
             tells_alone,
         };
         let labelled = |(word, by): &(&'static str, &'static str)| {
-            by_words(by, true, &|words| labelled(words, word, by))
+            by_words(by, true, &|words| {
+                Some(format!("{by} {}", after(words, word)?))
+            })
         };
         let mut ways: Vec<Way> = PROGRAMMES.iter().map(labelled).collect();
         if open.iter().any(|&at| repetition(&words[at]).is_some()) {
@@ -295,14 +377,14 @@ fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup
 
 /// The words and numbers that a recording's folder and name are made of, without those that say what it is for, in small
 /// letters; what a part of a file is called beyond the file's name is left out.
-fn words_of(entry: &Entry) -> Vec<String> {
-    let name = entry.recording.name();
+fn words_of(recording: &Recording) -> Vec<String> {
+    let name = recording.name();
     let name = name.split(" (").next().unwrap_or(name);
     let name = match name.rsplit_once(" #") {
         Some((stem, part)) if part.bytes().all(|b| b.is_ascii_digit()) => stem,
         _ => name,
     };
-    let folder = match entry.recording.source() {
+    let folder = match recording.source() {
         Source::File(path) => path.parent().and_then(Path::file_name),
         Source::Simulated => None,
     };
@@ -345,12 +427,12 @@ fn plain(number: &str) -> &str {
     }
 }
 
-/// The number or letter after a word, with what it names.
-fn labelled(words: &[String], word: &str, by: &str) -> Option<String> {
+/// The number or letter after a word.
+fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
     let pairs = words.windows(2);
     let mut named = pairs
         .filter(|pair| pair[0] == word && (is_number(&pair[1]) || pair[1].chars().count() == 1));
-    named.next().map(|pair| format!("{by} {}", plain(&pair[1])))
+    named.next().map(|pair| plain(&pair[1]))
 }
 
 /// Where a word that counts repetitions stands before its number or letter, the last one.
@@ -618,10 +700,9 @@ mod tests {
             (GROUP, vec![0, 0, 1, 1])
         );
         (0..4).for_each(|at| set.set_group(at, Some(format!("{at}"))));
-        assert_eq!(
-            (set.groups().by, set.groups().of),
-            (GROUP, vec![0, 1, 2, 3])
-        );
+        let alone = set.groups();
+        assert_eq!((alone.by, alone.of), (RECORDING, vec![0, 1, 2, 3]));
+        assert_eq!(alone.unused, None);
         (0..4).for_each(|at| set.set_group(at, Some("all".to_owned())));
         let groups = set.groups();
         assert_eq!((groups.by, groups.of), (RECORDING, vec![0, 1, 2, 3]));
@@ -630,6 +711,26 @@ mod tests {
         set.set_role(2, Role::Test);
         assert_eq!(set.groups().by, RECORDING, "two paths are too few");
         assert!(RecordingSet::default().groups().of.is_empty());
+    }
+
+    #[test]
+    fn a_pattern_names_groups_by_file_folder_or_a_word_of_the_names() {
+        let set = set_of(&[("/mon/Mount02_up.csv", "Mount02_up #3")]);
+        let recording = &set.entries()[0].recording;
+        for (text, group) in [
+            ("all", Some("all")),
+            ("{folder}", Some("mon")),
+            ("{file}", Some("Mount02_up.csv")),
+            ("{recording}", Some("Mount02_up #3")),
+            ("on {mount}, {folder}", Some("on 2, mon")),
+            ("{path}", None),
+        ] {
+            let pattern: GroupPattern = text.parse().unwrap();
+            assert_eq!(pattern.group_of(recording).as_deref(), group, "{text}");
+        }
+        for text in ["", " ", "{", "a}", "{mount", "{}", "{a{b}}", "{a b}"] {
+            assert!(text.parse::<GroupPattern>().is_err(), "{text}");
+        }
     }
 
     #[test]

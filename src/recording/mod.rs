@@ -16,8 +16,8 @@ mod tare;
 pub mod units;
 
 pub use axis::Axis;
-pub use groups::Groups;
 pub(crate) use groups::RECORDING;
+pub use groups::{GroupPattern, Groups};
 pub(crate) use recording::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};

@@ -47,7 +47,7 @@ impl ScoreSet {
             Self::Train => "On the training recordings themselves, which flatters",
             Self::Test => "On the test recordings: to look at; choosing by it would spend it",
             Self::LeftOut => {
-                "Each group of training recordings (each recording, where nothing is grouped) scored by a fit to the others; with \
+                "Each group of training recordings scored by a fit to the others; with \
                  fewer than three recordings, five contiguous blocks of them take turns: choose by this one. The look-back's trigger \
                  stays the conventional calibration of all"
             }
