@@ -5,6 +5,7 @@
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
 //! regressors, a [`Study`] for thresholds.
 
+mod cautions;
 mod comparison;
 mod dataset;
 mod factory;
@@ -31,6 +32,7 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
+pub use cautions::{Caution, cautions};
 pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub use dataset::Datasets;
@@ -88,6 +90,8 @@ pub struct Analysis {
     pub recordings: Vec<RecordingResult>,
     /// How the factory's matrix does; `None` without one.
     pub factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    pub cautions: Vec<Caution>,
     /// What the panes draw.
     pub traces: Arc<TraceSet>,
     /// How long it took.
@@ -232,10 +236,12 @@ impl Analyst {
             .collect();
         let traces = self.traces(&data, request.view, &calibration, &past);
         let factory = self.factory.as_ref();
+        let fitted = request.calibration.is_none() || request.trained;
         Ok(Analysis {
+            cautions: data.cautions(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
-            fitted: request.calibration.is_none() || request.trained,
+            fitted,
             recordings,
             traces: Arc::new(traces),
             elapsed: start.elapsed(),
