@@ -5,6 +5,7 @@
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
 //! regressors, a [`Study`] for thresholds.
 
+mod best;
 mod cautions;
 mod comparison;
 mod dataset;
@@ -32,6 +33,7 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
+pub use best::{Best, Search, Tried, best_table, find_best};
 pub use cautions::{Caution, cautions};
 pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
@@ -210,7 +212,7 @@ impl Analyst {
             }
             errors
         } else {
-            data.fit(request.settings.ridge, &past, &mut calibration)
+            data.fit(request.settings.ridge, &past, &mut calibration).0
         };
         progress.check()?;
         let recordings = data

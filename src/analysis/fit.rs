@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
-    Calibration, CrossValidation, LinearMap, NormalEquations, Past, Piece, Quality, Ridge,
-    RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, recording_sums,
+    BlockRidge, Calibration, CrossValidation, LinearMap, NormalEquations, Past, Piece, Quality,
+    Ridge, RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, recording_sums,
 };
 use crate::evaluation::cross_validation::{are_left_out_whole, folds};
-use crate::evaluation::left_out::LeftOut;
+use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::evaluation::metrics;
 use crate::features::Design;
 use crate::recording::{Recording, Role};
@@ -132,13 +132,14 @@ impl Dataset {
         (whole.len() == 2).then_some(whole) // two groups of more recordings are left out whole anyway
     }
 
-    /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated).
+    /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated), and the
+    /// shares that each axis was shrunk with.
     pub fn fit(
         &self,
         ridge: RidgeChoice,
         past: &[Past],
         calibration: &mut Calibration,
-    ) -> Vec<Option<Errors>> {
+    ) -> (Vec<Option<Errors>>, Vec<Vec<f64>>) {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums {
@@ -152,7 +153,7 @@ impl Dataset {
         // Only an automatic ridge asks for them: every slider step comes by here.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
-            RidgeChoice::Auto => self.recordings_left_out(&of_recordings),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(&of_recordings),
         };
         let terms = |used| Terms {
             used,
@@ -164,14 +165,21 @@ impl Dataset {
             parts,
             terms: terms(used),
         };
-        let (strengths, squares) = match (ridge, &whole) {
-            (RidgeChoice::Strength(strength), _) => (vec![strength; n_axes], None),
-            (RidgeChoice::Auto, Some(whole)) => (left_out(whole, &all).with_ridge(ridge).0, None),
-            (RidgeChoice::Auto, None) => left_out(&parts, &all).with_ridge(ridge),
+        let left_out_all = left_out(&parts, &all);
+        let chooses = left_out(whole.as_deref().unwrap_or(&parts), &all);
+        let Chosen {
+            strengths,
+            by_block,
+            shares,
+            squares,
+        } = match ridge {
+            RidgeChoice::ByBlock => Chosen::by_block(&chooses, &design),
+            _ => Chosen::alike(&chooses, ridge),
         };
+        let squares = squares.filter(|_| whole.is_none());
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; design.n_columns() * n_axes];
-        let mut found = fit_targets(&train, terms(&all), &strengths);
+        let mut found = fit_targets(&train, terms(&all), &shares);
         if found.rank == fit(&train, terms(&present), Ridge::None).rank {
             // The past never differs: the compensated map is the conventional one, to the last bit.
             found.coefficients.clone_from(&none);
@@ -185,21 +193,27 @@ impl Dataset {
             test_rmse: metrics::rmse(&test, coefficients),
             cv_rmse,
         };
-        let left_out_all = left_out(&parts, &all);
-        let compensated_cv = left_out_all.rmse_of(&strengths, || {
-            squares.unwrap_or_else(|| left_out_all.squares_by_target(&strengths))
+        let compensated_cv = left_out_all.rmse(&strengths, || {
+            squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares))
         });
+        let left_out_present = left_out(&parts, &present);
+        let conventional_cv =
+            left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
         calibration.quality = Quality {
             n_train: train.n_samples(),
             n_test: test.n_samples(),
-            conventional: scores(&none, left_out(&parts, &present).rmse(&vec![0.0; n_axes])),
+            conventional: scores(&none, conventional_cv),
             compensated: scores(&found.coefficients, compensated_cv),
             rank: found.rank,
             condition: condition_number(&train, &all, found.rank),
-            ridge: strengths,
+            ridge: match by_block.is_empty() {
+                true => strengths,
+                false => Vec::new(),
+            },
+            ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
         };
-        of_recordings
+        let errors = of_recordings
             .iter()
             .map(|pieces| {
                 let mut whole = NormalEquations::new(design.n_columns(), n_axes);
@@ -207,7 +221,59 @@ impl Dataset {
                 let before = metrics::rmse(&whole, &none)?;
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
-            .collect()
+            .collect();
+        (errors, shares)
+    }
+}
+
+/// The ridge that was chosen.
+struct Chosen {
+    /// For each axis the weakest strength that shrinks anything.
+    strengths: Vec<f64>,
+    by_block: Vec<BlockRidge>,
+    /// For each axis, for each column.
+    shares: Vec<Vec<f64>>,
+    /// The squared errors of the parts, where they are known.
+    squares: Option<Vec<f64>>,
+}
+
+impl Chosen {
+    /// One strength for all blocks.
+    fn alike(left_out: &LeftOut<'_>, ridge: RidgeChoice) -> Self {
+        let (strengths, squares) = match ridge {
+            // Whoever gives the strength asks for the errors only where they are shown.
+            RidgeChoice::Strength(strength) => (vec![strength; left_out.total.n_targets()], None),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => left_out.with_ridge(ridge),
+        };
+        Self {
+            shares: left_out.terms.of_targets(&strengths),
+            by_block: Vec::new(),
+            strengths,
+            squares,
+        }
+    }
+
+    /// A strength for each block; with nothing to compare them by as [`Self::alike`].
+    fn by_block(left_out: &LeftOut<'_>, design: &Design) -> Self {
+        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
+        let Some(chosen) = left_out.by_block(&blocks) else {
+            return Self::alike(left_out, RidgeChoice::ByBlock);
+        };
+        let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
+        let weakest = |own: &Vec<Option<f64>>| {
+            let taken = own.iter().flatten().copied();
+            taken.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+        };
+        let of_block = |(at, block)| BlockRidge {
+            block,
+            strengths: chosen.iter().map(|own| own[at]).collect(),
+        };
+        Self {
+            strengths: chosen.iter().map(weakest).collect(),
+            by_block: names.into_iter().enumerate().map(of_block).collect(),
+            shares: chosen.iter().map(shares).collect(),
+            squares: None,
+        }
     }
 }
 

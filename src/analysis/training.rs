@@ -43,7 +43,7 @@ pub fn train(
     let data = request.datasets.get(&Key::of(request), progress)?;
     let mut calibration = data.blank_calibration(settings)?;
     let past = data.past(&calibration, progress)?;
-    data.fit(settings.ridge, &past, &mut calibration);
+    let (_, shares) = data.fit(settings.ridge, &past, &mut calibration);
     let Some(learner) = settings.regressor.learner() else {
         return Ok(calibration);
     };
@@ -57,7 +57,7 @@ pub fn train(
         (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
             kinds: design.kinds(),
             known: data.map.standardised(&design),
-            strengths: calibration.quality.ridge.clone(),
+            shares,
         }),
         (Some(map), Learner::Network) => Target::LeftOver(map),
     };

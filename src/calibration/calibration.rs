@@ -61,11 +61,39 @@ pub struct Quality {
     /// Largest over smallest singular value of the independent columns of the linear fit, standardised and each scaled
     /// to unit length; `None` where no column is independent.
     pub condition: Option<f64>,
-    /// The strength of the linear fit's ridge, per axis.
+    /// The strength of the linear fit's ridge, per axis; empty where each block has its own.
     pub ridge: Vec<f64>,
     /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
+    /// Where each block has a ridge of its own: what was chosen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ridge_by_block: Vec<BlockRidge>,
+}
+
+impl Quality {
+    /// The ridge in words; `None` where nothing is shrunk.
+    pub fn ridge_in_words(&self, axes: &[Axis]) -> Option<String> {
+        let by_axis = |texts: &mut dyn Iterator<Item = String>| {
+            let named = axes.iter().zip(texts);
+            let named = named.map(|(axis, text)| format!("{} {text}", axis.symbol()));
+            named.collect::<Vec<_>>().join(", ")
+        };
+        if !self.ridge_by_block.is_empty() {
+            let blocks = self.ridge_by_block.iter().map(|own| {
+                let text = |strength: &Option<f64>| match strength {
+                    Some(strength) => format!("{strength:e}"),
+                    None => "left away".to_owned(),
+                };
+                let strengths = by_axis(&mut own.strengths.iter().map(text));
+                format!("{}: {strengths}", own.block)
+            });
+            return Some(blocks.collect::<Vec<_>>().join("; "));
+        }
+        let is_shrunk = self.ridge.iter().any(|strength| *strength > 0.0);
+        let mut strengths = self.ridge.iter().map(|strength| format!("{strength:e}"));
+        is_shrunk.then(|| by_axis(&mut strengths))
+    }
 }
 
 /// What cross-validation leaves out in turn.
@@ -105,6 +133,15 @@ impl fmt::Display for CrossValidation {
             false => write!(f, "by {by}: leave-one-{by}-out, {groups} {noun}"),
         }
     }
+}
+
+/// How one block is shrunk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BlockRidge {
+    /// The block in words.
+    pub block: String,
+    /// The strength per axis; `None` where the block does not help and is left away.
+    pub strengths: Vec<Option<f64>>,
 }
 
 /// A fit that could go through every sample it was made of.
@@ -194,6 +231,20 @@ impl Calibration {
     /// The names of the columns of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
+    }
+
+    /// How many numbers a load is made with: coefficients that are not zero, and what was learned.
+    pub fn n_coefficients(&self) -> usize {
+        let maps = self.compensated.iter().chain([&self.conventional]);
+        let linear = maps.map(|map| {
+            map.matrix
+                .iter()
+                .flatten()
+                .filter(|number| **number != 0.0)
+                .count()
+        });
+        let learned = self.learned.as_ref().map_or(0, Learned::n_numbers);
+        linear.sum::<usize>() + learned
     }
 
     /// What the columns of the compensated matrix are.

@@ -137,7 +137,7 @@ fn check_parts(
 ) -> Result<(), AnalysisError> {
     let strength = match ridge {
         RidgeChoice::Strength(strength) => strength,
-        RidgeChoice::Auto => 0.0,
+        RidgeChoice::Auto | RidgeChoice::ByBlock => 0.0,
     };
     match too_short(part_samples.iter().copied(), kinds, &[strength]) {
         Some((samples, columns)) => Err(AnalysisError::TooShort { samples, columns }),

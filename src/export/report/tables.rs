@@ -166,14 +166,8 @@ pub(super) fn settings(report: &ReportData, page: &mut Markup) {
 
 fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
-    let ridge = match quality.ridge.iter().any(|strength| *strength > 0.0) {
-        true => {
-            let axes = calibration.axes.iter().zip(&quality.ridge);
-            let texts = axes.map(|(axis, value)| format!("{} {value}", axis.symbol()));
-            texts.collect::<Vec<_>>().join(", ")
-        }
-        false => "none".to_owned(),
-    };
+    let ridge = quality.ridge_in_words(&calibration.axes);
+    let ridge = ridge.unwrap_or_else(|| "none".to_owned());
     let condition = quality.condition;
     let condition = condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4));
     let n_features = calibration.columns().len();
