@@ -269,10 +269,11 @@ fn curves(
         let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
         let Thresholds { f_th, t_th_secs } = found.thresholds;
         about.push_str(&format!(
-            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}).",
+            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}; {}).",
             significant(found.left_out, 4),
             f_th_label(map.distance),
             significant(found.conventional, 4),
+            found.cross_validation,
         ));
         if !found.beats_conventional {
             warnings.push(

@@ -45,7 +45,10 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             ui.weak("of the applied calibration on these recordings");
             return;
         }
-        if let Some(how) = &analysis.calibration.quality.cross_validation {
+        let quality = &analysis.calibration.quality;
+        if let Some(how) = &quality.cross_validation
+            && quality.compensated.cv_rmse.is_some()
+        {
             ui.weak(format!("CV {how}"));
         }
         for caution in &analysis.cautions {
