@@ -101,6 +101,8 @@ pub struct Analysis {
 pub struct RecordingResult {
     /// Samples after decimation.
     pub n_samples: usize,
+    /// What its group is called; `None` where it stands for itself.
+    pub group: Option<String>,
     /// RMSE per axis with the present alone; `None` without a reference.
     pub conventional_rmse: Option<Vec<f64>>,
     /// RMSE per axis with the past; `None` without a reference.
@@ -214,11 +216,13 @@ impl Analyst {
             .iter()
             .zip(&past)
             .zip(errors)
-            .map(|((entry, past), errors)| {
+            .enumerate()
+            .map(|(at, ((entry, past), errors))| {
                 let n_samples = entry.recording.n_samples();
                 let (conventional_rmse, compensated_rmse) = errors.unzip();
                 RecordingResult {
                     n_samples,
+                    group: data.groups.name_of(at).map(str::to_owned),
                     conventional_rmse,
                     compensated_rmse,
                     share_with_past: past.first().map(|past| {

@@ -259,6 +259,10 @@ pub enum JobError {
     Undetermined { undetermined: Undetermined },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
+    #[error(
+        "{recording}: what {pattern:?} stands for is not in its name, nor in that of its folder"
+    )]
+    NoGroup { recording: String, pattern: String },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
     NoSuchAxis {
         axis: &'static str,
@@ -285,6 +289,7 @@ impl JobError {
         matches!(
             self,
             Self::NamedTwice { .. }
+                | Self::NoGroup { .. }
                 | Self::Swapped { .. }
                 | Self::Read(ReadError::File {
                     source: FileError::Folder { .. },

@@ -15,7 +15,7 @@ use crate::analysis::{AnalysisError, Datasets, Request, train};
 use crate::calibration::{
     Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
 };
-use crate::evaluation::cross_validation::FEWEST_RECORDINGS;
+use crate::evaluation::cross_validation::are_left_out_whole;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
 use crate::features::{
     BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
@@ -198,7 +198,11 @@ impl Best {
         for own in &mut self.tried {
             // Where nothing has an error there is nothing to be better at.
             let says_nothing = weights.iter().all(|weight| *weight == 0.0);
-            own.relative = if says_nothing { 1.0 } else { in_all(&own.squares).sqrt() };
+            own.relative = if says_nothing {
+                1.0
+            } else {
+                in_all(&own.squares).sqrt()
+            };
             let against = paired(&own.squares, &reference, fold_samples, &weights);
             own.spread = against.map_or(0.0, |found| found.standard_error);
         }
@@ -570,40 +574,58 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
 
 /// The training recordings with each fold in the test role in turn, and what a fold is.
 fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
-    let training: Vec<&Entry> = (recordings.entries().iter())
-        .filter(|entry| entry.role == Role::Train)
+    let groups = recordings.groups();
+    let training: Vec<(&Entry, usize)> = (recordings.entries().iter().zip(groups.of))
+        .filter(|(entry, _)| entry.role == Role::Train)
         .collect();
     if training.is_empty() {
         return Err(AnalysisError::NoTraining);
     }
-    let n_groups = training.len();
-    let (of_fold, n_folds, what) = if n_groups >= FEWEST_RECORDINGS {
+    let of_training: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
+    let (of_fold, n_folds, what) = if are_left_out_whole(&of_training) {
+        let mut numbers = of_training.clone();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let n_groups = numbers.len();
         let n_folds = n_groups.min(MAX_FOLDS);
-        let of_fold = training.iter().enumerate();
-        let of_fold = of_fold.map(|(group, entry)| (group % n_folds, Arc::clone(&entry.recording)));
+        let of_fold = training.iter().map(|(entry, group)| {
+            let number = numbers.binary_search(group).unwrap_or_default();
+            (number % n_folds, (*entry).clone())
+        });
         let what = match n_groups == n_folds {
-            true => format!("{n_folds} recordings, each left out in turn"),
-            false => format!("{n_groups} recordings in {n_folds} folds"),
+            true => format!("nested, by {}: {n_folds} folds", groups.by),
+            false => format!("nested, by {}: {n_groups} in {n_folds} folds", groups.by),
         };
         (of_fold.collect::<Vec<_>>(), n_folds, what)
     } else {
-        let cut = training.iter().flat_map(|entry| {
+        let cut = training.iter().flat_map(|(entry, _)| {
             let segments = entry.recording.segments(SEGMENTS).into_iter().enumerate();
-            segments.map(|(fold, segment)| (fold, Arc::new(segment)))
+            segments.map(|(fold, segment)| {
+                let recording = Arc::new(segment);
+                (
+                    fold,
+                    Entry {
+                        recording,
+                        ..(*entry).clone()
+                    },
+                )
+            })
         });
-        let what = format!("{SEGMENTS} segments of each recording: fewer than three recordings");
+        let what = format!("nested, by {SEGMENTS} segments of each recording: too few recordings");
         (cut.collect(), SEGMENTS, what)
     };
     let without = |fold: usize| -> Result<RecordingSet, AnalysisError> {
         let mut set = RecordingSet::default();
-        for (own, recording) in &of_fold {
-            let role = if *own == fold {
-                Role::Test
-            } else {
-                Role::Train
+        for (own, entry) in &of_fold {
+            let role = match *own == fold {
+                true => Role::Test,
+                false => Role::Train,
             };
-            let entry = Entry::new((**recording).clone(), role);
-            set.push(entry).expect("they were together before");
+            set.push(Entry {
+                role,
+                ..entry.clone()
+            })
+            .expect("they were together before");
         }
         Ok(set)
     };

@@ -4,14 +4,14 @@ use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
-    BlockRidge, Calibration, LinearMap, NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice,
-    Scores, Terms, condition_number, fit, fit_targets, recording_sums,
+    BlockRidge, Calibration, CrossValidation, LinearMap, NormalEquations, Past, Piece, Quality,
+    Ridge, RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, recording_sums,
 };
-use crate::evaluation::cross_validation::folds;
+use crate::evaluation::cross_validation::{are_left_out_whole, folds};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::evaluation::metrics;
 use crate::features::Design;
-use crate::recording::Role;
+use crate::recording::{Recording, Role};
 
 /// The sums of all recordings on the columns of one design.
 pub(super) struct Sums {
@@ -26,11 +26,9 @@ pub(super) struct Sums {
 impl Dataset {
     /// How each recording is cut: those in the train role into the parts that are left out in turn, others not at all.
     pub fn pieces(&self) -> Vec<Vec<Piece>> {
-        let lengths: Vec<usize> = in_role(&self.entries, Role::Train)
-            .iter()
-            .map(|recording| recording.n_samples())
-            .collect();
-        let mut training_pieces = folds(&lengths).into_iter();
+        let training = in_role(&self.entries, Role::Train).into_iter();
+        let lengths: Vec<usize> = training.map(Recording::n_samples).collect();
+        let mut training_pieces = folds(&lengths, &self.training_groups()).into_iter();
         self.entries
             .iter()
             .map(|entry| match entry.role {
@@ -41,6 +39,31 @@ impl Dataset {
                 }],
             })
             .collect()
+    }
+
+    /// The group of each training recording.
+    fn training_groups(&self) -> Vec<usize> {
+        let entries = self.entries.iter().zip(&self.groups.of);
+        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
+        training.map(|(_, group)| *group).collect()
+    }
+
+    /// What is left out in turn.
+    pub fn cross_validation(&self) -> CrossValidation {
+        let groups = self.training_groups();
+        let by = match are_left_out_whole(&groups) {
+            true => self.groups.by,
+            false => CrossValidation::BLOCK,
+        };
+        let entries = self.entries.iter().zip(self.pieces());
+        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
+        let folds = training.flat_map(|(_, pieces)| pieces.into_iter().map(|piece| piece.fold));
+        let parts = folds.max().map_or(0, |last| last + 1);
+        CrossValidation {
+            by: by.to_owned(),
+            groups: parts,
+            parts,
+        }
     }
 
     /// The one pass.
@@ -106,7 +129,7 @@ impl Dataset {
                 Some(whole)
             })
             .collect();
-        (whole.len() == 2).then_some(whole)
+        (whole.len() == 2).then_some(whole) // two groups of more recordings are left out whole anyway
     }
 
     /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated), and the
@@ -188,6 +211,7 @@ impl Dataset {
                 false => Vec::new(),
             },
             ridge_by_block: by_block,
+            cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
         };
         let errors = of_recordings
             .iter()
@@ -258,7 +282,7 @@ mod tests {
     use std::sync::Arc;
 
     use crate::analysis::{Request, analyse};
-    use crate::calibration::{Calibration, FitSettings};
+    use crate::calibration::{Calibration, CrossValidation, FitSettings};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::progress::Progress;
     use crate::random::Random;
@@ -292,15 +316,29 @@ mod tests {
 
     /// The fit to all recordings but `tested`, which are tested on.
     fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
+        let is_tested = |at: usize| Some(at) == tested;
+        fitted_in_groups(recordings, &is_tested, &vec![None; recordings.len()])
+    }
+
+    fn fitted_in_groups(
+        recordings: &[Arc<Recording>],
+        is_tested: &dyn Fn(usize) -> bool,
+        groups: &[Option<&str>],
+    ) -> Arc<Calibration> {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
-            let role = if Some(at) == tested {
+            let role = if is_tested(at) {
                 Role::Test
             } else {
                 Role::Train
             };
             let recording = Arc::clone(recording);
-            set.push(Entry { recording, role }).unwrap();
+            set.push(Entry {
+                recording,
+                role,
+                group: groups[at].map(str::to_owned),
+            })
+            .unwrap();
         }
         let settings = FitSettings {
             features: FeatureSettings {
@@ -350,6 +388,38 @@ mod tests {
         assert_as_refits(&[60, 50, 70], &[1]);
         assert_as_refits(&[60, 50, 70, 40, 55], &[4]);
         assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
+    }
+
+    /// The slow way: a fit to the other groups for each of them.
+    #[test]
+    fn errors_of_left_out_groups_are_those_of_fits_without_them() {
+        let recordings = recordings(&[60, 50, 70, 40, 55], &[0, 1, 2, 3, 4]);
+        for groups in [["a", "b", "a", "c", "b"], ["a", "b", "b", "a", "a"]] {
+            let set = groups.map(Some);
+            let whole = fitted_in_groups(&recordings, &|_| false, &set);
+            let mut squares = 0.0;
+            let mut names = groups.to_vec();
+            names.sort_unstable();
+            names.dedup();
+            for name in &names {
+                let rest = fitted_in_groups(&recordings, &|at| groups[at] == *name, &[None; 5]);
+                let rmse = rest.quality.compensated.test_rmse.as_ref().unwrap()[0];
+                squares += rmse * rmse * rest.quality.n_test as f64;
+            }
+            let explicit = (squares / 275.0).sqrt();
+            let quality = &whole.quality;
+            let cross_validated = quality.compensated.cv_rmse.as_ref().unwrap()[0];
+            assert!(
+                (cross_validated / explicit - 1.0).abs() < 1e-8,
+                "{groups:?}"
+            );
+            let expected = CrossValidation {
+                by: "group".to_owned(),
+                groups: names.len(),
+                parts: names.len(),
+            };
+            assert_eq!(quality.cross_validation, Some(expected));
+        }
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! Guarantees: a [`Calibration`] that exists is whole (shapes match, every number finite), whether it was fitted or
 //! read; applied to a recording it gives the numbers that the fit gave.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::learned::{Learned, LearnedScratch};
@@ -11,7 +13,7 @@ use crate::calibration::{
     CalibrationError, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
-use crate::recording::{Axis, Recording, Tare};
+use crate::recording::{Axis, RECORDING, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -25,7 +27,7 @@ pub struct Scores {
     pub train_rmse: Option<Vec<f64>>,
     /// On the recordings in the test role.
     pub test_rmse: Option<Vec<f64>>,
-    /// Each training recording scored by a fit to the others (with fewer than three: contiguous blocks of them).
+    /// Each group of training recordings scored by a fit to the others; see [`CrossValidation`].
     pub cv_rmse: Option<Vec<f64>>,
 }
 
@@ -64,6 +66,9 @@ pub struct Quality {
     /// Where each block has a ridge of its own: what was chosen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ridge_by_block: Vec<BlockRidge>,
+    /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_validation: Option<CrossValidation>,
 }
 
 impl Quality {
@@ -98,6 +103,45 @@ pub struct BlockRidge {
     pub block: String,
     /// The strength per axis; `None` where the block does not help and is left away.
     pub strengths: Vec<Option<f64>>,
+}
+
+/// What cross-validation leaves out in turn.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CrossValidation {
+    /// What a group is, in a word: `path`, `day`, `group` where somebody set them, `recording` where each stands for itself;
+    /// `block` where there are too few recordings.
+    pub by: String,
+    /// How many groups there are.
+    pub groups: usize,
+    /// The parts that they are left out in: as many, or fewer where some are left out together.
+    pub parts: usize,
+}
+
+impl CrossValidation {
+    /// What `by` says of contiguous blocks.
+    pub const BLOCK: &'static str = "block";
+
+    /// Whether blocks are left out, for want of recordings.
+    pub fn is_by_block(&self) -> bool {
+        self.by == Self::BLOCK
+    }
+}
+
+impl fmt::Display for CrossValidation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { by, groups, parts } = self;
+        if self.is_by_block() {
+            return write!(f, "by {parts} contiguous blocks of the training recordings");
+        }
+        let noun = match by == RECORDING {
+            true => "recordings",
+            false => "groups",
+        };
+        match parts < groups {
+            true => write!(f, "by {by}: {groups} {noun} left out in {parts} parts"),
+            false => write!(f, "by {by}: leave-one-{by}-out, {groups} {noun}"),
+        }
+    }
 }
 
 /// A fit that could go through every sample it was made of.

@@ -22,6 +22,7 @@ mod used_recording;
 mod validate;
 
 pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
+pub use calibration::CrossValidation;
 pub use calibration::{AppliedLoads, Calibration};
 pub(crate) use calibration::{
     BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,

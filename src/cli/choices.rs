@@ -15,7 +15,8 @@ use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
 };
 use crate::import::LoadWarning;
-use crate::recording::{Entry, RecordingSet, Role, simulated};
+use crate::import::map::ColumnMap;
+use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.
 #[derive(Debug, Args)]
@@ -36,6 +37,10 @@ pub struct RecordingArgs {
         allow_negative_numbers = true
     )]
     pub split: Option<f64>,
+    /// Cross-validation leaves recordings of one group out together. A name with {file}, {folder}, {recording}, or a {word}
+    /// for the number or letter after it in the names, as in {mount} [default: found from names, folders and files].
+    #[arg(long, value_name = "PATTERN")]
+    pub group: Option<GroupPattern>,
 }
 
 impl RecordingArgs {
@@ -61,16 +66,19 @@ impl RecordingArgs {
             let built_in = simulated::recordings(simulated::DEFAULT_SEED);
             for entry in built_in.entries() {
                 let recording = self.read.tared((*entry.recording).clone())?;
-                set.push(Entry::new(recording, entry.role))?;
+                set.push(self.grouped(Entry::new(recording, entry.role), None)?)?;
             }
         }
+        let map = self.read.columns.as_deref().map(ColumnMap::read);
+        let by_map = map.transpose()?.and_then(|map| map.group);
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
             for (path, recordings) in files.iter().zip(read_hearing(files, &self.read, hear)?) {
                 for recording in recordings {
                     if !recording.has_reference() {
                         return Err(JobError::NoReference { path: path.clone() });
                     }
-                    set.push(Entry::new(recording, role))?;
+                    let entry = Entry::new(recording, role);
+                    set.push(self.grouped(entry, by_map.as_ref())?)?;
                 }
             }
         }
@@ -86,6 +94,23 @@ impl RecordingArgs {
                 }
             }
         }
+    }
+}
+
+impl RecordingArgs {
+    /// The entry in the group that it is said to be in.
+    fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
+        let group = match &self.group {
+            Some(pattern) => {
+                let group = pattern.group_of(&entry.recording);
+                Some(group.ok_or_else(|| JobError::NoGroup {
+                    recording: entry.recording.name().to_owned(),
+                    pattern: pattern.clone().into(),
+                })?)
+            }
+            None => by_map.and_then(|pattern| pattern.group_of(&entry.recording)),
+        };
+        Ok(Entry { group, ..entry })
     }
 }
 

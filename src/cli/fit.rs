@@ -12,7 +12,9 @@ use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
 use crate::analysis::{Request, analyse, read_factory, train};
-use crate::calibration::{BlockRidge, Calibration, EpochReport, FactoryScores, Scores};
+use crate::calibration::{
+    BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, Scores,
+};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     Outline, WriteError, check_targets, listed_targets, target_for, with_sources, write_calibration,
@@ -171,6 +173,7 @@ struct FitReport<'a> {
     compensated: &'a Scores,
     rank: usize,
     condition: Option<f64>,
+    cross_validation: Option<&'a CrossValidation>,
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
@@ -201,6 +204,7 @@ impl<'a> FitReport<'a> {
             compensated: &quality.compensated,
             rank: quality.rank,
             condition: quality.condition,
+            cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
             factory: None,
         }
