@@ -575,8 +575,19 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
 /// The training recordings with each fold in the test role in turn, and what a fold is.
 fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
     let groups = recordings.groups();
-    let training: Vec<(&Entry, usize)> = (recordings.entries().iter().zip(groups.of))
-        .filter(|(entry, _)| entry.role == Role::Train)
+    // Said, so that what is found among fewer recordings is the same.
+    let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
+        .filter(|(_, entry)| entry.role == Role::Train)
+        .map(|(at, entry)| {
+            let group = groups.name_of(at).map(str::to_owned);
+            (
+                Entry {
+                    group,
+                    ..entry.clone()
+                },
+                groups.of[at],
+            )
+        })
         .collect();
     if training.is_empty() {
         return Err(AnalysisError::NoTraining);
@@ -590,7 +601,7 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
         let n_folds = n_groups.min(MAX_FOLDS);
         let of_fold = training.iter().map(|(entry, group)| {
             let number = numbers.binary_search(group).unwrap_or_default();
-            (number % n_folds, (*entry).clone())
+            (number % n_folds, entry.clone())
         });
         let what = match n_groups == n_folds {
             true => format!("nested, by {}: {n_folds} folds", groups.by),
