@@ -6,6 +6,7 @@
 //! regressors, a [`Study`] for thresholds.
 
 mod best;
+mod cautions;
 mod comparison;
 mod dataset;
 mod factory;
@@ -33,6 +34,7 @@ use factory::Factory;
 use traces::FixedTraces;
 
 pub use best::{Best, Search, Tried, best_table, find_best};
+pub use cautions::{Caution, cautions};
 pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub use dataset::Datasets;
@@ -90,6 +92,8 @@ pub struct Analysis {
     pub recordings: Vec<RecordingResult>,
     /// How the factory's matrix does; `None` without one.
     pub factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    pub cautions: Vec<Caution>,
     /// What the panes draw.
     pub traces: Arc<TraceSet>,
     /// How long it took.
@@ -234,10 +238,12 @@ impl Analyst {
             .collect();
         let traces = self.traces(&data, request.view, &calibration, &past);
         let factory = self.factory.as_ref();
+        let fitted = request.calibration.is_none() || request.trained;
         Ok(Analysis {
+            cautions: data.cautions(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
-            fitted: request.calibration.is_none() || request.trained,
+            fitted,
             recordings,
             traces: Arc::new(traces),
             elapsed: start.elapsed(),
