@@ -214,7 +214,8 @@ pub struct BlockArgs {
     pub distance: Distance,
     #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
     pub ridge: Option<RidgeChoice>,
-    /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
+    /// Full scale (rated load) of each axis in N and N·m, in axis order; by default half the peak-to-peak training
+    /// reference, or its largest magnitude where it goes one way only.
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
     #[arg(long = OFFSET.option, help = format!("Fit without: {}", OFFSET.help()))]

@@ -3,6 +3,7 @@
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
 mod axis;
+mod full_scale;
 pub mod kinetics;
 #[expect(
     clippy::module_inception,
@@ -15,6 +16,7 @@ mod tare;
 pub mod units;
 
 pub use axis::Axis;
+pub use full_scale::full_scale_of;
 pub(crate) use recording::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};
