@@ -75,6 +75,7 @@ mod tests {
         FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
     };
     use crate::engine::{Edit, FromFile};
+    use crate::evaluation::metrology::MetrologySettings;
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
     use crate::recording::{Axis, Role};
@@ -246,6 +247,10 @@ mod tests {
             Edit::Apply(None),
             Edit::Compare(Some(calibration())),
             Edit::Compare(None),
+            Edit::Measuring(MetrologySettings {
+                hold_secs: 1.5,
+                ..MetrologySettings::default()
+            }),
         ]
     }
 
@@ -266,6 +271,7 @@ mod tests {
             Edit::Notes(_) => 11,
             Edit::Apply(_) => 12,
             Edit::Compare(_) => 13,
+            Edit::Measuring(_) => 14,
         }
     }
 
@@ -273,7 +279,7 @@ mod tests {
     fn every_edit_is_taken_back_and_made_again() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=13 {
+        for at in 0..=14 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tried");
         }
