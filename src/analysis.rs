@@ -5,6 +5,7 @@
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
 //! regressors, a [`Study`] for thresholds.
 
+mod best;
 mod comparison;
 mod dataset;
 mod factory;
@@ -32,6 +33,7 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
+pub use best::{Best, Search, Tried, best_table, find_best};
 pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub use dataset::Datasets;
@@ -103,6 +105,8 @@ pub struct Analysis {
 pub struct RecordingResult {
     /// Samples after decimation.
     pub n_samples: usize,
+    /// What its group is called; `None` where it stands for itself.
+    pub group: Option<String>,
     /// RMSE per axis with the present alone; `None` without a reference.
     pub conventional_rmse: Option<Vec<f64>>,
     /// RMSE per axis with the past; `None` without a reference.
@@ -208,7 +212,7 @@ impl Analyst {
             }
             errors
         } else {
-            data.fit(request.settings.ridge, &past, &mut calibration)
+            data.fit(request.settings.ridge, &past, &mut calibration).0
         };
         progress.check()?;
         let recordings = data
@@ -216,11 +220,13 @@ impl Analyst {
             .iter()
             .zip(&past)
             .zip(errors)
-            .map(|((entry, past), errors)| {
+            .enumerate()
+            .map(|(at, ((entry, past), errors))| {
                 let n_samples = entry.recording.n_samples();
                 let (conventional_rmse, compensated_rmse) = errors.unzip();
                 RecordingResult {
                     n_samples,
+                    group: data.groups.name_of(at).map(str::to_owned),
                     conventional_rmse,
                     compensated_rmse,
                     share_with_past: past.first().map(|past| {

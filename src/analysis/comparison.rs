@@ -271,7 +271,7 @@ mod tests {
         for entry in simulated::recordings(3).entries().iter().step_by(9) {
             set.push(Entry {
                 recording: Arc::new(entry.recording.decimated(5)),
-                role: entry.role,
+                ..entry.clone()
             })
             .unwrap();
         }

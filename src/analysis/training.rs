@@ -13,14 +13,15 @@ use crate::calibration::{
     Calibration, EpochReport, Learned, LearnedError, Learner, LinearMap, Past, Piece,
     SettingsError, learned_inputs, sample_row,
 };
-use crate::evaluation::cross_validation::FEWEST_RECORDINGS;
 use crate::evaluation::metrics::root_mean;
 use crate::features::{Design, FeatureStream};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::{Entry, Recording, Role};
 
-/// One training recording in so many is held out of a network's training, to say when it was best.
+/// One group of training recordings in so many is held out of a network's training, to say when it was best.
 const HELD_OUT: usize = 10;
+/// With fewer groups too little would be left to train on.
+const FEWEST_GROUPS: usize = 3;
 /// A kernel is cross-validated on no more parts than this.
 const MAX_PARTS: usize = 10;
 /// Rows that are made before they are passed on.
@@ -42,7 +43,7 @@ pub fn train(
     let data = request.datasets.get(&Key::of(request), progress)?;
     let mut calibration = data.blank_calibration(settings)?;
     let past = data.past(&calibration, progress)?;
-    data.fit(settings.ridge, &past, &mut calibration);
+    let (_, shares) = data.fit(settings.ridge, &past, &mut calibration);
     let Some(learner) = settings.regressor.learner() else {
         return Ok(calibration);
     };
@@ -56,7 +57,7 @@ pub fn train(
         (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
             kinds: design.kinds(),
             known: data.map.standardised(&design),
-            strengths: calibration.quality.ridge.clone(),
+            shares,
         }),
         (Some(map), Learner::Network) => Target::LeftOver(map),
     };
@@ -67,6 +68,9 @@ pub fn train(
             let found =
                 Kernel::fit(&rows, &settings.kernel, progress).map_err(LearnedError::from)?;
             let n = rows.n_samples_in_all() as u64;
+            if let Some(own) = &mut calibration.quality.cross_validation {
+                own.parts = own.parts.min(MAX_PARTS);
+            }
             cv_rmse = found
                 .left_out_squares
                 .and_then(|squares| root_mean(&squares, n));
@@ -157,15 +161,18 @@ impl<'a> TrainingRows<'a> {
         self.runs.iter().map(|run| run.recording.n_samples()).sum()
     }
 
-    /// What a network trains on, and what is held out to say when it was best: whole recordings, or with few of them
-    /// the last tenth of all samples.
+    /// What a network trains on, and what is held out to say when it was best: whole groups of recordings, or with few of
+    /// them the last tenth of all samples.
     fn samples(&self, progress: &Progress) -> Result<(Samples, Samples), AnalysisError> {
         let (n_inputs, n_axes) = self.widths();
         let mut train = Samples::new(n_inputs, n_axes);
         let mut held_out = Samples::new(n_inputs, n_axes);
         let n = self.n_samples_in_all();
         train.reserve(n);
-        let by_recording = self.runs.len() >= FEWEST_RECORDINGS;
+        let pieces = self.runs.iter().flat_map(|run| &run.pieces);
+        let n_folds = pieces.map(|piece| piece.fold + 1).max().unwrap_or(0);
+        let are_whole = self.runs.iter().all(|run| run.pieces.len() == 1);
+        let by_group = are_whole && n_folds >= FEWEST_GROUPS;
         let mut at = 0;
         for run in 0..self.runs.len() {
             progress.check()?;
@@ -174,10 +181,9 @@ impl<'a> TrainingRows<'a> {
                 if pushed.is_err() {
                     return;
                 }
-                let is_held_out = match by_recording {
-                    true => {
-                        run % HELD_OUT == HELD_OUT / 2 || self.runs.len() < HELD_OUT && run == 1
-                    }
+                let fold = self.runs[run].pieces[0].fold;
+                let is_held_out = match by_group {
+                    true => fold % HELD_OUT == HELD_OUT / 2 || n_folds < HELD_OUT && fold == 1,
                     false => at >= n - n / HELD_OUT,
                 };
                 let samples = if is_held_out {
@@ -286,7 +292,12 @@ mod tests {
             );
             let recording = Arc::new(recording.unwrap());
             let role = Role::Train;
-            set.push(Entry { recording, role }).unwrap();
+            set.push(Entry {
+                recording,
+                role,
+                group: None,
+            })
+            .unwrap();
         }
         let set = Arc::new(set);
         let scores = |regressor| {

@@ -22,8 +22,11 @@ mod used_recording;
 mod validate;
 
 pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
+pub use calibration::CrossValidation;
 pub use calibration::{AppliedLoads, Calibration};
-pub(crate) use calibration::{FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION};
+pub(crate) use calibration::{
+    BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
+};
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub(crate) use conventional::Conventional;
 pub use estimator::{Estimator, Taken};

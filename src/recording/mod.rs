@@ -4,6 +4,7 @@
 
 mod axis;
 mod full_scale;
+mod groups;
 pub mod kinetics;
 #[expect(
     clippy::module_inception,
@@ -17,6 +18,8 @@ pub mod units;
 
 pub use axis::Axis;
 pub use full_scale::full_scale_of;
+pub(crate) use groups::RECORDING;
+pub use groups::{GroupPattern, Groups};
 pub(crate) use recording::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};

@@ -54,6 +54,9 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             ui.colored_label(color, counts)
                 .on_hover_text(undetermined.to_string());
         }
+        if let Some(how) = &analysis.calibration.quality.cross_validation {
+            ui.weak(format!("CV {how}"));
+        }
         if let Some(reason) = analysis.calibration.why_not_left_out() {
             ui.weak(format!("no cross-validation: {reason}"));
         }
