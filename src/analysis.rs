@@ -24,6 +24,7 @@ use std::time::{Duration, Instant};
 use crate::calibration::{
     Calibration, CalibrationError, FactoryScores, FitSettings, LearnedError, Past, SettingsError,
 };
+use crate::evaluation::metrology::MetrologySettings;
 use crate::evaluation::threshold_study::{GridError, NoSuggestion};
 use crate::panicked::Panicked;
 use crate::progress::{Cancelled, Progress};
@@ -62,6 +63,8 @@ pub struct Request {
     pub trained: bool,
     /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`].
     pub factory: Option<Arc<Calibration>>,
+    /// How loops and figures are measured, in a [`report`].
+    pub measuring: MetrologySettings,
     /// What is shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
@@ -76,6 +79,7 @@ impl Request {
             calibration: None,
             trained: false,
             factory: None,
+            measuring: MetrologySettings::default(),
             datasets: Datasets::default(),
         }
     }

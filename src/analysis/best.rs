@@ -17,6 +17,7 @@ use crate::calibration::{
 };
 use crate::evaluation::cross_validation::are_left_out_whole;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
+use crate::export::bytes_in_float;
 use crate::features::{
     BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
 };
@@ -26,6 +27,9 @@ use crate::report::{Cell, Column, Table};
 
 /// More folds than this are put together: each costs a whole search.
 const MAX_FOLDS: usize = 5;
+/// How much wider one standard error is that is known from 2, 3, 4, 5 folds only: Student's t at the share that lies within one
+/// standard deviation of a normal distribution.
+const OF_FOLDS: [f64; MAX_FOLDS - 1] = [1.837, 1.321, 1.197, 1.142];
 /// With fewer groups than can be left out, each recording is cut into so many.
 const SEGMENTS: usize = 4;
 /// Values of F_th and of t_th that are tried.
@@ -95,6 +99,7 @@ pub const RECIPES: &[Recipe] = &[
         &[&Play, &Creep, &Polynomial],
     ),
     linear("Everything", true, &[&FixedLag, &Creep, &Play, &Polynomial]),
+    learned("Linear + kernel", &[], Regressor::HybridKernel),
     learned("Linear + kernel on play", &[&Play], Regressor::HybridKernel),
     learned(
         "Linear + kernel on play and creep",
@@ -160,6 +165,8 @@ pub struct Tried {
 pub struct Cost {
     /// Numbers that it consists of.
     pub coefficients: usize,
+    /// Bytes of an export in single precision, its numbers and its state, at the rate of the recordings.
+    pub bytes: usize,
     /// Time of a sample on this machine (µs).
     pub micros_a_sample: f64,
 }
@@ -213,9 +220,10 @@ impl Best {
             .min_by(by_error)
             .map(|best| best.squares.clone());
         let best = best.unwrap_or_default();
+        let few = OF_FOLDS[fold_samples.len().clamp(2, MAX_FOLDS) - 2];
         for own in &mut self.tried {
             own.is_good = paired(&own.squares, &best, fold_samples, &weights)
-                .is_none_or(|found| found.is_within_one_standard_error());
+                .is_none_or(|found| found.difference <= few * found.standard_error);
         }
         let first = self.tried.iter().position(|own| own.is_good);
         for (at, own) in self.tried.iter_mut().enumerate() {
@@ -227,10 +235,24 @@ impl Best {
 /// One row per candidate: its error per axis on these samples, what it costs, and whether it is good.
 pub fn best_table(best: &Best, set: ScoreSet) -> Table {
     let axes = best.tried.first().map_or(&[][..], |tried| &tried.axes);
+    let folds = match set {
+        ScoreSet::Test => String::new(),
+        _ => format!("; {}", best.folds),
+    };
     let mut columns = vec![Column::words("")];
     columns.extend(["model", "features"].map(Column::words));
     columns.extend(axes.iter().map(|axis| Column::load(*axis)));
-    columns.extend(["of conventional", "±", "numbers", "µs a sample", "s"].map(Column::numbers));
+    columns.extend(
+        [
+            "of conventional",
+            "±",
+            "numbers",
+            "bytes",
+            "µs a sample",
+            "s",
+        ]
+        .map(Column::numbers),
+    );
     let cells = |own: &Tried| {
         let mark = match (own.is_proposed, own.is_good) {
             (true, _) => "→",
@@ -243,23 +265,39 @@ pub fn best_table(best: &Best, set: ScoreSet) -> Table {
             _ => Some(&own.cv_rmse),
         };
         cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
-        cells.push(Cell::digits(Some(own.relative), 3));
-        cells.push(Cell::digits(Some(own.spread), 2));
+        let (relative, spread) = match set {
+            ScoreSet::Test => (test_relative(own, &best.tried[0]), None),
+            _ => (Some(own.relative), Some(own.spread)),
+        };
+        cells.push(Cell::digits(relative, 3));
+        cells.push(Cell::digits(spread, 2));
         cells.push(Cell::number(
             own.cost.coefficients as f64,
             own.cost.coefficients.to_string(),
+        ));
+        cells.push(Cell::number(
+            own.cost.bytes as f64,
+            own.cost.bytes.to_string(),
         ));
         cells.push(Cell::digits(Some(own.cost.micros_a_sample), 2));
         cells.push(Cell::digits(Some(own.seconds), 2));
         cells
     };
     Table {
-        title: format!("RMSE, {}; {}", set.label(), best.folds),
+        title: format!("RMSE, {}{folds}", set.label()),
         rows: best.tried.iter().map(cells).collect(),
         columns,
         note: "→ proposed: the first within one standard error of the best; = within it, too"
             .to_owned(),
     }
+}
+
+/// The error on the test relative to that of the conventional calibration, each axis counting alike.
+fn test_relative(own: &Tried, conventional: &Tried) -> Option<f64> {
+    let [own, conventional] = [own, conventional].map(|tried| tried.test_rmse.as_ref());
+    let weights = weights(conventional?);
+    let squares: Vec<f64> = own?.iter().map(|rmse| rmse * rmse).collect();
+    Some(weighted(&squares, &weights).sqrt())
 }
 
 /// What makes each axis count alike: one over the conventional calibration's mean square.
@@ -568,70 +606,80 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     });
     Cost {
         coefficients,
+        bytes: bytes_in_float(calibration),
         micros_a_sample: micros.unwrap_or(f64::NAN),
     }
 }
 
 /// The training recordings with each fold in the test role in turn, and what a fold is.
 fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
-    let training: Vec<&Entry> = (recordings.entries().iter())
-        .filter(|entry| entry.role == Role::Train)
+    let groups = recordings.groups();
+    // Said, so that what is found among fewer recordings is the same.
+    let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
+        .filter(|(_, entry)| entry.role == Role::Train)
+        .map(|(at, entry)| {
+            let group = groups.name_of(at).map(str::to_owned);
+            (
+                Entry {
+                    group,
+                    ..entry.clone()
+                },
+                groups.of[at],
+            )
+        })
         .collect();
     if training.is_empty() {
         return Err(AnalysisError::NoTraining);
     }
-    let groups = recordings.groups();
-    let of_recordings = recordings.entries().iter().zip(&groups.of).enumerate();
-    let of_training: Vec<(usize, usize)> = of_recordings
-        .filter(|(_, (entry, _))| entry.role == Role::Train)
-        .map(|(at, (_, group))| (at, *group))
-        .collect();
-    let mut distinct: Vec<usize> = of_training.iter().map(|(_, group)| *group).collect();
-    let are_whole = are_left_out_whole(&distinct);
-    distinct.sort_unstable();
-    distinct.dedup();
-    let n_groups = distinct.len();
-    let (of_fold, n_folds, what) = if are_whole {
+    let of_training: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
+    let (of_fold, n_folds, what) = if are_left_out_whole(&of_training) {
+        let mut numbers = of_training.clone();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let n_groups = numbers.len();
         let n_folds = n_groups.min(MAX_FOLDS);
-        let of_fold = of_training.iter().map(|(at, group)| {
-            let number = distinct.binary_search(group).unwrap_or_default();
-            // A fold has fewer groups, by which others would be found.
-            let entry = Entry {
-                group: groups.name_of(*at).map(str::to_owned),
-                ..recordings.entries()[*at].clone()
-            };
-            (number % n_folds, entry)
+        let of_fold = training.iter().map(|(entry, group)| {
+            let number = numbers.binary_search(group).unwrap_or_default();
+            (number % n_folds, entry.clone())
         });
         let noun = match groups.by == RECORDING {
             true => "recordings".to_owned(),
             false => format!("groups by {}", groups.by),
         };
         let what = match n_groups == n_folds {
-            true => format!("{n_folds} {noun}, each left out in turn"),
-            false => format!("{n_groups} {noun} in {n_folds} folds"),
+            true => format!("nested: {n_folds} {noun}, each left out in turn"),
+            false => format!("nested: {n_groups} {noun} in {n_folds} folds"),
         };
         (of_fold.collect::<Vec<_>>(), n_folds, what)
     } else {
-        let cut = training.iter().flat_map(|entry| {
+        let cut = training.iter().flat_map(|(entry, _)| {
             let segments = entry.recording.segments(SEGMENTS).into_iter().enumerate();
-            segments.map(|(fold, segment)| (fold, Entry::new(segment, Role::Train)))
+            segments.map(|(fold, segment)| {
+                let recording = Arc::new(segment);
+                (
+                    fold,
+                    Entry {
+                        recording,
+                        ..(*entry).clone()
+                    },
+                )
+            })
         });
-        let what = format!("{SEGMENTS} segments of each recording: fewer than three recordings");
+        let what = format!("nested, by {SEGMENTS} segments of each recording: too few recordings");
         (cut.collect(), SEGMENTS, what)
     };
     let without = |fold: usize| -> Result<RecordingSet, AnalysisError> {
         let mut set = RecordingSet::default();
         for (own, entry) in &of_fold {
-            let role = if *own == fold {
-                Role::Test
-            } else {
-                Role::Train
+            let role = match *own == fold {
+                true => Role::Test,
+                false => Role::Train,
             };
-            let entry = Entry {
+            set.push(Entry {
                 role,
                 ..entry.clone()
-            };
-            set.push(entry).expect("they were together before");
+            })
+            .expect("they were together before");
         }
         Ok(set)
     };
@@ -716,6 +764,7 @@ mod tests {
             test_rmse: None,
             cost: Cost {
                 coefficients: 1,
+                bytes: 4,
                 micros_a_sample: 1.0,
             },
             seconds: 0.0,

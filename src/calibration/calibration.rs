@@ -63,12 +63,12 @@ pub struct Quality {
     pub condition: Option<f64>,
     /// The strength of the linear fit's ridge, per axis; empty where each block has its own.
     pub ridge: Vec<f64>,
-    /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cross_validation: Option<CrossValidation>,
     /// Where each block has a ridge of its own: what was chosen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ridge_by_block: Vec<BlockRidge>,
+    /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_validation: Option<CrossValidation>,
 }
 
 impl Quality {
@@ -94,6 +94,15 @@ impl Quality {
         let mut strengths = self.ridge.iter().map(|strength| format!("{strength:e}"));
         is_shrunk.then(|| by_axis(&mut strengths))
     }
+}
+
+/// How one block is shrunk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BlockRidge {
+    /// The block in words.
+    pub block: String,
+    /// The strength per axis; `None` where the block does not help and is left away.
+    pub strengths: Vec<Option<f64>>,
 }
 
 /// What cross-validation leaves out in turn.
@@ -133,15 +142,6 @@ impl fmt::Display for CrossValidation {
             false => write!(f, "by {by}: leave-one-{by}-out, {groups} {noun}"),
         }
     }
-}
-
-/// How one block is shrunk.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BlockRidge {
-    /// The block in words.
-    pub block: String,
-    /// The strength per axis; `None` where the block does not help and is left away.
-    pub strengths: Vec<Option<f64>>,
 }
 
 /// A fit that could go through every sample it was made of.
