@@ -84,10 +84,11 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         line.say(&epoch_text(&report))
     })?;
     line.end();
-    if let Some(undetermined) = calibration.undetermined() {
-        if !args.export.is_empty() && !args.force {
-            return Err(JobError::Undetermined { undetermined });
-        }
+    if let Some(undetermined) = calibration.undetermined()
+        && !args.export.is_empty()
+        && !args.force
+    {
+        return Err(JobError::Undetermined { undetermined });
     }
     let cautions = cautions(&request, &calibration, &Progress::default())?;
     // Whoever reads the figures alone must hear of what leaves them without meaning.
