@@ -6,6 +6,7 @@
 //! regressors, a [`Study`] for thresholds.
 
 mod comparison;
+mod cross_validated;
 mod dataset;
 mod factory;
 mod fit;
@@ -32,7 +33,10 @@ use factory::Factory;
 use traces::FixedTraces;
 
 pub use comparison::compare;
-pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
+pub(crate) use comparison::{
+    Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
+};
+pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
@@ -41,7 +45,7 @@ pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use traces::View;
 pub(crate) use traces::{AxisTraces, Segment, TraceSet};
-pub use training::train;
+pub use training::{Scored, TrainingStep, train, train_and_score};
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -125,6 +129,10 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
+    #[error(
+        "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
+    )]
+    OneProgramme,
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
     #[error(
@@ -204,7 +212,7 @@ impl Analyst {
             }
             errors
         } else {
-            data.fit(request.settings.ridge, &past, &mut calibration)
+            data.fit(request.settings.ridge, &past, &mut calibration).0
         };
         progress.check()?;
         let recordings = data

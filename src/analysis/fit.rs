@@ -10,6 +10,7 @@ use crate::calibration::{
 use crate::evaluation::cross_validation::folds;
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::metrics;
+use crate::evaluation::part_squares::PartSquares;
 use crate::features::Design;
 use crate::recording::Role;
 
@@ -109,13 +110,14 @@ impl Dataset {
         (whole.len() == 2).then_some(whole)
     }
 
-    /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated).
+    /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated), and what the
+    /// fits without each part leave over of it.
     pub fn fit(
         &self,
         ridge: RidgeChoice,
         past: &[Past],
         calibration: &mut Calibration,
-    ) -> Vec<Option<Errors>> {
+    ) -> (Vec<Option<Errors>>, Option<PartSquares>) {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums {
@@ -163,9 +165,11 @@ impl Dataset {
             cv_rmse,
         };
         let left_out_all = left_out(&parts, &all);
-        let compensated_cv = left_out_all.rmse_of(&strengths, || {
-            squares.unwrap_or_else(|| left_out_all.squares_by_target(&strengths))
+        let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
+            part_samples: parts.iter().map(NormalEquations::n_samples).collect(),
+            squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&strengths)),
         });
+        let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
         calibration.quality = Quality {
             n_train: train.n_samples(),
             n_test: test.n_samples(),
@@ -174,8 +178,9 @@ impl Dataset {
             rank: found.rank,
             condition: condition_number(&train, &all, found.rank),
             ridge: strengths,
+            ..Quality::default()
         };
-        of_recordings
+        let errors = of_recordings
             .iter()
             .map(|pieces| {
                 let mut whole = NormalEquations::new(design.n_columns(), n_axes);
@@ -183,7 +188,8 @@ impl Dataset {
                 let before = metrics::rmse(&whole, &none)?;
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
-            .collect()
+            .collect();
+        (errors, left_out_squares)
     }
 }
 

@@ -197,8 +197,9 @@ fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if let Some(undetermined) = calibration.undetermined().filter(|_| analysis.fitted) {
-        warnings.push(format!("{undetermined}."));
+    if analysis.fitted {
+        let of_fit = calibration.warnings().into_iter();
+        warnings.extend(of_fit.map(|warning| format!("{warning}.")));
     }
     if let Some(reason) = calibration.why_not_left_out() {
         warnings.push(format!("No cross-validation errors: {reason}."));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
 use crate::recording::{Axis, Recording, Tare};
@@ -61,6 +61,13 @@ pub struct Quality {
     pub condition: Option<f64>,
     /// The strength of the linear fit's ridge, per axis.
     pub ridge: Vec<f64>,
+    /// Whether the kernel's ridge stands at an end of what is tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kernel_ridge_edge: Option<GridEdge>,
+    /// Two standard deviations of the load around the compensated one, as far as the regressor knows them: root mean square
+    /// over the test samples, or without any over the training samples, per axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<Vec<f64>>,
 }
 
 /// A fit that could go through every sample it was made of.
@@ -201,12 +208,53 @@ impl Calibration {
         }
         Some(match self.learned {
             Some(Learned::Network(_)) => {
-                "a network would have to be trained anew for every recording that is left out"
+                "the network was not cross-validated: nobody asked for it, or it was stopped, or too little is left without a \
+                 part"
             }
-            _ => {
+            Some(Learned::Kernel(_)) => {
+                "the cross-validation was stopped, or too little is left to fit without a part"
+            }
+            None => {
                 "there are too few training samples: without a part of them, fewer remain than there are coefficients"
             }
         })
+    }
+
+    /// What somebody who takes it should know of how it was fitted.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        warnings.extend(
+            self.undetermined()
+                .map(|undetermined| undetermined.to_string()),
+        );
+        if let (Some(Learned::Kernel(kernel)), Some(edge)) =
+            (&self.learned, self.quality.kernel_ridge_edge)
+        {
+            let strength = kernel.band.strength;
+            warnings.push(match edge {
+                GridEdge::Weakest => format!(
+                    "the kernel's ridge is the weakest that keeps its weights small ({strength:e}), and left-out parts ask for a \
+                     weaker one: it may do worse on other data than its scores say; try it on test recordings, or take fewer features"
+                ),
+                GridEdge::Strongest => format!(
+                    "the kernel's ridge is the strongest that is tried ({strength:e}): left-out parts learn next to nothing from \
+                     the kernel"
+                ),
+            });
+        }
+        if let (Some(learned), true) = (&self.learned, self.regressor.is_hybrid()) {
+            let silent = self.axes.iter().enumerate();
+            let silent = silent.filter(|(axis, _)| learned.is_silent(*axis));
+            let silent: Vec<&str> = silent.map(|(_, axis)| axis.symbol()).collect();
+            if !silent.is_empty() {
+                warnings.push(format!(
+                    "on {} the second stage does no better on left-out samples than within one standard error: the linear part \
+                     stands alone there",
+                    silent.join(" ")
+                ));
+            }
+        }
+        warnings
     }
 
     /// Checks that a recording has the gauges that the calibration was made for.

@@ -45,14 +45,10 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             ui.weak("of the applied calibration on these recordings");
             return;
         }
-        if let Some(undetermined) = analysis.calibration.undetermined() {
+        for warning in analysis.calibration.warnings() {
             let color = ui.visuals().warn_fg_color;
-            let counts = format!(
-                "only {} samples for {} coefficients",
-                undetermined.samples, undetermined.coefficients
-            );
-            ui.colored_label(color, counts)
-                .on_hover_text(undetermined.to_string());
+            let short = warning.split(':').next().unwrap_or_default();
+            ui.colored_label(color, short).on_hover_text(&warning);
         }
         if let Some(reason) = analysis.calibration.why_not_left_out() {
             ui.weak(format!("no cross-validation: {reason}"));
