@@ -5,6 +5,7 @@
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
 //! regressors, a [`Study`] for thresholds.
 
+mod best;
 mod comparison;
 mod cross_validated;
 mod dataset;
@@ -32,6 +33,7 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
+pub use best::{Best, Search, Tried, best_table, find_best};
 pub use comparison::compare;
 pub(crate) use comparison::{
     Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
@@ -45,6 +47,7 @@ pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use traces::View;
 pub(crate) use traces::{AxisTraces, Segment, TraceSet};
+pub(crate) use training::train_unscored;
 pub use training::{Scored, TrainingStep, train, train_and_score};
 
 /// What is to be analysed.
@@ -103,6 +106,8 @@ pub struct Analysis {
 pub struct RecordingResult {
     /// Samples after decimation.
     pub n_samples: usize,
+    /// What its group is called; `None` where it stands for itself.
+    pub group: Option<String>,
     /// RMSE per axis with the present alone; `None` without a reference.
     pub conventional_rmse: Option<Vec<f64>>,
     /// RMSE per axis with the past; `None` without a reference.
@@ -212,7 +217,8 @@ impl Analyst {
             }
             errors
         } else {
-            data.fit(request.settings.ridge, &past, &mut calibration).0
+            let fit = data.fit(request.settings.ridge, &past, &mut calibration);
+            fit.errors
         };
         progress.check()?;
         let recordings = data
@@ -220,11 +226,13 @@ impl Analyst {
             .iter()
             .zip(&past)
             .zip(errors)
-            .map(|((entry, past), errors)| {
+            .enumerate()
+            .map(|(at, ((entry, past), errors))| {
                 let n_samples = entry.recording.n_samples();
                 let (conventional_rmse, compensated_rmse) = errors.unzip();
                 RecordingResult {
                     n_samples,
+                    group: data.groups.name_of(at).map(str::to_owned),
                     conventional_rmse,
                     compensated_rmse,
                     share_with_past: past.first().map(|past| {

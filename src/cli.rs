@@ -1,5 +1,6 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
+mod best;
 mod choices;
 mod compare;
 mod fit;
@@ -120,6 +121,8 @@ pub enum Job {
     Fit(Box<FitArgs>),
     /// Fit, and write a report with tables and pictures: one HTML file.
     Report(Box<ReportArgs>),
+    /// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
+    Best(Box<best::BestArgs>),
     /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
     Compare(Box<CompareArgs>),
     /// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
@@ -238,6 +241,8 @@ pub enum JobError {
     Output(#[from] io::Error),
     #[error("the split is {0}; it must lie between 0 and 1, and leave both sides a sample")]
     Split(f64),
+    #[error("the time is {0} minutes; it must be a number from zero up")]
+    Minutes(f64),
     #[error("{}: the ending says no format; use one of {}", .path.display(), target_endings())]
     Ending { path: PathBuf },
     #[error("{}: the ending says no format of traces; use {}", .path.display(), TraceFormat::LISTED)]
@@ -254,6 +259,10 @@ pub enum JobError {
     Undetermined { undetermined: Undetermined },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
+    #[error(
+        "{recording}: what {pattern:?} stands for is not in its name, nor in that of its folder"
+    )]
+    NoGroup { recording: String, pattern: String },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
     NoSuchAxis {
         axis: &'static str,
@@ -280,6 +289,7 @@ impl JobError {
         matches!(
             self,
             Self::NamedTwice { .. }
+                | Self::NoGroup { .. }
                 | Self::Swapped { .. }
                 | Self::Read(ReadError::File {
                     source: FileError::Folder { .. },
@@ -299,6 +309,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
         Job::Report(args) => report::run(&args),
+        Job::Best(args) => best::run(&args),
         Job::Compare(args) => compare::run(&args),
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),

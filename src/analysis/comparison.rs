@@ -170,32 +170,20 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
     candidates
 }
 
-/// The recordings with the first programme alone to train on; `None` where no programme is there twice, or none but one.
+/// The recordings with the first group (programme, path) alone to train on; `None` where nothing is grouped, or there is but one
+/// group.
 pub(crate) fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
-    let entries = recordings.entries().iter().enumerate();
-    let training: Vec<usize> = entries
-        .filter(|(_, entry)| entry.role == Role::Train)
-        .map(|(at, _)| at)
-        .collect();
-    let programme = |at: &usize| programme(recordings.entries()[*at].recording.name());
-    let first = programme(training.first()?);
-    let (own, others): (Vec<usize>, Vec<usize>) =
-        (training.iter().copied()).partition(|at| programme(at) == first);
+    let groups = recordings.groups();
+    let training = recordings.entries().iter().zip(&groups.of).enumerate();
+    let training = training.filter(|(_, (entry, _))| entry.role == Role::Train);
+    let training: Vec<(usize, usize)> = training.map(|(at, (_, group))| (at, *group)).collect();
+    let (_, first) = *training.first()?;
+    let (own, others): (Vec<_>, Vec<_>) = (training.iter()).partition(|(_, group)| *group == first);
     let mut few = recordings.clone();
-    for at in &others {
+    for (at, _) in &others {
         few.set_role(*at, Role::Off);
     }
     (own.len() > 1 && !others.is_empty()).then_some(few)
-}
-
-/// What a recording's name begins with, up to the first number: `train_path1` of `train_path1_mount2_fast`.
-fn programme(name: &str) -> &str {
-    let is_digit = |c: char| c.is_ascii_digit();
-    let Some(start) = name.find(is_digit) else {
-        return name;
-    };
-    let end = name[start..].find(|c| !is_digit(c));
-    &name[..end.map_or(name.len(), |end| start + end)]
 }
 
 /// What is heard of a row while [`compare`] runs.
@@ -329,7 +317,7 @@ mod tests {
         for entry in simulated::recordings(3).entries().iter().step_by(9) {
             set.push(Entry {
                 recording: Arc::new(entry.recording.decimated(5)),
-                role: entry.role,
+                ..entry.clone()
             })
             .unwrap();
         }
@@ -398,11 +386,6 @@ mod tests {
             single.push(entry.clone()).unwrap();
         }
         assert_eq!(few_trajectories(&single), None);
-        let names = ["press_12_b", "press_12", "press", "7", ""];
-        assert_eq!(
-            names.map(programme),
-            ["press_12", "press_12", "press", "7", ""]
-        );
     }
 
     #[test]

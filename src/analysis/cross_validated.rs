@@ -23,7 +23,7 @@ use crate::progress::Progress;
 use crate::recording::{Entry, RecordingSet, Role};
 
 /// Parts are left out together so that no more fits than this are made.
-const FOLDS: usize = 5;
+pub(super) const FOLDS: usize = 5;
 /// Fits that are made side by side; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
 /// How much quicker two networks at once are than one after the other.
@@ -145,10 +145,18 @@ pub(super) fn cross_validated(
 ) -> Option<Vec<Moments>> {
     let start = Instant::now();
     let pieces = data.pieces();
-    let training = data.entries.iter().zip(&pieces);
-    let training: Vec<(&Entry, &[Piece])> = training
-        .filter(|(entry, _)| entry.role == Role::Train)
-        .map(|(entry, pieces)| (entry, &pieces[..]))
+    // Groups are said, so that what is found among fewer recordings is the same.
+    let training = data.entries.iter().zip(&pieces).enumerate();
+    let training: Vec<(Entry, &[Piece])> = training
+        .filter(|(_, (entry, _))| entry.role == Role::Train)
+        .map(|(at, (entry, pieces))| {
+            let group = data.groups.name_of(at).map(str::to_owned);
+            let entry = Entry {
+                group,
+                ..entry.clone()
+            };
+            (entry, &pieces[..])
+        })
         .collect();
     let n_parts = (training.iter().flat_map(|(_, pieces)| *pieces))
         .map(|piece| piece.fold + 1)
@@ -233,7 +241,7 @@ struct Fold {
 
 impl Fold {
     /// A recording of which only some is left out is cut into several, each with a history of its own.
-    fn new(training: &[(&Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Self {
+    fn new(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Self {
         let mut fold = Self {
             set: RecordingSet::default(),
             n_train: 0,

@@ -14,7 +14,7 @@ use crate::calibration::{
 use crate::evaluation::metrics;
 use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::{Entry, Recording, RecordingSet, Role};
+use crate::recording::{Entry, Groups, Recording, RecordingSet, Role};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
@@ -57,6 +57,8 @@ pub(super) struct Dataset {
     key: Key,
     /// The recordings as they are used.
     pub entries: Vec<Entry>,
+    /// Which of them are left out together.
+    pub groups: Groups,
     /// What the sums need; `None` where a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
@@ -108,7 +110,7 @@ impl Dataset {
                 1 => entry.clone(),
                 step => Entry {
                     recording: Arc::new(entry.recording.decimated(step)),
-                    role: entry.role,
+                    ..entry.clone()
                 },
             })
             .collect();
@@ -142,6 +144,7 @@ impl Dataset {
             .collect::<Result<_, Cancelled>>()?;
         Ok(Self {
             key: key.clone(),
+            groups: key.recordings.groups(),
             half_ranges: half_ranges(&training),
             entries,
             conventional,

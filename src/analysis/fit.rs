@@ -4,15 +4,15 @@ use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
-    Calibration, LinearMap, NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores,
-    Terms, condition_number, fit, fit_targets, recording_sums,
+    BlockRidge, Calibration, CrossValidation, LinearMap, NormalEquations, Past, Piece, Quality,
+    Ridge, RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, recording_sums,
 };
-use crate::evaluation::cross_validation::folds;
-use crate::evaluation::left_out::LeftOut;
+use crate::evaluation::cross_validation::{are_left_out_whole, folds};
+use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::evaluation::metrics;
 use crate::evaluation::part_squares::PartSquares;
 use crate::features::Design;
-use crate::recording::Role;
+use crate::recording::{Recording, Role};
 
 /// The sums of all recordings on the columns of one design.
 pub(super) struct Sums {
@@ -24,14 +24,22 @@ pub(super) struct Sums {
     pub parts: Vec<NormalEquations>,
 }
 
+/// What a linear fit leaves behind beside the calibration.
+pub(super) struct LinearFit {
+    /// Each recording's errors: conventional, compensated.
+    pub errors: Vec<Option<Errors>>,
+    /// The shares that each axis was shrunk with.
+    pub shares: Vec<Vec<f64>>,
+    /// What the fits without each part leave over of it; `None` where the others do not determine a fit.
+    pub left_out: Option<PartSquares>,
+}
+
 impl Dataset {
     /// How each recording is cut: those in the train role into the parts that are left out in turn, others not at all.
     pub fn pieces(&self) -> Vec<Vec<Piece>> {
-        let lengths: Vec<usize> = in_role(&self.entries, Role::Train)
-            .iter()
-            .map(|recording| recording.n_samples())
-            .collect();
-        let mut training_pieces = folds(&lengths).into_iter();
+        let training = in_role(&self.entries, Role::Train).into_iter();
+        let lengths: Vec<usize> = training.map(Recording::n_samples).collect();
+        let mut training_pieces = folds(&lengths, &self.training_groups()).into_iter();
         self.entries
             .iter()
             .map(|entry| match entry.role {
@@ -42,6 +50,31 @@ impl Dataset {
                 }],
             })
             .collect()
+    }
+
+    /// The group of each training recording.
+    fn training_groups(&self) -> Vec<usize> {
+        let entries = self.entries.iter().zip(&self.groups.of);
+        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
+        training.map(|(_, group)| *group).collect()
+    }
+
+    /// What is left out in turn.
+    pub fn cross_validation(&self) -> CrossValidation {
+        let groups = self.training_groups();
+        let by = match are_left_out_whole(&groups) {
+            true => self.groups.by,
+            false => CrossValidation::BLOCK,
+        };
+        let entries = self.entries.iter().zip(self.pieces());
+        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
+        let folds = training.flat_map(|(_, pieces)| pieces.into_iter().map(|piece| piece.fold));
+        let parts = folds.max().map_or(0, |last| last + 1);
+        CrossValidation {
+            by: by.to_owned(),
+            groups: parts,
+            parts,
+        }
     }
 
     /// The one pass.
@@ -107,17 +140,16 @@ impl Dataset {
                 Some(whole)
             })
             .collect();
-        (whole.len() == 2).then_some(whole)
+        (whole.len() == 2).then_some(whole) // two groups of more recordings are left out whole anyway
     }
 
-    /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated), and what the
-    /// fits without each part leave over of it.
+    /// Fits the compensated map from sums alone.
     pub fn fit(
         &self,
         ridge: RidgeChoice,
         past: &[Past],
         calibration: &mut Calibration,
-    ) -> (Vec<Option<Errors>>, Option<PartSquares>) {
+    ) -> LinearFit {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums {
@@ -131,7 +163,7 @@ impl Dataset {
         // Only an automatic ridge asks for them: every slider step comes by here.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
-            RidgeChoice::Auto => self.recordings_left_out(&of_recordings),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(&of_recordings),
         };
         let terms = |used| Terms {
             used,
@@ -143,14 +175,21 @@ impl Dataset {
             parts,
             terms: terms(used),
         };
-        let (strengths, squares) = match (ridge, &whole) {
-            (RidgeChoice::Strength(strength), _) => (vec![strength; n_axes], None),
-            (RidgeChoice::Auto, Some(whole)) => (left_out(whole, &all).with_ridge(ridge).0, None),
-            (RidgeChoice::Auto, None) => left_out(&parts, &all).with_ridge(ridge),
+        let left_out_all = left_out(&parts, &all);
+        let chooses = left_out(whole.as_deref().unwrap_or(&parts), &all);
+        let Chosen {
+            strengths,
+            by_block,
+            shares,
+            squares,
+        } = match ridge {
+            RidgeChoice::ByBlock => Chosen::by_block(&chooses, &design),
+            _ => Chosen::alike(&chooses, ridge),
         };
+        let squares = squares.filter(|_| whole.is_none());
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; design.n_columns() * n_axes];
-        let mut found = fit_targets(&train, terms(&all), &strengths);
+        let mut found = fit_targets(&train, terms(&all), &shares);
         if found.rank == fit(&train, terms(&present), Ridge::None).rank {
             // The past never differs: the compensated map is the conventional one, to the last bit.
             found.coefficients.clone_from(&none);
@@ -164,20 +203,27 @@ impl Dataset {
             test_rmse: metrics::rmse(&test, coefficients),
             cv_rmse,
         };
-        let left_out_all = left_out(&parts, &all);
         let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
             part_samples: parts.iter().map(NormalEquations::n_samples).collect(),
-            squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&strengths)),
+            squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
+        let left_out_present = left_out(&parts, &present);
+        let conventional_cv =
+            left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
         calibration.quality = Quality {
             n_train: train.n_samples(),
             n_test: test.n_samples(),
-            conventional: scores(&none, left_out(&parts, &present).rmse(&vec![0.0; n_axes])),
+            conventional: scores(&none, conventional_cv),
             compensated: scores(&found.coefficients, compensated_cv),
             rank: found.rank,
             condition: condition_number(&train, &all, found.rank),
-            ridge: strengths,
+            ridge: match by_block.is_empty() {
+                true => strengths,
+                false => Vec::new(),
+            },
+            ridge_by_block: by_block,
+            cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
             ..Quality::default()
         };
         let errors = of_recordings
@@ -189,7 +235,62 @@ impl Dataset {
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
             .collect();
-        (errors, left_out_squares)
+        LinearFit {
+            errors,
+            shares,
+            left_out: left_out_squares,
+        }
+    }
+}
+
+/// The ridge that was chosen.
+struct Chosen {
+    /// For each axis the weakest strength that shrinks anything.
+    strengths: Vec<f64>,
+    by_block: Vec<BlockRidge>,
+    /// For each axis, for each column.
+    shares: Vec<Vec<f64>>,
+    /// The squared errors of the parts, where they are known.
+    squares: Option<Vec<f64>>,
+}
+
+impl Chosen {
+    /// One strength for all blocks.
+    fn alike(left_out: &LeftOut<'_>, ridge: RidgeChoice) -> Self {
+        let (strengths, squares) = match ridge {
+            // Whoever gives the strength asks for the errors only where they are shown.
+            RidgeChoice::Strength(strength) => (vec![strength; left_out.total.n_targets()], None),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => left_out.with_ridge(ridge),
+        };
+        Self {
+            shares: left_out.terms.of_targets(&strengths),
+            by_block: Vec::new(),
+            strengths,
+            squares,
+        }
+    }
+
+    /// A strength for each block; with nothing to compare them by as [`Self::alike`].
+    fn by_block(left_out: &LeftOut<'_>, design: &Design) -> Self {
+        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
+        let Some(chosen) = left_out.by_block(&blocks) else {
+            return Self::alike(left_out, RidgeChoice::ByBlock);
+        };
+        let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
+        let weakest = |own: &Vec<Option<f64>>| {
+            let taken = own.iter().flatten().copied();
+            taken.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+        };
+        let of_block = |(at, block)| BlockRidge {
+            block,
+            strengths: chosen.iter().map(|own| own[at]).collect(),
+        };
+        Self {
+            strengths: chosen.iter().map(weakest).collect(),
+            by_block: names.into_iter().enumerate().map(of_block).collect(),
+            shares: chosen.iter().map(shares).collect(),
+            squares: None,
+        }
     }
 }
 
@@ -198,7 +299,7 @@ mod tests {
     use std::sync::Arc;
 
     use crate::analysis::{Request, analyse};
-    use crate::calibration::{Calibration, FitSettings};
+    use crate::calibration::{Calibration, CrossValidation, FitSettings};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::progress::Progress;
     use crate::random::Random;
@@ -232,15 +333,29 @@ mod tests {
 
     /// The fit to all recordings but `tested`, which are tested on.
     fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
+        let is_tested = |at: usize| Some(at) == tested;
+        fitted_in_groups(recordings, &is_tested, &vec![None; recordings.len()])
+    }
+
+    fn fitted_in_groups(
+        recordings: &[Arc<Recording>],
+        is_tested: &dyn Fn(usize) -> bool,
+        groups: &[Option<&str>],
+    ) -> Arc<Calibration> {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
-            let role = if Some(at) == tested {
+            let role = if is_tested(at) {
                 Role::Test
             } else {
                 Role::Train
             };
             let recording = Arc::clone(recording);
-            set.push(Entry { recording, role }).unwrap();
+            set.push(Entry {
+                recording,
+                role,
+                group: groups[at].map(str::to_owned),
+            })
+            .unwrap();
         }
         let settings = FitSettings {
             features: FeatureSettings {
@@ -290,6 +405,38 @@ mod tests {
         assert_as_refits(&[60, 50, 70], &[1]);
         assert_as_refits(&[60, 50, 70, 40, 55], &[4]);
         assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
+    }
+
+    /// The slow way: a fit to the other groups for each of them.
+    #[test]
+    fn errors_of_left_out_groups_are_those_of_fits_without_them() {
+        let recordings = recordings(&[60, 50, 70, 40, 55], &[0, 1, 2, 3, 4]);
+        for groups in [["a", "b", "a", "c", "b"], ["a", "b", "b", "a", "a"]] {
+            let set = groups.map(Some);
+            let whole = fitted_in_groups(&recordings, &|_| false, &set);
+            let mut squares = 0.0;
+            let mut names = groups.to_vec();
+            names.sort_unstable();
+            names.dedup();
+            for name in &names {
+                let rest = fitted_in_groups(&recordings, &|at| groups[at] == *name, &[None; 5]);
+                let rmse = rest.quality.compensated.test_rmse.as_ref().unwrap()[0];
+                squares += rmse * rmse * rest.quality.n_test as f64;
+            }
+            let explicit = (squares / 275.0).sqrt();
+            let quality = &whole.quality;
+            let cross_validated = quality.compensated.cv_rmse.as_ref().unwrap()[0];
+            assert!(
+                (cross_validated / explicit - 1.0).abs() < 1e-8,
+                "{groups:?}"
+            );
+            let expected = CrossValidation {
+                by: "group".to_owned(),
+                groups: names.len(),
+                parts: names.len(),
+            };
+            assert_eq!(quality.cross_validation, Some(expected));
+        }
     }
 
     #[test]

@@ -107,6 +107,7 @@ fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportReco
     (used.zip(set.entries()).zip(results))
         .map(|((used, entry), result)| ReportRecording {
             used,
+            group: result.group.clone(),
             n_samples: entry.recording.n_samples(),
             duration_secs: entry.recording.duration_secs(),
             rate_hz: entry.recording.rate_hz(),

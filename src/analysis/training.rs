@@ -7,9 +7,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::analysis::cross_validated::{
-    Moments, best_shares, cross_validated, cross_validation_steps, part_squares,
+    FOLDS, Moments, best_shares, cross_validated, cross_validation_steps, part_squares,
 };
 use crate::analysis::dataset::{Dataset, Key};
+use crate::analysis::fit::LinearFit;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, NetworkError, Samples};
@@ -17,15 +18,16 @@ use crate::calibration::{
     Calibration, EpochReport, FitSettings, Learned, LearnedError, Learner, LinearMap, Past, Piece,
     SettingsError, learned_inputs, sample_row,
 };
-use crate::evaluation::cross_validation::FEWEST_RECORDINGS;
 use crate::evaluation::metrics::root_mean;
 use crate::evaluation::part_squares::PartSquares;
 use crate::features::{Design, FeatureStream};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::{Entry, Recording, Role};
 
-/// One training recording in so many is held out of a network's training, to say when it was best.
+/// One group of training recordings in so many is held out of a network's training, to say when it was best.
 const HELD_OUT: usize = 10;
+/// With fewer groups too little would be left to train on.
+const FEWEST_GROUPS: usize = 3;
 /// A kernel's strengths are chosen on no more parts than this.
 const MAX_PARTS: usize = 10;
 /// Rows that are made before they are passed on.
@@ -101,10 +103,33 @@ pub fn train_and_score(
     progress: &Progress,
     on_step: &mut dyn FnMut(TrainingStep),
 ) -> Result<Scored, AnalysisError> {
+    fit_and_score(request, true, progress, on_step)
+}
+
+/// [`train`] without cross-validation of a network, kernel or hybrid: for whoever leaves something out already.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub(crate) fn train_unscored(
+    request: &Request,
+    progress: &Progress,
+) -> Result<Calibration, AnalysisError> {
+    fit_and_score(request, false, progress, &mut |_| {}).map(|scored| scored.calibration)
+}
+
+fn fit_and_score(
+    request: &Request,
+    scores: bool,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Result<Scored, AnalysisError> {
     let settings = &request.settings;
     settings.validate()?;
     let data = request.datasets.get(&Key::of(request), progress)?;
-    let steps = cross_validation_steps(&data, settings);
+    let steps = match scores {
+        true => cross_validation_steps(&data, settings),
+        false => 0,
+    };
     progress.add_total(steps);
     let fitted = fit_all(&data, settings, progress, &mut |report| {
         on_step(TrainingStep::Epoch(report));
@@ -137,6 +162,12 @@ pub fn train_and_score(
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
+    if let (true, Some(own)) = (
+        left_out.is_some(),
+        &mut calibration.quality.cross_validation,
+    ) {
+        own.parts = own.parts.min(FOLDS);
+    }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
     calibration.quality.band = band(&data, &past, &calibration);
     Ok(Scored {
@@ -165,7 +196,9 @@ pub(super) fn fit_all(
 ) -> Result<Fitted, AnalysisError> {
     let mut calibration = data.blank_calibration(settings)?;
     let past = data.past(&calibration, progress)?;
-    let (_, linear) = data.fit(settings.ridge, &past, &mut calibration);
+    let LinearFit {
+        shares, left_out, ..
+    } = data.fit(settings.ridge, &past, &mut calibration);
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
@@ -178,7 +211,7 @@ pub(super) fn fit_all(
             (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
                 kinds: design.kinds(),
                 known: data.map.standardised(&design),
-                strengths: calibration.quality.ridge.clone(),
+                shares,
             }),
             (Some(map), Learner::Network) => Target::LeftOver(map),
         };
@@ -205,7 +238,7 @@ pub(super) fn fit_all(
     Ok(Fitted {
         past,
         calibration,
-        linear,
+        linear: left_out,
         held_out,
     })
 }
@@ -307,14 +340,20 @@ impl<'a> TrainingRows<'a> {
     }
 
     /// Whether a network does not learn from sample `at` (over all) of a run, so that it can say when it was best: whole
-    /// recordings, or with few of them the last tenth of all samples.
+    /// groups of recordings, or with few of them the last tenth of all samples.
     fn is_held_out(&self, run: usize, at: usize) -> bool {
+        if !self.holds_out {
+            return false;
+        }
+        let pieces = self.runs.iter().flat_map(|run| &run.pieces);
+        let n_folds = pieces.map(|piece| piece.fold + 1).max().unwrap_or(0);
+        let are_whole = self.runs.iter().all(|run| run.pieces.len() == 1);
+        if are_whole && n_folds >= FEWEST_GROUPS {
+            let fold = self.runs[run].pieces[0].fold;
+            return fold % HELD_OUT == HELD_OUT / 2 || n_folds < HELD_OUT && fold == 1;
+        }
         let n = self.n_samples_in_all();
-        self.holds_out
-            && match self.runs.len() >= FEWEST_RECORDINGS {
-                true => run % HELD_OUT == HELD_OUT / 2 || self.runs.len() < HELD_OUT && run == 1,
-                false => at >= n - n / HELD_OUT,
-            }
+        at >= n - n / HELD_OUT
     }
 
     /// What a network trains on, and what is held out to say when it was best.
@@ -455,7 +494,12 @@ mod tests {
             );
             let recording = Arc::new(recording.unwrap());
             let role = Role::Train;
-            set.push(Entry { recording, role }).unwrap();
+            set.push(Entry {
+                recording,
+                role,
+                group: None,
+            })
+            .unwrap();
         }
         let set = Arc::new(set);
         let scores = |regressor| {

@@ -3,6 +3,8 @@
 //! Guarantees: a [`Calibration`] that exists is whole (shapes match, every number finite), whether it was fitted or
 //! read; applied to a recording it gives the numbers that the fit gave.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::learned::{Learned, LearnedScratch};
@@ -11,7 +13,7 @@ use crate::calibration::{
     CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
-use crate::recording::{Axis, Recording, Tare};
+use crate::recording::{Axis, RECORDING, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -25,7 +27,7 @@ pub struct Scores {
     pub train_rmse: Option<Vec<f64>>,
     /// On the recordings in the test role.
     pub test_rmse: Option<Vec<f64>>,
-    /// Each training recording scored by a fit to the others (with fewer than three: contiguous blocks of them).
+    /// Each group of training recordings scored by a fit to the others; see [`CrossValidation`].
     pub cv_rmse: Option<Vec<f64>>,
 }
 
@@ -59,7 +61,7 @@ pub struct Quality {
     /// Largest over smallest singular value of the independent columns of the linear fit, standardised and each scaled
     /// to unit length; `None` where no column is independent.
     pub condition: Option<f64>,
-    /// The strength of the linear fit's ridge, per axis.
+    /// The strength of the linear fit's ridge, per axis; empty where each block has its own.
     pub ridge: Vec<f64>,
     /// Whether the kernel's ridge stands at an end of what is tried.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -68,6 +70,85 @@ pub struct Quality {
     /// over the test samples, or without any over the training samples, per axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<Vec<f64>>,
+    /// Where each block has a ridge of its own: what was chosen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ridge_by_block: Vec<BlockRidge>,
+    /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_validation: Option<CrossValidation>,
+}
+
+impl Quality {
+    /// The ridge in words; `None` where nothing is shrunk.
+    pub fn ridge_in_words(&self, axes: &[Axis]) -> Option<String> {
+        let by_axis = |texts: &mut dyn Iterator<Item = String>| {
+            let named = axes.iter().zip(texts);
+            let named = named.map(|(axis, text)| format!("{} {text}", axis.symbol()));
+            named.collect::<Vec<_>>().join(", ")
+        };
+        if !self.ridge_by_block.is_empty() {
+            let blocks = self.ridge_by_block.iter().map(|own| {
+                let text = |strength: &Option<f64>| match strength {
+                    Some(strength) => format!("{strength:e}"),
+                    None => "left away".to_owned(),
+                };
+                let strengths = by_axis(&mut own.strengths.iter().map(text));
+                format!("{}: {strengths}", own.block)
+            });
+            return Some(blocks.collect::<Vec<_>>().join("; "));
+        }
+        let is_shrunk = self.ridge.iter().any(|strength| *strength > 0.0);
+        let mut strengths = self.ridge.iter().map(|strength| format!("{strength:e}"));
+        is_shrunk.then(|| by_axis(&mut strengths))
+    }
+}
+
+/// How one block is shrunk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BlockRidge {
+    /// The block in words.
+    pub block: String,
+    /// The strength per axis; `None` where the block does not help and is left away.
+    pub strengths: Vec<Option<f64>>,
+}
+
+/// What cross-validation leaves out in turn.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CrossValidation {
+    /// What a group is, in a word: `path`, `day`, `group` where somebody set them, `recording` where each stands for itself;
+    /// `block` where there are too few recordings.
+    pub by: String,
+    /// How many groups there are.
+    pub groups: usize,
+    /// The parts that they are left out in: as many, or fewer where some are left out together.
+    pub parts: usize,
+}
+
+impl CrossValidation {
+    /// What `by` says of contiguous blocks.
+    pub const BLOCK: &'static str = "block";
+
+    /// Whether blocks are left out, for want of recordings.
+    pub fn is_by_block(&self) -> bool {
+        self.by == Self::BLOCK
+    }
+}
+
+impl fmt::Display for CrossValidation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { by, groups, parts } = self;
+        if self.is_by_block() {
+            return write!(f, "by {parts} contiguous blocks of the training recordings");
+        }
+        let noun = match by == RECORDING {
+            true => "recordings",
+            false => "groups",
+        };
+        match parts < groups {
+            true => write!(f, "by {by}: {groups} {noun} left out in {parts} parts"),
+            false => write!(f, "by {by}: leave-one-{by}-out, {groups} {noun}"),
+        }
+    }
 }
 
 /// A fit that could go through every sample it was made of.
@@ -157,6 +238,20 @@ impl Calibration {
     /// The names of the columns of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
+    }
+
+    /// How many numbers a load is made with: coefficients that are not zero, and what was learned.
+    pub fn n_coefficients(&self) -> usize {
+        let maps = self.compensated.iter().chain([&self.conventional]);
+        let linear = maps.map(|map| {
+            map.matrix
+                .iter()
+                .flatten()
+                .filter(|number| **number != 0.0)
+                .count()
+        });
+        let learned = self.learned.as_ref().map_or(0, Learned::n_numbers);
+        linear.sum::<usize>() + learned
     }
 
     /// What the columns of the compensated matrix are.

@@ -184,6 +184,7 @@ mod tests {
             set.push(Entry {
                 recording: Arc::new(entry.recording.decimated(3)),
                 role: Role::Train,
+                group: None,
             })
             .unwrap();
         }

@@ -69,6 +69,17 @@ impl Learned {
         }
     }
 
+    /// How many numbers it consists of.
+    pub fn n_numbers(&self) -> usize {
+        match self {
+            Self::Network(network) => network.n_parameters(),
+            Self::Kernel(kernel) => {
+                let of_landmark = kernel.landmarks.iter().chain(&kernel.weights);
+                of_landmark.map(Vec::len).sum()
+            }
+        }
+    }
+
     /// Checks what a file could have wrong.
     ///
     /// # Errors

@@ -41,18 +41,21 @@ pub struct Terms<'a> {
 /// Targets are what the conventional calibration leaves over, and gauges and offset are not shrunk: the stronger the
 /// ridge, the nearer the answer to the conventional one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ridge {
+pub enum Ridge<'a> {
     /// Plain least squares.
     None,
     /// `penaltyⱼ = strength · ‖xⱼ‖²`, the strength from zero up: 1 halves the coefficient of a lone column.
     Relative(f64),
+    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, a share for each column of the sums; zero for what is not shrunk.
+    Shares(&'a [f64]),
     /// `penaltyⱼ = strength`, from zero up: the variance of the noise over that of the coefficient.
     Absolute(f64),
 }
 
-impl Ridge {
+impl Ridge<'_> {
     fn penalty(self, sums: &NormalEquations, column: usize, kind: ColumnKind) -> f64 {
         match (self, kind) {
+            (Self::Shares(shares), _) => shares[column] * sums.feature_product(column, column),
             (Self::None, _) | (_, ColumnKind::Offset | ColumnKind::Gauge) => 0.0,
             (Self::Relative(strength), ColumnKind::Appended) => {
                 strength * sums.feature_product(column, column)
@@ -71,7 +74,7 @@ impl Ridge {
 ///
 /// # Panics
 /// If the terms name a column that is not there, or are of another number of columns.
-pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge) -> Fit {
+pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
     let penalties: Vec<f64> = used
@@ -150,22 +153,49 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge) -> Fit {
     Fit { coefficients, rank }
 }
 
-/// Like [`fit`], with a relative ridge of its own strength for each target.
+impl Terms<'_> {
+    /// The same share for everything that is appended.
+    pub fn shares(&self, strength: f64) -> Vec<f64> {
+        let share = |kind: &ColumnKind| match kind {
+            ColumnKind::Appended => strength,
+            ColumnKind::Gauge | ColumnKind::Offset => 0.0,
+        };
+        self.kinds.iter().map(share).collect()
+    }
+
+    /// [`Self::shares`] for each target.
+    pub fn of_targets(&self, strengths: &[f64]) -> Vec<Vec<f64>> {
+        strengths.iter().map(|one| self.shares(*one)).collect()
+    }
+
+    /// The fitted columns that are left with these shares: a column whose share has no end is left away.
+    pub fn kept(&self, shares: &[f64]) -> Vec<usize> {
+        let used = self.used.iter().copied();
+        used.filter(|column| shares[*column].is_finite()).collect()
+    }
+}
+
+/// Like [`fit`], with shares of its own for each target, see [`Ridge::Shares`]; a column whose share has no end is left
+/// away.
 ///
 /// The rank is that of the columns themselves, without a ridge.
 ///
 /// # Panics
-/// If there is not one strength per target.
-pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, strengths: &[f64]) -> Fit {
+/// If there is not one list of shares per target.
+pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]) -> Fit {
     let q = sums.n_targets();
-    assert_eq!(strengths.len(), q, "one strength per target");
+    assert_eq!(shares.len(), q, "one list of shares per target");
     let mut found = fit(sums, terms, Ridge::None);
-    for (at, &strength) in strengths.iter().enumerate() {
-        if strength == 0.0 || strengths[..at].contains(&strength) {
+    for (at, own) in shares.iter().enumerate() {
+        if own.iter().all(|share| *share == 0.0) || shares[..at].contains(own) {
             continue;
         }
-        let shrunk = fit(sums, terms, Ridge::Relative(strength)).coefficients;
-        for target in (at..q).filter(|target| strengths[*target] == strength) {
+        let kept = Terms {
+            used: &terms.kept(own),
+            ..terms
+        };
+        let shrunk = fit(sums, kept, Ridge::Shares(own)).coefficients;
+        for target in (at..q).filter(|target| shares[*target] == *own) {
             for feature in 0..sums.n_features() {
                 found.coefficients[feature * q + target] = shrunk[feature * q + target];
             }
@@ -325,7 +355,7 @@ mod tests {
             kinds: &kinds,
             known: &[],
         };
-        let of_strength = [Ridge::Relative, Ridge::Absolute];
+        let of_strength: [fn(f64) -> Ridge<'static>; 2] = [Ridge::Relative, Ridge::Absolute];
         for (ridge, strength) in of_strength.into_iter().zip([0.3, 7.0]) {
             let b = fit(&sums, terms, ridge(strength)).coefficients;
             for i in 0..4 {

@@ -23,8 +23,11 @@ mod used_recording;
 mod validate;
 
 pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
+pub use calibration::CrossValidation;
 pub use calibration::{AppliedLoads, Calibration};
-pub(crate) use calibration::{FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION};
+pub(crate) use calibration::{
+    BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
+};
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub(crate) use conventional::Conventional;
 pub use estimator::{Estimator, Taken};
@@ -42,7 +45,9 @@ pub(crate) use network::{
 };
 pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;
-pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
+pub(crate) use one_standard_error::{
+    SHARES, best_share, is_within_one_standard_error, simplest_good,
+};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::sample_row;

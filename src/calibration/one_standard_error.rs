@@ -22,10 +22,15 @@ pub(crate) fn simplest_good(
         .unwrap_or(0);
     let chosen = tried.rev().find(|&at| {
         let differences = (0..n_parts).map(|part| square(at, part) - square(best, part));
-        let (mean, error) = mean_and_standard_error(differences);
-        mean <= error * (1.0 + TIE)
+        is_within_one_standard_error(differences)
     });
     chosen.unwrap_or(best)
+}
+
+/// Whether the mean of these differences, one a part, is no larger than its standard error.
+pub(crate) fn is_within_one_standard_error(differences: impl Iterator<Item = f64> + Clone) -> bool {
+    let (mean, error) = mean_and_standard_error(differences);
+    mean <= error * (1.0 + TIE)
 }
 
 /// How much of what a second stage has learned may be added to the linear one, the most first; with nothing the linear one

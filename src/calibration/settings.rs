@@ -18,7 +18,8 @@ pub const RIDGE: Setting = Setting {
     step: 0.001,
     explanation: "How much the linear fit shrinks what the blocks append: 0 is plain least squares, ever more leaves only \
                   the conventional calibration. \"auto\": per axis the strength with which left-out recordings are \
-                  predicted best; blocks that only memorise are then shrunk away",
+                  predicted best; blocks that only memorise are then shrunk away. \"by-block\": a strength for each block and axis; \
+                  a block that does not help is left away",
     source: "",
 };
 
@@ -187,6 +188,9 @@ pub enum RidgeChoice {
     Strength(f64),
     /// For each axis the one that left-out recordings are predicted best with.
     Auto,
+    /// For each axis and each block the ones that left-out recordings are predicted best with; a block that does not help
+    /// is left away.
+    ByBlock,
 }
 
 impl Default for RidgeChoice {

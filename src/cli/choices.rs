@@ -9,13 +9,14 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
-    LANDMARKS, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
+    LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
 };
 use crate::import::LoadWarning;
-use crate::recording::{Entry, RecordingSet, Role, simulated};
+use crate::import::map::ColumnMap;
+use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.
 #[derive(Debug, Args)]
@@ -36,6 +37,10 @@ pub struct RecordingArgs {
         allow_negative_numbers = true
     )]
     pub split: Option<f64>,
+    /// Cross-validation leaves recordings of one group out together. A name with {file}, {folder}, {recording}, or a {word}
+    /// for the number or letter after it in the names, as in {mount} [default: found from names, folders and files].
+    #[arg(long, value_name = "PATTERN")]
+    pub group: Option<GroupPattern>,
 }
 
 impl RecordingArgs {
@@ -61,16 +66,19 @@ impl RecordingArgs {
             let built_in = simulated::recordings(simulated::DEFAULT_SEED);
             for entry in built_in.entries() {
                 let recording = self.read.tared((*entry.recording).clone())?;
-                set.push(Entry::new(recording, entry.role))?;
+                set.push(self.grouped(Entry::new(recording, entry.role), None)?)?;
             }
         }
+        let map = self.read.columns.as_deref().map(ColumnMap::read);
+        let by_map = map.transpose()?.and_then(|map| map.group);
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
             for (path, recordings) in files.iter().zip(read_hearing(files, &self.read, hear)?) {
                 for recording in recordings {
                     if !recording.has_reference() {
                         return Err(JobError::NoReference { path: path.clone() });
                     }
-                    set.push(Entry::new(recording, role))?;
+                    let entry = Entry::new(recording, role);
+                    set.push(self.grouped(entry, by_map.as_ref())?)?;
                 }
             }
         }
@@ -86,6 +94,23 @@ impl RecordingArgs {
                 }
             }
         }
+    }
+}
+
+impl RecordingArgs {
+    /// The entry in the group that it is said to be in.
+    fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
+        let group = match &self.group {
+            Some(pattern) => {
+                let group = pattern.group_of(&entry.recording);
+                Some(group.ok_or_else(|| JobError::NoGroup {
+                    recording: entry.recording.name().to_owned(),
+                    pattern: pattern.clone().into(),
+                })?)
+            }
+            None => by_map.and_then(|pattern| pattern.group_of(&entry.recording)),
+        };
+        Ok(Entry { group, ..entry })
     }
 }
 
@@ -202,18 +227,12 @@ fn described(setting: &'static Setting, heading: &'static str) -> Arg {
         .help_heading(heading)
 }
 
-/// What is appended to the gauges beside look-backs, and how the linear fit is made.
-///
-/// Blocks add up; those that are not named are not used.
+/// What all models of a sensor have in common.
 #[derive(Debug, Args)]
-pub struct BlockArgs {
-    #[command(flatten)]
-    listed: ListedBlocks,
+pub struct CommonArgs {
     /// What F_th is measured in; without a force axis it is full-scale.
     #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
     pub distance: Distance,
-    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
-    pub ridge: Option<RidgeChoice>,
     /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
@@ -221,26 +240,47 @@ pub struct BlockArgs {
     pub no_offset: bool,
 }
 
-impl BlockArgs {
-    /// What F_th is really measured in.
-    fn distance(&self, recordings: &RecordingSet) -> Distance {
-        self.distance.effective(&recordings.layout().axes)
-    }
-
-    /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
+impl CommonArgs {
+    /// The settings of a conventional calibration that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
         let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
         FitSettings {
             features: FeatureSettings {
-                look_backs: Vec::new(),
-                distance: self.distance(recordings),
-                blocks: self.listed.blocks.clone(),
+                distance: self.distance.effective(&recordings.layout().axes),
+                ..FeatureSettings::present()
             },
-            ridge: self.ridge.unwrap_or_default(),
             offset: !self.no_offset,
             decimation,
             full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
+        }
+    }
+}
+
+/// What is appended to the gauges beside look-backs, and how the linear fit is made.
+///
+/// Blocks add up; those that are not named are not used.
+#[derive(Debug, Args)]
+pub struct BlockArgs {
+    #[command(flatten)]
+    listed: ListedBlocks,
+    #[command(flatten)]
+    pub common: CommonArgs,
+    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    pub ridge: Option<RidgeChoice>,
+}
+
+impl BlockArgs {
+    /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
+    pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
+        let common = self.common.settings(recordings, decimation);
+        FitSettings {
+            features: FeatureSettings {
+                blocks: self.listed.blocks.clone(),
+                ..common.features
+            },
+            ridge: self.ridge.unwrap_or_default(),
+            ..common
         }
     }
 }
@@ -316,10 +356,11 @@ fn one_f_th(text: &str) -> Result<f64, String> {
 fn ridge(text: &str) -> Result<RidgeChoice, String> {
     match text {
         "auto" => Ok(RidgeChoice::Auto),
+        "by-block" => Ok(RidgeChoice::ByBlock),
         number => number
             .parse()
             .map(RidgeChoice::Strength)
-            .map_err(|_| format!("{number:?} is neither a number nor \"auto\"")),
+            .map_err(|_| format!("{number:?} is neither a number nor \"auto\" nor \"by-block\"")),
     }
 }
 
@@ -393,6 +434,51 @@ impl FitChoices {
             .map(|f_th| Thresholds { f_th, t_th_secs })
             .collect()
     }
+}
+
+/// The arguments of `fit` that mean these settings for the same recordings.
+pub fn fit_arguments(settings: &FitSettings) -> String {
+    let default = FitSettings::default();
+    let features = &settings.features;
+    let mut words = Vec::new();
+    let mut option = |name: &str, value: String| words.push(format!("--{name} {value}"));
+    match &features.look_backs[..] {
+        [] => option("look-back", "none".to_owned()),
+        [first, ..] => {
+            let f_ths: Vec<f64> = features.look_backs.iter().map(|own| own.f_th).collect();
+            option("look-back", listed(&f_ths, ","));
+            option(T_TH.option, first.t_th_secs.to_string());
+        }
+    }
+    if features.distance != default.features.distance {
+        option("distance", features.distance.option().to_owned());
+    }
+    for (block, values) in features.blocks.used() {
+        option(block.setting().option, listed(values, ","));
+    }
+    if settings.regressor != default.regressor {
+        option("regressor", settings.regressor.key().to_owned());
+    }
+    if settings.regressor.learner() == Some(Learner::Network) {
+        option(EPOCHS.option, settings.network.epochs.to_string());
+    }
+    match settings.ridge {
+        RidgeChoice::Strength(strength) if strength == RIDGE.number() => {}
+        RidgeChoice::Strength(strength) => option(RIDGE.option, strength.to_string()),
+        RidgeChoice::Auto => option(RIDGE.option, "auto".to_owned()),
+        RidgeChoice::ByBlock => option(RIDGE.option, "by-block".to_owned()),
+    }
+    if settings.decimation != default.decimation {
+        option(DECIMATION.option, settings.decimation.to_string());
+    }
+    let full_scale: Option<Vec<f64>> = settings.full_scale.iter().copied().collect();
+    if let Some(full_scale) = full_scale.filter(|list| !list.is_empty()) {
+        option("full-scale", listed(&full_scale, ","));
+    }
+    if !settings.offset {
+        words.push(format!("--{}", OFFSET.option));
+    }
+    words.join(" ")
 }
 
 /// Takes one of a few things by its name; the last of each says what it is.

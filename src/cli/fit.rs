@@ -12,7 +12,9 @@ use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
 use crate::analysis::{Request, TrainingStep, analyse, cross_validation_cost, read_factory, train};
-use crate::calibration::{Calibration, EpochReport, FactoryScores, Scores};
+use crate::calibration::{
+    BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, Scores,
+};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
@@ -188,12 +190,15 @@ struct FitReport<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     band: Option<&'a [f64]>,
     warnings: Vec<String>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    ridge_by_block: &'a [BlockRidge],
     offset: bool,
     decimation: usize,
     conventional: &'a Scores,
     compensated: &'a Scores,
     rank: usize,
     condition: Option<f64>,
+    cross_validation: Option<&'a CrossValidation>,
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
@@ -219,12 +224,14 @@ impl<'a> FitReport<'a> {
             ridge: &quality.ridge,
             band: quality.band.as_deref(),
             warnings: calibration.warnings(),
+            ridge_by_block: &quality.ridge_by_block,
             offset: calibration.offset,
             decimation: calibration.decimation,
             conventional: &quality.conventional,
             compensated: &quality.compensated,
             rank: quality.rank,
             condition: quality.condition,
+            cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
             factory: None,
         }
@@ -263,14 +270,8 @@ fn print_fit(
         quality.rank,
         calibration.feature_names().len(),
     )?;
-    if quality.ridge.iter().any(|strength| *strength > 0.0) {
-        let strengths: Vec<String> = calibration
-            .axes
-            .iter()
-            .zip(&quality.ridge)
-            .map(|(axis, strength)| format!("{} {strength:e}", axis.symbol()))
-            .collect();
-        writeln!(out, "ridge {}", strengths.join(", "))?;
+    if let Some(ridge) = quality.ridge_in_words(&calibration.axes) {
+        writeln!(out, "ridge {ridge}")?;
     }
     if let Some(learned) = &calibration.learned {
         writeln!(out, "{}", learned.describe())?;

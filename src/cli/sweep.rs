@@ -439,16 +439,11 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     writeln!(
         out,
         "\nLeast cross-validation error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
-         {} {} left out in turn)",
+         {})",
         sweep.measure.label(&map.scale),
         significant(found.left_out, 4),
         significant(found.conventional, 4),
-        found.n_parts,
-        if found.parts_are_blocks {
-            "blocks"
-        } else {
-            "recordings"
-        },
+        found.cross_validation,
     )?;
     writeln!(
         out,

@@ -18,14 +18,14 @@ use crate::engine::questions::{
 };
 use crate::engine::recovery::{LeftSession, Recovery};
 use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
-use crate::engine::session::{OpenedSession, Roles, Session, role_in};
+use crate::engine::session::{KnownFiles, OpenedSession, Session, group_in, role_in};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
     Comparison, Edit, FromFile, History, ImportCommand, Level, Notice, Preferences, Project,
 };
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
-use crate::recording::Tare;
+use crate::recording::{Recording, Tare};
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -154,8 +154,8 @@ pub struct Engine {
     comparing: Lane<Compare>,
     preview: Lane<Preview>,
     tasks: Vec<(bool, Lane<Task>)>,
-    /// What recordings of files that are being read are for.
-    awaited_roles: Roles,
+    /// Files of the session that were lost and are being read.
+    awaited: KnownFiles,
     /// What questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
@@ -234,7 +234,7 @@ impl Engine {
             comparing: Lane::new(&notify),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
-            awaited_roles: Roles::new(),
+            awaited: KnownFiles::new(),
             datasets: Datasets::default(),
             notify,
         }
@@ -568,9 +568,9 @@ impl Engine {
             Action::KeepLeft => self.recoverable.clear(),
             Action::Found(at, path) if at < self.project.lost.len() => {
                 let lost = self.project.lost.remove(at);
-                let map = lost.columns.map(|map| (path.clone(), map));
+                let map = lost.columns.clone().map(|map| (path.clone(), map));
                 self.project.maps.extend(map);
-                self.awaited_roles.insert(path.clone(), lost.roles);
+                self.awaited.insert(path.clone(), lost);
                 self.open(vec![path]);
             }
             Action::Forget(at) if at < self.project.lost.len() => {
@@ -757,9 +757,9 @@ impl Engine {
         let mut session = None;
         let mut to_import = Vec::new();
         let mut by_remembered = Vec::new();
-        let mut roles = Roles::new();
+        let mut known = KnownFiles::new();
         for (path, opened) in files {
-            roles.extend(self.awaited_roles.remove_entry(&path));
+            known.extend(self.awaited.remove_entry(&path));
             if opened.is_ok() {
                 self.preferences.remember(&path);
             }
@@ -798,8 +798,9 @@ impl Engine {
             self.take_session(Some(path), opened);
         }
         if !recordings.is_empty() {
-            let refused = self
-                .change(|project| project.add(recordings, |recording| role_in(&roles, recording)));
+            let role_of = |recording: &Recording| role_in(&known, recording);
+            let group_of = |recording: &Recording| group_in(&known, recording);
+            let refused = self.change(|project| project.add_known(recordings, role_of, group_of));
             refused
                 .into_iter()
                 .for_each(|refused| self.tell(Level::Error, refused));

@@ -67,6 +67,9 @@ pub struct SessionFile {
     pub tares: BTreeMap<String, Tare>,
     /// What its recordings are for, by name; those that are not named take the role that their name asks for.
     pub roles: BTreeMap<String, Role>,
+    /// The groups that its recordings were put in, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, String>,
 }
 
 /// Everything that a session saves. Recordings are shared, so a copy costs little.
@@ -107,6 +110,8 @@ pub enum Edit {
     Role(usize, Role),
     /// What every recording with a reference is for.
     AllRoles(Role),
+    /// The group of every recording, in their order; `None` leaves it to its name.
+    Groups(Vec<Option<String>>),
     /// Close one recording.
     Remove(usize),
     /// Close all recordings.
@@ -169,6 +174,12 @@ impl Project {
                 let set = Arc::make_mut(&mut self.recordings);
                 for at in 0..set.entries().len() {
                     set.set_role(at, role);
+                }
+            }
+            Edit::Groups(groups) => {
+                let set = Arc::make_mut(&mut self.recordings);
+                for (at, group) in groups.into_iter().enumerate() {
+                    set.set_group(at, group);
                 }
             }
             Edit::Remove(at) => self.remove(at),
@@ -292,6 +303,16 @@ impl Project {
         files: Vec<Vec<Recording>>,
         role_of: impl Fn(&Recording) -> Option<Role>,
     ) -> Vec<String> {
+        self.add_known(files, role_of, |_| None)
+    }
+
+    /// [`add`](Self::add), in the groups that `group_of` or the maps of the files give them.
+    pub fn add_known(
+        &mut self,
+        files: Vec<Vec<Recording>>,
+        role_of: impl Fn(&Recording) -> Option<Role>,
+        group_of: impl Fn(&Recording) -> Option<String>,
+    ) -> Vec<String> {
         let mut refused = Vec::new();
         // The built-in sensor was there so that there was something to see; real recordings take its place.
         let mut set = match self.recordings.is_simulated() {
@@ -301,10 +322,12 @@ impl Project {
         let before = set.entries().len();
         for recordings in files {
             for recording in recordings {
+                let group = group_of(&recording).or_else(|| self.group_by_map(&recording));
                 let entry = match role_of(&recording) {
                     Some(role) => Entry::new(recording, role),
                     None => Entry::with_default_role(recording),
                 };
+                let entry = Entry { group, ..entry };
                 if let Err(error) = set.push(entry) {
                     refused.push(error.to_string());
                     break; // the other runs of this file have the same columns
@@ -319,6 +342,13 @@ impl Project {
         self.view = View::One(before);
         self.choose_distance();
         refused
+    }
+
+    fn group_by_map(&self, recording: &Recording) -> Option<String> {
+        let Source::File(path) = recording.source() else {
+            return None;
+        };
+        self.maps.get(path)?.group.as_ref()?.group_of(recording)
     }
 
     /// Takes other recordings; what was chosen for the old ones' axes or made of them does not fit.

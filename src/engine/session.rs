@@ -156,6 +156,16 @@ impl Session {
             if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
                 files[at].tares.insert(name.clone(), tare);
             }
+            let by_map = files[at]
+                .columns
+                .as_ref()
+                .and_then(|map| map.group.as_ref());
+            let by_map = by_map.and_then(|pattern| pattern.group_of(&entry.recording));
+            if let Some(group) =
+                (entry.group.as_ref()).filter(|group| Some(*group) != by_map.as_ref())
+            {
+                files[at].groups.insert(name.clone(), group.clone());
+            }
             files[at].roles.insert(name, entry.role);
         }
         let on_screen = match project.view {
@@ -236,7 +246,7 @@ impl OpenedSession {
             notes: session.notes,
             ..Project::default()
         };
-        let (mut read, mut roles) = (Vec::new(), BTreeMap::new());
+        let (mut read, mut known) = (Vec::new(), BTreeMap::new());
         for SessionPart {
             file,
             loaded,
@@ -254,14 +264,17 @@ impl OpenedSession {
                         say(Level::Warning, warning.to_string());
                     }
                     read.push(loaded.recordings);
-                    roles.insert(found.clone(), file.roles);
-                    project.maps.extend(file.columns.map(|map| (found, map)));
+                    let map = file.columns.clone().map(|map| (found.clone(), map));
+                    project.maps.extend(map);
+                    known.insert(found, file);
                 }
                 Some(Err(error)) => say(Level::Error, error),
                 None => project.lost.push(file),
             }
         }
-        for refused in project.add(read, |recording| role_in(&roles, recording)) {
+        let role_of = |recording: &Recording| role_in(&known, recording);
+        let group_of = |recording: &Recording| group_in(&known, recording);
+        for refused in project.add_known(read, role_of, group_of) {
             say(Level::Error, refused);
         }
         // What is loaded does not choose the settings anew.
@@ -286,15 +299,30 @@ impl OpenedSession {
     }
 }
 
-/// What recordings of files are for, by their names.
-pub type Roles = BTreeMap<PathBuf, BTreeMap<String, Role>>;
+/// Files of a session by where they are now.
+pub type KnownFiles = BTreeMap<PathBuf, SessionFile>;
 
 /// The role that a recording is to have, if one was said.
-pub fn role_in(roles: &Roles, recording: &Recording) -> Option<Role> {
-    let Source::File(path) = recording.source() else {
-        return None;
-    };
-    roles.get(path)?.get(recording.name()).copied()
+pub fn role_in(files: &KnownFiles, recording: &Recording) -> Option<Role> {
+    file_of(files, recording)?
+        .roles
+        .get(recording.name())
+        .copied()
+}
+
+/// The group that a recording is to be in, if one was said.
+pub fn group_in(files: &KnownFiles, recording: &Recording) -> Option<String> {
+    file_of(files, recording)?
+        .groups
+        .get(recording.name())
+        .cloned()
+}
+
+fn file_of<'a>(files: &'a KnownFiles, recording: &Recording) -> Option<&'a SessionFile> {
+    match recording.source() {
+        Source::File(path) => files.get(path),
+        Source::Simulated => None,
+    }
 }
 
 impl SessionPart {
@@ -401,6 +429,7 @@ mod tests {
         settings.full_scale = vec![Some(7.0)];
         for edit in [
             Edit::Role(1, Role::Off),
+            Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
             Edit::Settings(settings),
             Edit::Split(0.25),
             Edit::Notes("oiled".to_owned()),

@@ -235,6 +235,7 @@ mod tests {
             Edit::Block(block(&Creep, &[0.5])),
             Edit::Role(0, Role::Test),
             Edit::AllRoles(Role::Train),
+            Edit::Groups(vec![Some("monday".to_owned())]),
             Edit::Remove(1),
             Edit::CloseAll,
             Edit::Replace(with_others()),
@@ -266,6 +267,7 @@ mod tests {
             Edit::Notes(_) => 11,
             Edit::Apply(_) => 12,
             Edit::Compare(_) => 13,
+            Edit::Groups(_) => 14,
         }
     }
 
@@ -273,7 +275,7 @@ mod tests {
     fn every_edit_is_taken_back_and_made_again() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=13 {
+        for at in 0..=14 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tried");
         }

@@ -4,10 +4,12 @@
 //! nearly explain each other, or of which hardly anything remains without the part, goes to [`fit`] itself and to sums
 //! that are added up anew, which finds the rank.
 
+mod by_block;
 mod lanes;
 
 use rayon::prelude::*;
 
+pub use self::by_block::{BlockStrengths, shares_of_blocks};
 use self::lanes::{LANES, Work};
 use crate::calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit};
 use crate::evaluation::cross_validation::{RIDGE_STRENGTHS, strongest_good};
@@ -38,18 +40,9 @@ impl LeftOut<'_> {
         too_short(part_samples, kinds, strengths).is_none()
     }
 
-    /// Root mean squared error per target over all parts, each predicted by the fit to the others with these strengths;
-    /// `None` where the others do not determine a fit.
-    pub fn rmse(&self, strengths: &[f64]) -> Option<Vec<f64>> {
-        self.rmse_of(strengths, || self.squares_by_target(strengths))
-    }
-
-    /// [`Self::rmse`] where [`Self::squares_by_target`] with these strengths may be known already.
-    pub fn rmse_of(
-        &self,
-        strengths: &[f64],
-        squares: impl FnOnce() -> Vec<f64>,
-    ) -> Option<Vec<f64>> {
+    /// Root mean squared error per target over all parts, where their squared errors are these; `None` where the others do
+    /// not determine a fit with these strengths.
+    pub fn rmse(&self, strengths: &[f64], squares: impl FnOnce() -> Vec<f64>) -> Option<Vec<f64>> {
         if !self.is_determined(strengths) {
             return None;
         }
@@ -63,7 +56,8 @@ impl LeftOut<'_> {
     /// the error of the difference to the best, part by part, of the sums of squares. So where the parts disagree about
     /// what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing can
     /// be compared, and all strengths are zero. Scores with strengths chosen by them are slightly too good: one number
-    /// per axis was fitted to all parts.
+    /// per axis was fitted to all parts. One strength for all blocks, too, where each may have its own
+    /// ([`Self::by_block`] chooses these).
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
         let q = self.total.n_targets();
         let enough = self.parts.len() > 1;
@@ -72,8 +66,8 @@ impl LeftOut<'_> {
                 let squares = enough.then(|| self.squares(strength));
                 (vec![strength; q], squares)
             }
-            RidgeChoice::Auto if !enough => (vec![0.0; q], None),
-            RidgeChoice::Auto => {
+            RidgeChoice::Auto | RidgeChoice::ByBlock if !enough => (vec![0.0; q], None),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => {
                 let tried: Vec<Vec<f64>> = RIDGE_STRENGTHS
                     .iter()
                     .map(|strength| self.squares(*strength))
@@ -91,17 +85,17 @@ impl LeftOut<'_> {
         }
     }
 
-    /// [`Self::squares`] with a strength of its own for each target.
-    pub fn squares_by_target(&self, strengths: &[f64]) -> Vec<f64> {
+    /// [`Self::squares_with`] shares of its own for each target.
+    pub fn squares_by_target(&self, shares: &[Vec<f64>]) -> Vec<f64> {
         let q = self.total.n_targets();
         let mut squares = vec![0.0; self.parts.len() * q];
         for target in 0..q {
-            if strengths[..target].contains(&strengths[target]) {
-                continue; // filled in with the first target of this strength
+            if shares[..target].contains(&shares[target]) {
+                continue; // filled in with the first target of these shares
             }
-            let with_it = self.squares(strengths[target]);
+            let with_it = self.squares_with(&shares[target]);
             for at in 0..squares.len() {
-                if strengths[at % q] == strengths[target] {
+                if shares[at % q] == shares[target] {
                     squares[at] = with_it[at];
                 }
             }
@@ -117,9 +111,14 @@ impl LeftOut<'_> {
     /// # Panics
     /// If the sums differ in their columns, or the terms do not fit them.
     pub fn squares(&self, strength: f64) -> Vec<f64> {
+        self.squares_with(&self.terms.shares(strength))
+    }
+
+    /// [`Self::squares`] with shares of their squared lengths for the columns; one without end leaves its column away.
+    pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
         // A column that is zero in every part would send each of them the careful way.
-        let used = self.total.present_among(self.terms.used);
+        let used = self.total.present_among(&self.terms.kept(shares));
         let left_out = LeftOut {
             terms: Terms {
                 used: &used,
@@ -140,7 +139,7 @@ impl LeftOut<'_> {
             .for_each_init(
                 || Work::new(used.len(), q),
                 |work, ((parts, squares), is_sure)| {
-                    work.fit(left_out.total, left_out.terms, parts, strength);
+                    work.fit(left_out.total, left_out.terms, parts, shares);
                     for (lane, (squares, is_sure)) in squares.chunks_mut(q).zip(is_sure).enumerate()
                     {
                         *is_sure = work.answer(lane, squares);
@@ -151,7 +150,7 @@ impl LeftOut<'_> {
             self.parts,
             |at| !is_sure[at],
             |at, rest| {
-                let found = fit(rest, left_out.terms, Ridge::Relative(strength));
+                let found = fit(rest, left_out.terms, Ridge::Shares(shares));
                 self.parts[at].squared_residuals(&found.coefficients)
             },
         );
@@ -343,9 +342,10 @@ mod tests {
             parts,
             terms,
         };
-        let rmse = left_out(&parts).rmse(&[0.0]).unwrap();
+        let rmse = left_out(&parts);
+        let rmse = rmse.rmse(&[0.0], || rmse.squares(0.0)).unwrap();
         assert!((rmse[0] - 3.0).abs() < 1e-12);
-        assert_eq!(left_out(&parts[..1]).rmse(&[0.0]), None);
+        assert_eq!(left_out(&parts[..1]).rmse(&[0.0], Vec::new), None);
     }
 
     /// Six parts whose target is the first column; the second is noise with another sign in every part.
@@ -535,7 +535,7 @@ mod tests {
                 parts: &parts,
                 terms,
             };
-            left_out.rmse(&[strength; 2])
+            left_out.rmse(&[strength; 2], || left_out.squares(strength))
         };
         let appended = [&[ColumnKind::Gauge; 5][..], &[ColumnKind::Appended; 55]].concat();
         assert_eq!(figure(&[ColumnKind::Gauge; 60], 0.1), None);

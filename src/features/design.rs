@@ -3,7 +3,9 @@
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
 //! starts anew with each [`FeatureStream`].
 
-use crate::features::{Block, Column, ColumnKind, FeatureSettings, GaugeScale, History, Stream};
+use crate::features::{
+    Appends, Block, Blocks, Column, ColumnKind, FeatureSettings, GaugeScale, History, Stream,
+};
 
 /// What the columns of a row are.
 ///
@@ -62,6 +64,41 @@ impl Design {
             )
         });
         sets.collect()
+    }
+
+    /// What the settings append, each in words with the positions of its columns; all look-backs are one.
+    pub fn blocks(&self) -> Vec<(String, Vec<usize>)> {
+        let only = |features: FeatureSettings| features.describe();
+        let look_backs = FeatureSettings {
+            blocks: Blocks::default(),
+            ..self.features.clone()
+        };
+        let is_look_back = |column| {
+            matches!(
+                column,
+                Column::Past {
+                    history: History::LookBack(_),
+                    ..
+                }
+            )
+        };
+        let mut blocks = vec![(only(look_backs), self.where_column(is_look_back))];
+        for (block, values) in self.features.blocks.used() {
+            let own = FeatureSettings {
+                look_backs: Vec::new(),
+                blocks: Blocks::default().with(block, values),
+                ..self.features.clone()
+            };
+            let columns = match block.appends() {
+                Appends::Past(_) => self.sets_of(block).concat(),
+                Appends::Monomials(_) => {
+                    self.where_column(|column| matches!(column, Column::Monomial(_)))
+                }
+            };
+            blocks.push((only(own), columns));
+        }
+        blocks.retain(|(_, columns)| !columns.is_empty());
+        blocks
     }
 
     /// Every column.

@@ -3,6 +3,7 @@
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
 mod axis;
+mod groups;
 pub mod kinetics;
 #[expect(
     clippy::module_inception,
@@ -15,6 +16,8 @@ mod tare;
 pub mod units;
 
 pub use axis::Axis;
+pub(crate) use groups::RECORDING;
+pub use groups::{GroupPattern, Groups};
 pub(crate) use recording::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};

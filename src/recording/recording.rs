@@ -260,6 +260,20 @@ impl Recording {
         self.picked(samples, self.name.clone())
     }
 
+    /// Cuts the recording in time into so many segments, as even as whole samples allow; fewer where it is shorter.
+    ///
+    /// History does not cross the cuts: these are recordings of their own.
+    pub fn segments(&self, count: usize) -> Vec<Self> {
+        let n = self.n_samples();
+        let at = |segment: usize| segment * n / count;
+        let ranges = (0..count).map(|segment| at(segment)..at(segment + 1));
+        let ranges = ranges.filter(|range| !range.is_empty()).enumerate();
+        let named = |at: usize| format!("{} (segment {})", self.name, at + 1);
+        ranges
+            .map(|(at, range)| self.picked(range, named(at)))
+            .collect()
+    }
+
     fn picked(&self, samples: impl Iterator<Item = usize> + Clone, name: String) -> Self {
         let rows = |values: &[f64], width: usize| -> Vec<f64> {
             samples

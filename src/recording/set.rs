@@ -30,6 +30,8 @@ pub struct Entry {
     pub recording: Arc<Recording>,
     /// What it is for.
     pub role: Role,
+    /// The group that somebody put it in; see [`RecordingSet::groups`].
+    pub group: Option<String>,
 }
 
 impl Entry {
@@ -54,6 +56,7 @@ impl Entry {
         Self {
             recording: Arc::new(recording),
             role,
+            group: None,
         }
     }
 }
@@ -198,6 +201,13 @@ impl RecordingSet {
         }
     }
 
+    /// Puts recording `index` in a group, or leaves it to its name; unknown indices change nothing.
+    pub fn set_group(&mut self, index: usize, group: Option<String>) {
+        if let Some(entry) = self.entries.get_mut(index) {
+            entry.group = group;
+        }
+    }
+
     /// Puts a recording with other numbers, but the same columns, in the place of recording `index`.
     pub fn replace(&mut self, index: usize, recording: Recording) {
         if let Some(entry) = self.entries.get_mut(index)
@@ -233,9 +243,12 @@ impl RecordingSet {
                     .then(|| entry.recording.split(fraction))
                     .flatten();
                 match halves {
-                    Some((first, rest)) => {
-                        vec![Entry::new(first, Role::Train), Entry::new(rest, Role::Test)]
-                    }
+                    Some((first, rest)) => [(first, Role::Train), (rest, Role::Test)]
+                        .map(|(part, role)| Entry {
+                            group: entry.group.clone(),
+                            ..Entry::new(part, role)
+                        })
+                        .to_vec(),
                     None => vec![entry.clone()],
                 }
             })

@@ -39,8 +39,12 @@ pub fn errors(
         }));
         cells
     });
+    let how = match (set, &quality.cross_validation) {
+        (ScoreSet::LeftOut, Some(how)) => format!(" {how}"),
+        _ => String::new(),
+    };
     Ok(Table {
-        title: format!("RMSE, {}", set.label()),
+        title: format!("RMSE, {}{how}", set.label()),
         columns,
         rows: rows.collect(),
         note: format!("{}.", set.explanation()),

@@ -1,6 +1,6 @@
 //! Menus of a widget, and items of lists, that work by mouse and keyboard alike.
 
-use egui::{Key, Modifiers, Popup, Response, SetOpenCommand, Ui};
+use egui::{Key, Modifiers, Popup, PopupCloseBehavior, Response, SetOpenCommand, Ui};
 
 /// A menu is invisible in its first frame, in which nothing in it can take the focus.
 const FRAMES_TO_FOCUS: u32 = 2;
@@ -28,7 +28,9 @@ pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Respo
             input.consume_key(Modifiers::NONE, Key::Menu)
                 || input.consume_key(Modifiers::SHIFT, Key::F10)
         });
-    let mut popup = Popup::context_menu(response);
+    // Text fields may be clicked; items close it themselves.
+    let mut popup =
+        Popup::context_menu(response).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let id = popup.get_id();
     if by_key {
         popup = popup.open_memory(SetOpenCommand::Bool(true));

@@ -50,6 +50,9 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             let short = warning.split(':').next().unwrap_or_default();
             ui.colored_label(color, short).on_hover_text(&warning);
         }
+        if let Some(how) = &analysis.calibration.quality.cross_validation {
+            ui.weak(format!("CV {how}"));
+        }
         if let Some(reason) = analysis.calibration.why_not_left_out() {
             ui.weak(format!("no cross-validation: {reason}"));
         }

@@ -1,12 +1,13 @@
 //! The recordings: what each is for, how long it is, how well it is calibrated.
 
 use egui::Color32;
+use egui::containers::menu::{MenuButton, MenuConfig};
 use egui_extras::{Column, TableBuilder};
 
 use crate::analysis::{self, RecordingResult};
 use crate::engine::{Action, Edit, Engine};
 use crate::evaluation::metrics::Group;
-use crate::recording::{Axis, Entry, Role, Tare};
+use crate::recording::{Axis, Entry, GroupPattern, Role, Tare};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
 use crate::ui::numbers::significant;
@@ -30,6 +31,8 @@ pub struct View {
     open: String,
     /// The share of a split that trains (%).
     split_percent: f64,
+    /// The recording whose group is being said, and what is typed.
+    group: (usize, String),
 }
 
 impl Default for View {
@@ -37,6 +40,7 @@ impl Default for View {
         Self {
             open: String::new(),
             split_percent: 60.0,
+            group: (usize::MAX, String::new()),
         }
     }
 }
@@ -77,7 +81,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
         ui.weak("Open files, drop them on the window, or choose File > Built-in sensor.");
         return;
     }
-    table(ui, engine, out);
+    table(ui, engine, fields, out);
 }
 
 fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
@@ -134,7 +138,7 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
     });
 }
 
-fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) {
         Group::Force
@@ -144,7 +148,11 @@ fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let unit = axes.first().map_or("", |axis| axis.unit());
     // Where there is little room the name, whose hover tells both, needs it more.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
-    let counts = [Column::exact(50.0), Column::exact(34.0)];
+    let counts = [
+        Column::exact(54.0).clip(true),
+        Column::exact(50.0),
+        Column::exact(34.0),
+    ];
     let mut builder = TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
@@ -163,12 +171,16 @@ fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 ("Role", "What the recording is for; press to change"),
                 (
                     "Name",
-                    "Press to put it on screen; the right button or Shift+F10 tares it",
+                    "Press to put it on screen; the right button or Shift+F10 tares it or sets its group",
+                ),
+                (
+                    "Group",
+                    "Recordings of one group repeat a programme, a day or a mounting, and are left out together; press to change",
                 ),
                 ("Samples", "After decimation"),
                 ("Hz", "One over the median time step"),
             ];
-            let n = if counted { 4 } else { 2 };
+            let n = if counted { 5 } else { 2 };
             for (title, explanation) in titles.into_iter().take(n) {
                 header.col(|ui| {
                     ui.strong(title).on_hover_text(explanation);
@@ -191,9 +203,10 @@ fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                     let entry = &engine.project().recordings.entries()[at];
                     row.set_selected(engine.project().view == analysis::View::One(at));
                     row.col(|ui| role_menu(ui, at, entry, out));
-                    row.col(|ui| name_button(ui, engine, at, entry, out));
+                    row.col(|ui| name_button(ui, engine, at, fields, out));
                     let result = engine.result_of(at);
                     if counted {
+                        row.col(|ui| group_button(ui, engine, at, &mut fields.group, out));
                         row.col(|ui| {
                             let samples =
                                 result.map_or(entry.recording.n_samples(), |r| r.n_samples);
@@ -224,10 +237,91 @@ fn table(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         });
 }
 
+/// The group of a recording: as it was set, else as it was found.
+fn group_of(engine: &Engine, at: usize) -> Option<&str> {
+    let entry = engine.project().recordings.entries().get(at)?;
+    let found = || engine.result_of(at)?.group.as_deref();
+    entry.group.as_deref().or_else(found)
+}
+
+fn group_button(
+    ui: &mut egui::Ui,
+    engine: &Engine,
+    at: usize,
+    typed: &mut (usize, String),
+    out: &mut Vec<Command>,
+) {
+    let group = group_of(engine, at);
+    let button = egui::Button::new(group.unwrap_or("–")).truncate();
+    let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+    let menu = MenuButton::from_button(button).config(stays);
+    let (response, _) = menu.ui(ui, |ui| group_menu(ui, engine, at, typed, out));
+    response.on_hover_text(match group {
+        Some(group) => format!("{group}: left out together with the others of this group"),
+        None => "Left out on its own in cross-validation".to_owned(),
+    });
+}
+
+/// Says what group one recording is in, or all.
+fn group_menu(
+    ui: &mut egui::Ui,
+    engine: &Engine,
+    at: usize,
+    (of, text): &mut (usize, String),
+    out: &mut Vec<Command>,
+) {
+    let entries = engine.project().recordings.entries();
+    if *of != at {
+        *of = at;
+        *text = group_of(engine, at).unwrap_or_default().to_owned();
+    }
+    let label = ui.label("Group: recordings that repeat a programme, a day or a mounting");
+    let field = egui::TextEdit::singleline(text).hint_text("as found; Enter sets it");
+    let field = ui.add(field).labelled_by(label.id);
+    let set = |group: Option<String>| {
+        let mut groups: Vec<_> = entries.iter().map(|entry| entry.group.clone()).collect();
+        groups[at] = group;
+        groups
+    };
+    let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+    let mut chosen = entered.then(|| {
+        let text = text.trim();
+        set((!text.is_empty()).then(|| text.to_owned()))
+    });
+    if ui.button("As found").clicked() {
+        chosen = Some(set(None));
+    }
+    ui.separator();
+    ui.label("All recordings");
+    let pattern = |text: &str| text.parse::<GroupPattern>().ok();
+    for (label, pattern) in [
+        ("As found", None),
+        ("By file", pattern("{file}")),
+        ("By folder", pattern("{folder}")),
+    ] {
+        if ui.button(label).clicked() {
+            let group = |entry: &Entry| pattern.as_ref()?.group_of(&entry.recording);
+            chosen = Some(entries.iter().map(group).collect());
+        }
+    }
+    if ui.button("Each on its own").clicked() {
+        let own =
+            |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
+        chosen = Some(entries.iter().enumerate().map(own).collect());
+    }
+    if let Some(groups) = chosen {
+        out.push(Edit::Groups(groups).into());
+        *of = usize::MAX;
+        ui.close();
+    }
+}
+
 /// The list as tab-separated text.
 fn as_text(engine: &Engine) -> String {
     let axes = engine.project().axes();
-    let mut titles = vec!["role".to_owned(), "name".to_owned(), "samples".to_owned()];
+    let mut titles = ["role", "name", "group", "samples"]
+        .map(str::to_owned)
+        .to_vec();
     for trace in [Trace::Conventional, Trace::Compensated] {
         titles.extend(
             axes.iter()
@@ -246,6 +340,9 @@ fn as_text(engine: &Engine) -> String {
             let mut cells = vec![
                 role,
                 entry.recording.name().replace(['\t', '\n'], " "),
+                group_of(engine, at)
+                    .unwrap_or_default()
+                    .replace(['\t', '\n'], " "),
                 samples,
             ];
             let result = engine.result_of(at);
@@ -297,10 +394,10 @@ fn name_button(
     ui: &mut egui::Ui,
     engine: &Engine,
     at: usize,
-    entry: &Entry,
+    fields: &mut View,
     out: &mut Vec<Command>,
 ) {
-    let recording = &entry.recording;
+    let recording = &engine.project().recordings.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
     let button =
@@ -322,6 +419,9 @@ fn name_button(
             crate::recording::Source::Simulated => "built-in simulated sensor".to_owned(),
         };
         ui.label(source);
+        if let Some(group) = group_of(engine, at) {
+            ui.label(format!("group: {group}"));
+        }
         if let Some(tare) = recording.tare() {
             ui.label(format!("tared over {tare}"));
         }
@@ -341,7 +441,12 @@ fn name_button(
     if response.clicked() {
         out.push(Action::Show(analysis::View::One(at)).into());
     }
-    context_menu(&response, |ui| tare_menu(ui, at, recording.name(), out));
+    context_menu(&response, |ui| {
+        let first = tare_menu(ui, at, recording.name(), out);
+        ui.separator();
+        group_menu(ui, engine, at, &mut fields.group, out);
+        first
+    });
 }
 
 /// A name that fits the room: names of a series differ at their ends, so its beginning goes.

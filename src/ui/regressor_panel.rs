@@ -47,18 +47,31 @@ pub fn regressor(
 }
 
 fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
-    let mut auto = *ridge == RidgeChoice::Auto;
+    let (mut auto, mut by_block) = match *ridge {
+        RidgeChoice::Strength(_) => (false, false),
+        RidgeChoice::Auto => (true, false),
+        RidgeChoice::ByBlock => (true, true),
+    };
     match ridge {
         RidgeChoice::Strength(strength) => number(ui, &RIDGE, strength),
-        RidgeChoice::Auto => {
+        RidgeChoice::Auto | RidgeChoice::ByBlock => {
             ui.label(RIDGE.label).on_hover_text(RIDGE.help());
         }
     }
     let switch = ui.checkbox(&mut auto, "auto");
-    if switch.on_hover_text(RIDGE.help()).changed() {
-        *ridge = match auto {
-            true => RidgeChoice::Auto,
-            false => RidgeChoice::default(),
+    let mut is_changed = switch.on_hover_text(RIDGE.help()).changed();
+    if auto {
+        let switch = ui.checkbox(&mut by_block, "by block");
+        let switch = switch.on_hover_text(
+            "A strength of its own for each block and axis; blocks that do not help are left away. Takes longer",
+        );
+        is_changed |= switch.changed();
+    }
+    if is_changed {
+        *ridge = match (auto, by_block) {
+            (false, _) => RidgeChoice::default(),
+            (true, false) => RidgeChoice::Auto,
+            (true, true) => RidgeChoice::ByBlock,
         };
     }
 }

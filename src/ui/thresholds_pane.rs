@@ -262,16 +262,10 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         left_out,
         conventional,
         f_th_range,
-        n_parts,
-        parts_are_blocks,
+        cross_validation,
         ..
     } = found;
     let open = |is_edge: bool| if is_edge { " or beyond" } else { "" };
-    let parts = if *parts_are_blocks {
-        "blocks"
-    } else {
-        "recordings"
-    };
     let unit = measure.unit(&map.scale);
     let gain = if found.beats_conventional {
         ""
@@ -279,7 +273,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ", no better than Conv. beyond luck"
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} is within one standard error; {n_parts} {parts}",
+        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} is within one standard error; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),

@@ -159,3 +159,58 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
     );
     assert!(stderr(&told).contains("s.cal"), "{}", stderr(&told));
 }
+
+/// Cross-validation goes by what names tell, by a pattern, or by the column map, and says so.
+#[test]
+fn recordings_of_a_group_are_left_out_together() {
+    let workshop = Workshop::new();
+    let names = [
+        "path1_a.csv",
+        "path1_b.csv",
+        "path2_a.csv",
+        "path2_b.csv",
+        "path3_a.csv",
+    ];
+    for (seed, name) in names.iter().enumerate() {
+        workshop.write(name, recording(seed as f64, 150));
+    }
+    let files = [&["--train"], &names[..]].concat();
+    let by = |more: &[&str]| {
+        let report = fit(workshop.path(), &[&files, more].concat());
+        let how = &report["cross_validation"];
+        let parts = how["parts"].as_u64().unwrap();
+        let cv = numbers(&report["compensated"]["cv_rmse"])[0];
+        (how["by"].as_str().unwrap().to_owned(), parts, cv)
+    };
+    let found = by(&[]);
+    assert_eq!((&*found.0, found.1), ("path", 3));
+    let set = by(&["--group", "{path}"]);
+    assert_eq!((&*set.0, set.1, set.2), ("group", 3, found.2));
+    let own = by(&["--group", "{recording}"]);
+    assert_eq!((&*own.0, own.1), ("recording", 5));
+    assert_ne!(own.2, found.2);
+    let map = succeed(
+        workshop.path(),
+        &["inspect", "path1_a.csv", "--write-map", "map.json"],
+    );
+    assert!(map.status.success());
+    let map = workshop.read("map.json");
+    let end = map.trim_end().strip_suffix('}').unwrap().trim_end();
+    workshop.write(
+        "map.json",
+        format!("{end},\n  \"group\": \"{{file}}\"\n}}\n"),
+    );
+    assert_eq!(by(&["--columns", "map.json"]), own);
+    let text = succeed(workshop.path(), &[&["fit"], &files[..]].concat());
+    let text = String::from_utf8(text.stdout).unwrap();
+    let how = "RMSE, cross-validation by path: leave-one-path-out, 3 groups";
+    assert!(text.contains(how), "{text}");
+    for (pattern, word) in [("{path", "{mount}"), ("{mount}", "path1_a")] {
+        let refused = run(
+            workshop.path(),
+            &[&["fit"], &files[..], &["--group", pattern]].concat(),
+        );
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(stderr(&refused).contains(word), "{}", stderr(&refused));
+    }
+}

@@ -7,6 +7,7 @@ mod table;
 mod workshop;
 
 mod apply;
+mod best;
 mod blocks;
 mod built_in;
 mod export;

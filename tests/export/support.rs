@@ -24,8 +24,12 @@ static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     let some = all.entries().iter().step_by(30);
     for entry in some.chain([&all.entries()[RUN]]) {
         let recording = Arc::new(entry.recording.decimated(4));
-        let role = Role::Train;
-        set.push(Entry { recording, role }).unwrap();
+        set.push(Entry {
+            recording,
+            role: Role::Train,
+            group: None,
+        })
+        .unwrap();
     }
     Arc::new(set)
 });

@@ -8,7 +8,7 @@ mod thresholds;
 
 use std::sync::Arc;
 
-use crate::analysis::dataset::{Dataset, Datasets, Key, Paths, in_role};
+use crate::analysis::dataset::{Dataset, Datasets, Key, Paths};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, FitSettings, RidgeChoice};
 use crate::evaluation::left_out::too_short;
@@ -122,12 +122,6 @@ impl Study {
             .collect();
         mean_hysteresis(&runs, &self.blank.axes, &self.blank.distance_weights())
     }
-
-    /// Whether blocks are left out in turn, since there are too few training recordings.
-    fn parts_are_blocks(&self) -> bool {
-        in_role(&self.data.entries, Role::Train).len()
-            < crate::evaluation::cross_validation::FEWEST_RECORDINGS
-    }
 }
 
 /// Whether a recording takes part in fits or scores.
@@ -143,7 +137,7 @@ fn check_parts(
 ) -> Result<(), AnalysisError> {
     let strength = match ridge {
         RidgeChoice::Strength(strength) => strength,
-        RidgeChoice::Auto => 0.0,
+        RidgeChoice::Auto | RidgeChoice::ByBlock => 0.0,
     };
     match too_short(part_samples.iter().copied(), kinds, &[strength]) {
         Some((samples, columns)) => Err(AnalysisError::TooShort { samples, columns }),

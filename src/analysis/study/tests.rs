@@ -156,7 +156,7 @@ fn one_or_two_recordings_are_left_out_by_blocks() {
         assert_like_fresh_fits(&first_two(n), &settings(|_| {}));
     }
     let map = map_of(&first_two(2), &settings(|_| {}), &[3.0], &[15.0]);
-    assert!(map.parts_are_blocks);
+    assert!(map.cross_validation.is_by_block());
     assert_eq!(map.part_samples.len(), 5);
 }
 

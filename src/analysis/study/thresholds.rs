@@ -67,7 +67,7 @@ impl Study {
             scorer.part_samples(),
         );
         map.n_test = scorer.n_test();
-        map.parts_are_blocks = self.parts_are_blocks();
+        map.cross_validation = self.data.cross_validation();
         tell(StudyEvent::Begun(&map));
         for level in grid.coarse_to_fine() {
             let done: Vec<_> = level

@@ -52,8 +52,8 @@ pub struct LinearStage {
     pub kinds: Vec<ColumnKind>,
     /// What the targets lack already, see [`Terms::known`].
     pub known: Vec<f64>,
-    /// The strength of its ridge, per target.
-    pub strengths: Vec<f64>,
+    /// Its ridge, per target, see [`fit_targets`].
+    pub shares: Vec<Vec<f64>>,
 }
 
 /// Rows that can be passed over again and again.
@@ -505,7 +505,7 @@ struct Columns {
     kinds: Vec<ColumnKind>,
     known: Vec<f64>,
     /// Of the linear stage, per target.
-    strengths: Vec<f64>,
+    shares: Vec<Vec<f64>>,
 }
 
 impl Columns {
@@ -513,18 +513,19 @@ impl Columns {
         let mut kinds = vec![ColumnKind::Appended; m];
         kinds.push(ColumnKind::Offset);
         let mut known = vec![0.0; (m + 1) * rows.widths().1];
-        let mut strengths = Vec::new();
+        let mut shares = Vec::new();
         if let Some(stage) = rows.linear_stage() {
             kinds.extend(&stage.kinds);
             known.extend(&stage.known);
-            strengths.clone_from(&stage.strengths);
+            let before = vec![0.0; m + 1];
+            shares.extend(stage.shares.iter().map(|own| [&before[..], own].concat()));
         }
         Self {
             of_kernel: (0..=m).collect(),
             of_linear: (m + 1..kinds.len()).collect(),
             kinds,
             known,
-            strengths,
+            shares,
         }
     }
 
@@ -536,7 +537,7 @@ impl Columns {
             known: &self.known,
         };
         let is_there = !self.of_linear.is_empty();
-        is_there.then(|| fit_targets(sums, terms, &self.strengths).coefficients)
+        is_there.then(|| fit_targets(sums, terms, &self.shares).coefficients)
     }
 
     /// These sums with what the linear stage, fitted to them, leaves over as targets.

@@ -14,7 +14,6 @@
 )]
 
 use crate::calibration::{NormalEquations, Terms};
-use crate::features::ColumnKind;
 
 /// Fits worked on at once.
 pub(super) const LANES: usize = 8;
@@ -74,13 +73,13 @@ impl Work {
         total: &NormalEquations,
         terms: Terms<'_>,
         parts: &[NormalEquations],
-        strength: f64,
+        shares: &[f64],
     ) {
         pulp::Arch::new().dispatch(Group {
             total,
             terms,
             parts,
-            strength,
+            shares,
             work: self,
         });
     }
@@ -104,7 +103,8 @@ struct Group<'a> {
     total: &'a NormalEquations,
     terms: Terms<'a>,
     parts: &'a [NormalEquations],
-    strength: f64,
+    /// Of each column's squared length, what the ridge adds to it.
+    shares: &'a [f64],
     work: &'a mut Work,
 }
 
@@ -135,12 +135,11 @@ impl Group<'_> {
     #[inline(always)]
     fn gather(&mut self) {
         let total = self.total;
-        let Terms { used, kinds, .. } = self.terms;
+        let used = self.terms.used;
         let work = &mut *self.work;
         work.least_remains = [f64::INFINITY; LANES];
         for (i, &column) in used.iter().enumerate() {
-            let is_shrunk = kinds[column] == ColumnKind::Appended;
-            let penalty = if is_shrunk { self.strength } else { 0.0 };
+            let penalty = self.shares[column];
             let all = total.feature_product(column, column);
             let part = gathered(self.parts, |part| part.feature_product(column, column));
             work.part[row_start(i) + i] = part;

@@ -2,7 +2,7 @@
 //!
 //! Guarantees: rows may come in any order; what has not come yet is `None`, and everything else works meanwhile.
 
-use crate::calibration::{FactoryScores, Scores};
+use crate::calibration::{CrossValidation, FactoryScores, Scores};
 use crate::evaluation::threshold_study::{
     Measure, MeasureScale, NoSuggestion, PointScores, Suggestion, ThresholdGrid,
 };
@@ -47,8 +47,9 @@ impl ScoreSet {
             Self::Train => "On the training recordings themselves, which flatters",
             Self::Test => "On the test recordings: to look at; choosing by it would spend it",
             Self::LeftOut => {
-                "Cross-validation by recording: each training recording scored by a fit to the others; with fewer than three, five \
-                 contiguous blocks of them take turns: choose by this one. The look-back's trigger stays the conventional calibration of all"
+                "Each group of training recordings scored by a fit to the others; with \
+                 fewer than three recordings, five contiguous blocks of them take turns: choose by this one. The look-back's trigger \
+                 stays the conventional calibration of all"
             }
         }
     }
@@ -87,8 +88,8 @@ pub struct ThresholdMap {
     pub n_test: u64,
     /// Samples of each part that is left out in turn.
     pub part_samples: Vec<u64>,
-    /// Whether these parts are blocks, as with fewer than three training recordings, rather than recordings.
-    pub parts_are_blocks: bool,
+    /// What these parts are.
+    pub cross_validation: CrossValidation,
     /// Without any block: the present gauges alone.
     pub conventional: PointScores,
     pub(super) rows: Vec<Option<Vec<PointScores>>>,
@@ -107,7 +108,7 @@ impl ThresholdMap {
             rows: vec![None; grid.f_ths().len()],
             n_train: part_samples.iter().sum(),
             n_test: 0,
-            parts_are_blocks: false,
+            cross_validation: CrossValidation::default(),
             grid,
             distance,
             scale,

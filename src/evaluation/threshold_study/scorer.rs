@@ -162,18 +162,18 @@ impl Scorer {
             terms,
         };
         let (strengths, squares) = match (self.ridge, recordings) {
-            (RidgeChoice::Auto, Some(recordings)) => {
+            (RidgeChoice::Auto | RidgeChoice::ByBlock, Some(recordings)) => {
                 let whole = LeftOut {
                     parts: recordings,
                     ..left_out
                 };
                 let (strengths, _) = whole.with_ridge(self.ridge);
-                let squares = left_out.squares_by_target(&strengths);
+                let squares = left_out.squares_by_target(&left_out.terms.of_targets(&strengths));
                 (strengths, (parts.len() > 1).then_some(squares))
             }
             _ => left_out.with_ridge(self.ridge),
         };
-        let mut found = fit_targets(train, terms, &strengths);
+        let mut found = fit_targets(train, terms, &terms.of_targets(&strengths));
         if found.rank == self.conventional_rank {
             // The past never differs: as in every fit, the conventional answer to the last bit.
             found.coefficients.fill(0.0);

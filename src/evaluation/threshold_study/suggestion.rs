@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::calibration::CrossValidation;
 use crate::evaluation::threshold_study::map::ScoreSet;
 use crate::evaluation::threshold_study::{Measure, Paired, PointScores, ThresholdMap, paired};
 use crate::features::Thresholds;
@@ -46,6 +47,8 @@ pub struct Suggestion {
     pub n_parts: usize,
     /// Whether these are blocks of fewer than three recordings.
     pub parts_are_blocks: bool,
+    /// What they are.
+    pub cross_validation: CrossValidation,
 }
 
 /// Why no thresholds are suggested.
@@ -91,7 +94,8 @@ impl Suggestion {
             f_th_range: flat_range(map.grid.f_ths(), at.0, |f_at| is_flat(f_at, at.1)),
             t_th_range: flat_range(map.grid.t_ths_secs(), at.1, |t_at| is_flat(at.0, t_at)),
             n_parts: map.part_samples.len(),
-            parts_are_blocks: map.parts_are_blocks,
+            parts_are_blocks: map.cross_validation.is_by_block(),
+            cross_validation: map.cross_validation.clone(),
         })
     }
 

@@ -56,6 +56,8 @@ pub struct ReportData {
 pub struct ReportRecording {
     /// Its name, role and file.
     pub used: UsedRecording,
+    /// What its group is called; `None` where it stands for itself.
+    pub group: Option<String>,
     /// How many samples it has, before decimation.
     pub n_samples: usize,
     /// From first to last sample (s).

@@ -91,7 +91,7 @@ pub(super) fn scores(report: &ReportData, page: &mut Markup) {
 
 pub(super) fn recordings(report: &ReportData, page: &mut Markup) {
     page.section("recordings", "page", "Recordings", |page| {
-        let mut columns = ["Name", "Role"].map(Column::words).to_vec();
+        let mut columns = ["Name", "Role", "Group"].map(Column::words).to_vec();
         columns.extend(["Samples", "Duration [s]", "Rate [Hz]"].map(Column::numbers));
         columns.push(Column::words("File"));
         columns.push(Column {
@@ -131,6 +131,7 @@ fn recording_row(recording: &ReportRecording) -> Vec<Cell> {
     vec![
         Cell::words(&used.name),
         Cell::words(role),
+        Cell::words(recording.group.as_deref().unwrap_or("–")),
         Cell::words(recording.n_samples.to_string()),
         Cell::digits(Some(recording.duration_secs), 5),
         Cell::digits(recording.rate_hz, 4),
@@ -165,14 +166,8 @@ pub(super) fn settings(report: &ReportData, page: &mut Markup) {
 
 fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
-    let ridge = match quality.ridge.iter().any(|strength| *strength > 0.0) {
-        true => {
-            let axes = calibration.axes.iter().zip(&quality.ridge);
-            let texts = axes.map(|(axis, value)| format!("{} {value}", axis.symbol()));
-            texts.collect::<Vec<_>>().join(", ")
-        }
-        false => "none".to_owned(),
-    };
+    let ridge = quality.ridge_in_words(&calibration.axes);
+    let ridge = ridge.unwrap_or_else(|| "none".to_owned());
     let condition = quality.condition;
     let condition = condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4));
     let n_features = calibration.columns().len();

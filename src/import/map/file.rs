@@ -13,7 +13,7 @@ use super::{
     Attitude, ColumnKey, ColumnMap, ColumnRule, Header, Join, KeyError, MapError, MapFileError,
     ReferenceFile, TableMap, WeightMap,
 };
-use crate::recording::Tare;
+use crate::recording::{GroupPattern, Tare};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope column map";
@@ -49,6 +49,8 @@ pub(super) struct MapFile {
     average_bursts_secs: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     gap_secs: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    group: Option<GroupPattern>,
 }
 
 impl From<ColumnMap> for MapFile {
@@ -63,6 +65,7 @@ impl From<ColumnMap> for MapFile {
             tare: map.tare,
             average_bursts_secs: map.average_bursts_secs,
             gap_secs: map.gap_secs,
+            group: map.group,
         }
     }
 }
@@ -79,6 +82,7 @@ impl TryFrom<MapFile> for ColumnMap {
             tare: file.tare,
             average_bursts_secs: file.average_bursts_secs,
             gap_secs: file.gap_secs,
+            group: file.group,
         };
         map.check()?;
         Ok(map)
@@ -300,6 +304,7 @@ mod tests {
             tare: Some(Tare::Interval(0.0, 1.5)),
             average_bursts_secs: Some(0.001),
             gap_secs: Some(2.25),
+            group: Some("{folder}".parse().unwrap()),
         }
     }
 
@@ -339,6 +344,7 @@ mod tests {
             ("0.1", "-0.1", "join.limit_secs is -0.1"),
             ("0.001", "-1", "average_bursts_secs is -1"),
             ("2.25", "0", "gap_secs is 0"),
+            ("{folder}", "{folder", "the group is \"{folder\""),
             ("states.csv", "", "the reference's file is \"\""),
             ("states.csv", "..", "the reference's file is \"..\""),
             (

@@ -16,7 +16,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::formats::text::TextLayout;
-use crate::recording::Tare;
+use crate::recording::{GroupPattern, Tare};
 pub(crate) use error::{MapError, MapFileError};
 pub(crate) use header::{Header, KeyError};
 pub use role::ColumnRole;
@@ -34,6 +34,7 @@ pub(crate) use weight::{Angles, Attitude, Mount, WeightMap};
 /// | `tare` | the gauges' mean over a interval is taken off: `"auto"`, or `{ "stretch": [from, to] }` in seconds |
 /// | `average_bursts_secs` | successive gauge samples no further apart than this become one, their mean; `None` leaves them |
 /// | `gap_secs` | a pause longer than this ends a recording; `None` goes by the median step |
+/// | `group` | what the recordings' group is called, as [`GroupPattern`] says; `None` goes by names, folders and files |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "file::MapFile", try_from = "file::MapFile")]
 pub struct ColumnMap {
@@ -52,6 +53,8 @@ pub struct ColumnMap {
     /// A longer step in time (s) ends a recording; by default one of 20 median steps, and no less than 0.2 s. Where rows
     /// come in bursts, it is 2 s, and that is told.
     pub gap_secs: Option<f64>,
+    /// What the recordings' group is called; by default that is found when they are loaded.
+    pub group: Option<GroupPattern>,
 }
 
 /// One file as a table.

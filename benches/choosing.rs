@@ -1,0 +1,441 @@
+//! Does the search for the best model choose well? Sensors that nothing was tuned for, and what the proposal's error on unseen
+//! recordings is beside the best of all candidates.
+//!
+//! `cargo bench --bench choosing` prints the table of the guide; a number after `--` makes other sensors of the same kinds.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::Duration;
+
+use loopscope::analysis::{Search, find_best};
+use loopscope::calibration::FitSettings;
+use loopscope::progress::Progress;
+use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+/// A generator of numbers, the same on every machine: xorshift64*.
+struct Numbers(u64);
+
+impl Numbers {
+    fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    /// Between 0 and 1.
+    fn share(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.share()
+    }
+
+    /// Normally distributed, of variance one.
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.share().max(1e-300).ln()).sqrt();
+        radius * (TAU * self.share()).cos()
+    }
+}
+
+/// What a gauge does to its strain.
+#[derive(Clone, Copy)]
+enum Past {
+    None,
+    /// Half-width of the loop, strain of the turnover.
+    BoucWen(f64, f64),
+    /// Weights of elements that slip at rising strains.
+    Slip(f64),
+    /// Share, time constants (s).
+    Creep(f64, [f64; 2]),
+    /// First-order delay (s).
+    Delay(f64),
+}
+
+/// How the load moves.
+#[derive(Clone, Copy)]
+enum Motion {
+    /// Sums of slow sines.
+    Smooth,
+    /// Steps and holds.
+    Stairs,
+    /// From zero up and back, again and again, never below zero.
+    Presses,
+}
+
+struct Sensor {
+    name: &'static str,
+    n_gauges: usize,
+    axes: &'static [Axis],
+    pasts: &'static [Past],
+    square: f64,
+    noise: f64,
+    motion: Motion,
+    n_train: usize,
+    secs: f64,
+}
+
+const FORCES: &[Axis] = &[Axis::Fx, Axis::Fy, Axis::Fz];
+const ONE: &[Axis] = &[Axis::Fz];
+const WRENCH: &[Axis] = &[Axis::Fx, Axis::Fy, Axis::Fz, Axis::Mx, Axis::My, Axis::Mz];
+
+/// Samples a second.
+const RATE: f64 = 25.0;
+
+const PLAIN: Sensor = Sensor {
+    name: "",
+    n_gauges: 6,
+    axes: FORCES,
+    pasts: &[Past::None],
+    square: 0.0,
+    noise: 0.002,
+    motion: Motion::Smooth,
+    n_train: 8,
+    secs: 60.0,
+};
+
+const SENSORS: &[Sensor] = &[
+    Sensor {
+        name: "linear, no past",
+        ..PLAIN
+    },
+    Sensor {
+        name: "linear, six axes, much noise",
+        axes: WRENCH,
+        noise: 0.03,
+        ..PLAIN
+    },
+    Sensor {
+        name: "nonlinear, no past",
+        square: 0.1,
+        ..PLAIN
+    },
+    Sensor {
+        name: "Bouc-Wen",
+        pasts: &[Past::BoucWen(0.15, 0.3)],
+        ..PLAIN
+    },
+    Sensor {
+        name: "Bouc-Wen, three recordings",
+        pasts: &[Past::BoucWen(0.1, 0.2)],
+        n_train: 3,
+        ..PLAIN
+    },
+    Sensor {
+        name: "Bouc-Wen, six axes, noise",
+        pasts: &[Past::BoucWen(0.08, 0.3)],
+        axes: WRENCH,
+        n_gauges: 8,
+        noise: 0.01,
+        ..PLAIN
+    },
+    Sensor {
+        name: "Maxwell slip, stairs",
+        pasts: &[Past::Slip(0.06)],
+        motion: Motion::Stairs,
+        ..PLAIN
+    },
+    Sensor {
+        name: "slip elements, one recording",
+        pasts: &[Past::Slip(0.05)],
+        n_gauges: 2,
+        axes: ONE,
+        n_train: 1,
+        secs: 300.0,
+        ..PLAIN
+    },
+    Sensor {
+        name: "creep, stairs",
+        pasts: &[Past::Creep(0.12, [3.0, 25.0])],
+        motion: Motion::Stairs,
+        ..PLAIN
+    },
+    Sensor {
+        name: "Bouc-Wen, creep, nonlinear",
+        pasts: &[Past::BoucWen(0.12, 0.3), Past::Creep(0.08, [2.0, 15.0])],
+        square: 0.06,
+        ..PLAIN
+    },
+    Sensor {
+        name: "presses, one-sided, slip",
+        pasts: &[Past::Slip(0.08)],
+        n_gauges: 3,
+        axes: ONE,
+        motion: Motion::Presses,
+        noise: 0.01,
+        n_train: 20,
+        secs: 12.0,
+        ..PLAIN
+    },
+    Sensor {
+        name: "soft skin, 12 gauges, presses",
+        pasts: &[Past::Slip(0.05), Past::Creep(0.2, [1.0, 8.0])],
+        square: 0.3,
+        n_gauges: 12,
+        axes: ONE,
+        motion: Motion::Presses,
+        noise: 0.02,
+        n_train: 12,
+        secs: 20.0,
+        ..PLAIN
+    },
+    Sensor {
+        name: "slow gauges",
+        pasts: &[Past::Delay(0.15)],
+        ..PLAIN
+    },
+];
+
+/// The state of one gauge's past.
+struct Memory {
+    past: Past,
+    before: f64,
+    states: [f64; 4],
+}
+
+impl Memory {
+    fn step(&mut self, strain: f64) -> f64 {
+        let step = strain - self.before;
+        self.before = strain;
+        let states = &mut self.states;
+        match self.past {
+            Past::None => 0.0,
+            Past::BoucWen(half_width, turnover) => {
+                let z = states[0];
+                let change = step - 0.5 * (step.abs() * z + step * z.abs());
+                states[0] = (z + change / turnover).clamp(-1.0, 1.0);
+                -half_width * states[0]
+            }
+            Past::Slip(weight) => {
+                for (at, state) in states.iter_mut().enumerate() {
+                    let limit = 0.05 * 2f64.powi(at as i32);
+                    *state = (*state + step).clamp(-limit, limit);
+                }
+                -weight * states.iter().sum::<f64>()
+            }
+            Past::Creep(share, taus) => {
+                for (state, tau) in states.iter_mut().zip(taus) {
+                    *state += (strain - *state) * (1.0 - (-1.0 / (RATE * tau)).exp());
+                }
+                share * 0.5 * (states[0] + states[1])
+            }
+            Past::Delay(tau) => {
+                states[0] += (strain - states[0]) * (1.0 - (-1.0 / (RATE * tau)).exp());
+                states[0] - strain
+            }
+        }
+    }
+}
+
+/// The load of one axis over time, within ±1 or 0 to 1.
+fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
+    match kind {
+        Motion::Smooth => {
+            let sines: Vec<[f64; 3]> = (0..4)
+                .map(|_| {
+                    [
+                        numbers.between(0.02, 0.4),
+                        numbers.between(0.0, TAU),
+                        numbers.between(0.1, 0.4),
+                    ]
+                })
+                .collect();
+            let at = |k| {
+                let of_sine =
+                    |[f, phase, size]: &[f64; 3]| size * (TAU * f * k as f64 / RATE + phase).sin();
+                sines.iter().map(of_sine).sum()
+            };
+            (0..n).map(at).collect()
+        }
+        Motion::Stairs => {
+            let (mut now, mut target, mut hold) = (0.0_f64, 0.0_f64, 0.0);
+            let mut one = || {
+                if hold <= 0.0 {
+                    target = numbers.between(-1.0, 1.0);
+                    hold = numbers.between(1.0, 6.0);
+                }
+                hold -= 1.0 / RATE;
+                now += (target - now).clamp(-2.0 / RATE, 2.0 / RATE);
+                now
+            };
+            (0..n).map(|_| one()).collect()
+        }
+        Motion::Presses => {
+            let mut loads = Vec::with_capacity(n);
+            while loads.len() < n {
+                let (peak, secs) = (numbers.between(0.2, 1.0), numbers.between(1.5, 4.0));
+                let steps = (secs * RATE) as usize;
+                loads
+                    .extend((0..steps).map(|k| peak * (0.5 * TAU * k as f64 / steps as f64).sin()));
+                loads.extend(std::iter::repeat_n(0.0, (0.5 * RATE) as usize));
+            }
+            loads.truncate(n);
+            loads
+        }
+    }
+}
+
+/// One recording, what was applied before it begun included in the gauges' past.
+fn recording(
+    sensor: &Sensor,
+    compliance: &[f64],
+    name: String,
+    numbers: &mut Numbers,
+) -> Recording {
+    let (g, q) = (sensor.n_gauges, sensor.axes.len());
+    let before = (5.0 * RATE) as usize;
+    let n = (sensor.secs * RATE) as usize;
+    let sizes: Vec<f64> = sensor
+        .axes
+        .iter()
+        .map(|axis| if axis.unit() == "N" { 20.0 } else { 0.8 })
+        .collect();
+    let moved: Vec<Vec<f64>> = (0..q)
+        .map(|_| motion(sensor.motion, before + n, numbers))
+        .collect();
+    let mut memories: Vec<Vec<Memory>> = (0..g)
+        .map(|_| {
+            sensor
+                .pasts
+                .iter()
+                .map(|past| Memory {
+                    past: *past,
+                    before: 0.0,
+                    states: [0.0; 4],
+                })
+                .collect()
+        })
+        .collect();
+    let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+    for k in 0..before + n {
+        for (gauge, memories) in memories.iter_mut().enumerate() {
+            let strain: f64 = (0..q)
+                .map(|axis| compliance[gauge * q + axis] * moved[axis][k])
+                .sum();
+            let past: f64 = memories.iter_mut().map(|memory| memory.step(strain)).sum();
+            let reads =
+                strain + sensor.square * strain * strain + past + sensor.noise * numbers.normal();
+            if k >= before {
+                gauges.push(0.3 + reads);
+            }
+        }
+        if k >= before {
+            loads.extend((0..q).map(|axis| sizes[axis] * moved[axis][k]));
+        }
+    }
+    let times = (0..n).map(|k| k as f64 / RATE).collect();
+    let names = (1..=g).map(|at| format!("S{at}")).collect();
+    Recording::new(
+        name,
+        Source::Simulated,
+        times,
+        names,
+        gauges,
+        sensor.axes.to_vec(),
+        loads,
+    )
+    .expect("the parts belong together")
+}
+
+fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
+    let mut numbers = Numbers::new(seed);
+    let compliance: Vec<f64> = (0..sensor.n_gauges * sensor.axes.len())
+        .map(|at| {
+            let own = at / sensor.axes.len() % sensor.axes.len() == at % sensor.axes.len();
+            numbers.between(-0.3, 0.3) + if own { 1.0 } else { 0.0 }
+        })
+        .collect();
+    let mut set = RecordingSet::default();
+    for (role, count) in [
+        (Role::Train, sensor.n_train),
+        (Role::Test, sensor.n_train.max(4)),
+    ] {
+        for at in 0..count {
+            let name = format!("{role:?} {at}");
+            let made = recording(sensor, &compliance, name, &mut numbers);
+            set.push(Entry::new(made, role))
+                .expect("all have the same columns");
+        }
+    }
+    set
+}
+
+/// The root of the mean over the axes of squared errors, relative to the conventional calibration's.
+fn relative(rmse: &[f64], conventional: &[f64]) -> f64 {
+    let ratios = rmse
+        .iter()
+        .zip(conventional)
+        .map(|(own, other)| (own / other).powi(2));
+    (ratios.sum::<f64>() / rmse.len() as f64).sqrt()
+}
+
+fn main() {
+    let seed = std::env::args()
+        .find_map(|word| word.parse().ok())
+        .unwrap_or(1);
+    println!(
+        "| sensor | proposed | its error (left out) | its error (test) | best on the test | its error | above it |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    let (mut n_near, mut worst) = (0, 0.0_f64);
+    for (at, sensor) in SENSORS.iter().enumerate() {
+        let search = Search {
+            recordings: Arc::new(recordings(sensor, seed * 1000 + at as u64)),
+            settings: FitSettings::default(),
+            time_limit: Duration::from_secs(600),
+        };
+        let best = find_best(&search, &Progress::default(), &|_| {}).expect("all can be fitted");
+        let test = |at: usize| {
+            best.tried[at]
+                .test_rmse
+                .as_deref()
+                .expect("there are test recordings")
+        };
+        let errors: Vec<f64> = (0..best.tried.len())
+            .map(|at| relative(test(at), test(0)))
+            .collect();
+        let least = (0..errors.len())
+            .min_by(|a, b| errors[*a].total_cmp(&errors[*b]))
+            .expect("some");
+        let chosen = best
+            .tried
+            .iter()
+            .position(|tried| tried.is_proposed)
+            .expect("one is");
+        let above = errors[chosen] / errors[least] - 1.0;
+        n_near += usize::from(above <= 0.05);
+        worst = worst.max(errors[chosen]);
+        println!(
+            "| {} | {} | {:.3} | {:.3} | {} | {:.3} | {:+.1} % |",
+            sensor.name,
+            best.tried[chosen].name,
+            best.tried[chosen].relative,
+            errors[chosen],
+            best.tried[least].name,
+            errors[least],
+            100.0 * above
+        );
+        if std::env::var_os("ALL_CANDIDATES").is_some() {
+            for (tried, error) in best.tried.iter().zip(&errors) {
+                eprintln!(
+                    "    {:36} cv {:.3} ± {:.3} test {:.3} {:6.2} s {} {}",
+                    tried.name,
+                    tried.relative,
+                    tried.spread,
+                    error,
+                    tried.seconds,
+                    if tried.is_good { "=" } else { " " },
+                    tried.blocks
+                );
+            }
+            for (name, why) in &best.failed {
+                eprintln!("    {name}: {why}");
+            }
+        }
+    }
+    println!(
+        "\n{n_near} of {} within 5 % of the best; the worst proposal has {worst:.3} of the conventional error",
+        SENSORS.len()
+    );
+}

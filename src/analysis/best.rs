@@ -1,0 +1,775 @@
+//! Finding the model to calibrate with: sensible candidates in the order of their cost, each scored by nested
+//! cross-validation, and the simplest that is within one standard error of the best.
+//!
+//! Guarantees: for each fold everything is done again without it, as it would be if its recordings had never been made: the
+//! conventional calibration, thresholds, the values of blocks, ridge, what learns. Recordings in the test role take no part.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::analysis::study::Study;
+use crate::analysis::{AnalysisError, Datasets, Request, train_unscored};
+use crate::calibration::{
+    Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
+};
+use crate::evaluation::cross_validation::are_left_out_whole;
+use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
+use crate::export::bytes_in_float;
+use crate::features::{
+    BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
+};
+use crate::progress::Progress;
+use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::report::{Cell, Column, Table};
+
+/// More folds than this are put together: each costs a whole search.
+const MAX_FOLDS: usize = 5;
+/// How much wider one standard error is that is known from 2, 3, 4, 5 folds only: Student's t at the share that lies within one
+/// standard deviation of a normal distribution.
+const OF_FOLDS: [f64; MAX_FOLDS - 1] = [1.837, 1.321, 1.197, 1.142];
+/// With fewer groups than can be left out, each recording is cut into so many.
+const SEGMENTS: usize = 4;
+/// Values of F_th and of t_th that are tried.
+const GRID: usize = 12;
+/// More training samples than this are thinned out while models are compared.
+const ENOUGH_SAMPLES: usize = 60_000;
+/// Epochs of a network while models are compared.
+const EPOCHS: usize = 60;
+/// The degree of a polynomial.
+const DEGREE: f64 = 2.0;
+/// Steps of an estimator that are timed.
+const TIMED_STEPS: usize = 2_000;
+
+/// A way to calibrate, its numbers still open: they are chosen from the training recordings.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe {
+    /// What people call it.
+    pub name: &'static str,
+    /// Whether there is a look-back.
+    look_back: bool,
+    /// Other blocks.
+    blocks: &'static [&'static dyn Block],
+    regressor: Regressor,
+}
+
+const fn linear(
+    name: &'static str,
+    look_back: bool,
+    blocks: &'static [&'static dyn Block],
+) -> Recipe {
+    Recipe {
+        name,
+        look_back,
+        blocks,
+        regressor: Regressor::Linear,
+    }
+}
+
+const fn learned(
+    name: &'static str,
+    blocks: &'static [&'static dyn Block],
+    regressor: Regressor,
+) -> Recipe {
+    Recipe {
+        name,
+        look_back: false,
+        blocks,
+        regressor,
+    }
+}
+
+/// What is tried, cheap ones first.
+pub const RECIPES: &[Recipe] = &[
+    linear("Conventional", false, &[]),
+    linear("Polynomial", false, &[&Polynomial]),
+    linear("Look-back", true, &[]),
+    linear("Lag", false, &[&FixedLag]),
+    linear("Creep", false, &[&Creep]),
+    linear("Play", false, &[&Play]),
+    linear("Look-back + polynomial", true, &[&Polynomial]),
+    linear("Creep + polynomial", false, &[&Creep, &Polynomial]),
+    linear("Play + polynomial", false, &[&Play, &Polynomial]),
+    linear("Play + creep", false, &[&Play, &Creep]),
+    linear(
+        "Play + creep + polynomial",
+        false,
+        &[&Play, &Creep, &Polynomial],
+    ),
+    linear("Everything", true, &[&FixedLag, &Creep, &Play, &Polynomial]),
+    learned("Linear + kernel", &[], Regressor::HybridKernel),
+    learned("Linear + kernel on play", &[&Play], Regressor::HybridKernel),
+    learned(
+        "Linear + kernel on play and creep",
+        &[&Play, &Creep],
+        Regressor::HybridKernel,
+    ),
+    learned(
+        "Linear + network on play and creep",
+        &[&Play, &Creep],
+        Regressor::HybridNetwork,
+    ),
+];
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Search {
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// Offset, full scales, what F_th is measured in: what all candidates have in common.
+    pub settings: FitSettings,
+    /// No candidate is begun after so long.
+    pub time_limit: Duration,
+}
+
+/// A candidate that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tried {
+    /// What it is.
+    pub name: &'static str,
+    /// Its settings, with the numbers that all training recordings ask for.
+    #[serde(skip)]
+    pub settings: FitSettings,
+    /// The blocks in words; empty without any.
+    pub blocks: String,
+    /// How the load is made of them.
+    pub regressor: Regressor,
+    /// The axes, in the order of the errors.
+    pub axes: Vec<Axis>,
+    /// RMSE per axis over all folds.
+    pub cv_rmse: Vec<f64>,
+    /// The root of its mean squared error, each axis relative to the conventional calibration: 1 is no better.
+    pub relative: f64,
+    /// The standard error of its mean squared error's difference to the conventional one, over the folds, on the same
+    /// scale.
+    pub spread: f64,
+    /// RMSE per axis on recordings in the test role; they have no say in the choice.
+    pub test_rmse: Option<Vec<f64>>,
+    /// What it costs where it runs.
+    pub cost: Cost,
+    /// How long it took to try (s).
+    pub seconds: f64,
+    /// Whether it is within one standard error of the best.
+    pub is_good: bool,
+    /// Whether it is proposed: the first of the good ones.
+    pub is_proposed: bool,
+    /// Squared errors, `n_folds × n_axes`.
+    #[serde(skip)]
+    squares: Vec<f64>,
+}
+
+/// What a calibration costs where it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// Numbers that it consists of.
+    pub coefficients: usize,
+    /// Bytes of an export in single precision, its numbers and its state, at the rate of the recordings.
+    pub bytes: usize,
+    /// Time of a sample on this machine (µs).
+    pub micros_a_sample: f64,
+}
+
+/// How a search came out, or how far it is.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Best {
+    /// What was tried, in the order of cost.
+    pub tried: Vec<Tried>,
+    /// What could not be tried, and why.
+    pub failed: Vec<(&'static str, String)>,
+    /// How many candidates the time did not allow.
+    pub n_left: usize,
+    /// How many folds were left out in turn.
+    pub n_folds: usize,
+    /// What a fold is, in words.
+    pub folds: String,
+    /// Of each recording every so many-th sample was used.
+    pub decimation: usize,
+}
+
+impl Best {
+    /// What is proposed; `None` while nothing is tried.
+    pub fn proposed(&self) -> Option<&Tried> {
+        self.tried.iter().find(|tried| tried.is_proposed)
+    }
+
+    /// Takes one more, and says anew which are good.
+    fn push(&mut self, tried: Tried, fold_samples: &[u64]) {
+        self.tried.push(tried);
+        let conventional = &self.tried[0];
+        let n: u64 = fold_samples.iter().sum();
+        let weights = weights(&conventional.cv_rmse);
+        let in_all = |squares: &[f64]| weighted(squares, &weights) / n.max(1) as f64;
+        let reference = conventional.squares.clone();
+        for own in &mut self.tried {
+            // Where nothing has an error there is nothing to be better at.
+            let says_nothing = weights.iter().all(|weight| *weight == 0.0);
+            own.relative = if says_nothing {
+                1.0
+            } else {
+                in_all(&own.squares).sqrt()
+            };
+            let against = paired(&own.squares, &reference, fold_samples, &weights);
+            own.spread = against.map_or(0.0, |found| found.standard_error);
+        }
+        let by_error = |a: &&Tried, b: &&Tried| a.relative.total_cmp(&b.relative);
+        let best = self
+            .tried
+            .iter()
+            .min_by(by_error)
+            .map(|best| best.squares.clone());
+        let best = best.unwrap_or_default();
+        let few = OF_FOLDS[fold_samples.len().clamp(2, MAX_FOLDS) - 2];
+        for own in &mut self.tried {
+            own.is_good = paired(&own.squares, &best, fold_samples, &weights)
+                .is_none_or(|found| found.difference <= few * found.standard_error);
+        }
+        let first = self.tried.iter().position(|own| own.is_good);
+        for (at, own) in self.tried.iter_mut().enumerate() {
+            own.is_proposed = Some(at) == first;
+        }
+    }
+}
+
+/// One row per candidate: its error per axis on these samples, what it costs, and whether it is good.
+pub fn best_table(best: &Best, set: ScoreSet) -> Table {
+    let axes = best.tried.first().map_or(&[][..], |tried| &tried.axes);
+    let folds = match set {
+        ScoreSet::Test => String::new(),
+        _ => format!("; {}", best.folds),
+    };
+    let mut columns = vec![Column::words("")];
+    columns.extend(["model", "features"].map(Column::words));
+    columns.extend(axes.iter().map(|axis| Column::load(*axis)));
+    columns.extend(
+        [
+            "of conventional",
+            "±",
+            "numbers",
+            "bytes",
+            "µs a sample",
+            "s",
+        ]
+        .map(Column::numbers),
+    );
+    let cells = |own: &Tried| {
+        let mark = match (own.is_proposed, own.is_good) {
+            (true, _) => "→",
+            (false, true) => "=",
+            (false, false) => "",
+        };
+        let mut cells = [mark, own.name, &own.blocks].map(Cell::words).to_vec();
+        let rmse = match set {
+            ScoreSet::Test => own.test_rmse.as_ref(),
+            _ => Some(&own.cv_rmse),
+        };
+        cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
+        let (relative, spread) = match set {
+            ScoreSet::Test => (test_relative(own, &best.tried[0]), None),
+            _ => (Some(own.relative), Some(own.spread)),
+        };
+        cells.push(Cell::digits(relative, 3));
+        cells.push(Cell::digits(spread, 2));
+        cells.push(Cell::number(
+            own.cost.coefficients as f64,
+            own.cost.coefficients.to_string(),
+        ));
+        cells.push(Cell::number(
+            own.cost.bytes as f64,
+            own.cost.bytes.to_string(),
+        ));
+        cells.push(Cell::digits(Some(own.cost.micros_a_sample), 2));
+        cells.push(Cell::digits(Some(own.seconds), 2));
+        cells
+    };
+    Table {
+        title: format!("RMSE, {}{folds}", set.label()),
+        rows: best.tried.iter().map(cells).collect(),
+        columns,
+        note: "→ proposed: the first within one standard error of the best; = within it, too"
+            .to_owned(),
+    }
+}
+
+/// The error on the test relative to that of the conventional calibration, each axis counting alike.
+fn test_relative(own: &Tried, conventional: &Tried) -> Option<f64> {
+    let [own, conventional] = [own, conventional].map(|tried| tried.test_rmse.as_ref());
+    let weights = weights(conventional?);
+    let squares: Vec<f64> = own?.iter().map(|rmse| rmse * rmse).collect();
+    Some(weighted(&squares, &weights).sqrt())
+}
+
+/// What makes each axis count alike: one over the conventional calibration's mean square.
+fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
+    let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
+    let counts = |rmse: &f64| *rmse > 1e-9 * largest;
+    let n = conventional_rmse.iter().filter(|rmse| counts(rmse)).count();
+    let weight = |rmse: &f64| match counts(rmse) {
+        true => 1.0 / (rmse * rmse * n as f64),
+        false => 0.0,
+    };
+    conventional_rmse.iter().map(weight).collect()
+}
+
+fn weighted(squares: &[f64], weights: &[f64]) -> f64 {
+    let weights = weights.iter().cycle();
+    squares
+        .iter()
+        .zip(weights)
+        .map(|(square, w)| w * square)
+        .sum()
+}
+
+/// Tries the candidates, and shows what is known after each.
+///
+/// # Errors
+/// [`AnalysisError`] where there is nothing to calibrate, or somebody asked to stop.
+pub fn find_best(
+    search: &Search,
+    progress: &Progress,
+    show: &(dyn Fn(&Best) + Sync),
+) -> Result<Best, AnalysisError> {
+    let start = Instant::now();
+    search.settings.validate()?;
+    let (folds, what) = folds(&search.recordings)?;
+    let n_samples = |set: &RecordingSet, role| -> usize {
+        let own = set.entries().iter().filter(|entry| entry.role == role);
+        own.map(|entry| entry.recording.n_samples()).sum()
+    };
+    let n_train = n_samples(&search.recordings, Role::Train);
+    let asked = search.settings.decimation;
+    let thinned = asked.max(n_train.div_ceil(ENOUGH_SAMPLES));
+    let common = FitSettings {
+        features: FeatureSettings {
+            distance: search.settings.features.distance,
+            ..FeatureSettings::present()
+        },
+        regressor: Regressor::Linear,
+        ridge: RidgeChoice::ByBlock,
+        decimation: thinned,
+        ..search.settings.clone()
+    };
+    let mut best = Best {
+        n_folds: folds.len(),
+        folds: what,
+        decimation: thinned,
+        ..Best::default()
+    };
+    progress.add_total((RECIPES.len() * (folds.len() + 1)) as u64);
+    let mut whole = Side::new(Arc::clone(&search.recordings), &common);
+    let mut folds: Vec<Side> = (folds.into_iter())
+        .map(|set| Side::new(Arc::new(set), &common))
+        .collect();
+    for (at, recipe) in RECIPES.iter().enumerate() {
+        progress.check()?;
+        if at > 0 && start.elapsed() > search.time_limit {
+            best.n_left = RECIPES.len() - at;
+            break;
+        }
+        let since = Instant::now();
+        match try_one(recipe, asked, &mut whole, &mut folds, progress) {
+            Ok((tried, fold_samples)) => {
+                let seconds = since.elapsed().as_secs_f64();
+                let is_same = |own: &Tried| own.settings == tried.settings;
+                // What is left of it once nothing useless is in it may have been tried before.
+                if !best.tried.iter().any(is_same) {
+                    best.push(Tried { seconds, ..tried }, &fold_samples);
+                }
+            }
+            Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            // Nothing can be compared without the first.
+            Err(error) if at == 0 => return Err(error),
+            Err(error) => best.failed.push((recipe.name, error.to_string())),
+        }
+        show(&best);
+    }
+    Ok(best)
+}
+
+fn try_one(
+    recipe: &Recipe,
+    decimation: usize,
+    whole: &mut Side,
+    folds: &mut [Side],
+    progress: &Progress,
+) -> Result<(Tried, Vec<u64>), AnalysisError> {
+    let run = |side: &mut Side| {
+        let settings = side.settle(recipe, progress)?;
+        let calibration = side.fit(settings.clone(), progress)?;
+        progress.advance(1);
+        Ok::<_, AnalysisError>((settings, calibration))
+    };
+    let fitted: Vec<(FitSettings, Calibration)> =
+        folds.par_iter_mut().map(run).collect::<Result<_, _>>()?;
+    let n_axes = fitted[0].1.axes.len();
+    let mut squares = Vec::new();
+    let mut fold_samples = Vec::new();
+    for (_, calibration) in &fitted {
+        let Quality {
+            n_test,
+            compensated,
+            ..
+        } = &calibration.quality;
+        let rmse = compensated.test_rmse.as_ref();
+        let rmse = rmse.ok_or(AnalysisError::NoTraining)?;
+        squares.extend(rmse.iter().map(|rmse| rmse * rmse * *n_test as f64));
+        fold_samples.push(*n_test);
+    }
+    let (mut settings, calibration) = run(whole)?;
+    settings.decimation = decimation;
+    leave_away(&mut settings.features, &calibration);
+    let n: u64 = fold_samples.iter().sum();
+    let cv_rmse = (0..n_axes).map(|axis| {
+        let own: f64 = squares.iter().skip(axis).step_by(n_axes).sum();
+        (own / n.max(1) as f64).sqrt()
+    });
+    let tried = Tried {
+        name: recipe.name,
+        blocks: settings.features.describe(),
+        regressor: recipe.regressor,
+        settings,
+        axes: calibration.axes.clone(),
+        cv_rmse: cv_rmse.collect(),
+        relative: 1.0,
+        spread: 0.0,
+        test_rmse: calibration.quality.compensated.test_rmse.clone(),
+        cost: cost(&calibration, &whole.recordings),
+        seconds: 0.0,
+        is_good: false,
+        is_proposed: false,
+        squares,
+    };
+    Ok((tried, fold_samples))
+}
+
+/// Takes out the blocks that help no axis.
+fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
+    let helps = |block: &str| {
+        let own = calibration
+            .quality
+            .ridge_by_block
+            .iter()
+            .find(|own| own.block == block);
+        own.is_none_or(|own| own.strengths.iter().any(Option::is_some))
+    };
+    let alone = |look_backs: &[Thresholds], blocks: Blocks| FeatureSettings {
+        look_backs: look_backs.to_vec(),
+        blocks,
+        ..features.clone()
+    };
+    let mut kept = alone(&[], Blocks::default());
+    if helps(&alone(&features.look_backs, Blocks::default()).describe()) {
+        kept.look_backs.clone_from(&features.look_backs);
+    }
+    for (block, values) in features.blocks.used() {
+        let own = Blocks::default().with(block, values);
+        if helps(&alone(&[], own).describe()) {
+            kept.blocks.set(block, values.to_vec());
+        }
+    }
+    *features = kept;
+}
+
+/// Recordings to calibrate on and to score, with what was chosen from the former.
+struct Side {
+    recordings: Arc<RecordingSet>,
+    settings: FitSettings,
+    datasets: Datasets,
+    /// What the thresholds of a look-back are to be.
+    look_back: Option<FeatureSettings>,
+    /// The values of blocks that were looked for.
+    values: Vec<(&'static dyn Block, Vec<f64>)>,
+}
+
+impl Side {
+    fn new(recordings: Arc<RecordingSet>, settings: &FitSettings) -> Self {
+        Self {
+            recordings,
+            settings: settings.clone(),
+            datasets: Datasets::default(),
+            look_back: None,
+            values: Vec::new(),
+        }
+    }
+
+    /// The settings of a recipe with the numbers that the training recordings ask for.
+    fn settle(
+        &mut self,
+        recipe: &Recipe,
+        progress: &Progress,
+    ) -> Result<FitSettings, AnalysisError> {
+        let mut features = match recipe.look_back {
+            true => self.thresholds(progress)?,
+            false => self.settings.features.clone(),
+        };
+        for &block in BLOCKS {
+            if recipe.blocks.contains(&block) {
+                features.blocks.set(block, self.values(block, progress)?);
+            }
+        }
+        let n_gauges = self.recordings.layout().gauge_names.len();
+        features
+            .check_columns(n_gauges)
+            .map_err(SettingsError::from)?;
+        let mut settings = FitSettings {
+            features,
+            regressor: recipe.regressor,
+            ..self.settings.clone()
+        };
+        settings.network.epochs = settings.network.epochs.min(EPOCHS);
+        Ok(settings)
+    }
+
+    /// A look-back with the thresholds of the lowest left-out error.
+    fn thresholds(&mut self, progress: &Progress) -> Result<FeatureSettings, AnalysisError> {
+        if self.look_back.is_none() {
+            let study = self.study(progress)?;
+            let grid = ThresholdGrid::covering(study.largest_distance(), GRID, GRID)?;
+            let map = study.threshold_map(&grid, &progress.part(), &|_| {})?;
+            let suggestion = map.suggestion(Measure::FullScale)?;
+            self.look_back = Some(FeatureSettings {
+                look_backs: vec![suggestion.thresholds],
+                ..self.settings.features.clone()
+            });
+        }
+        Ok(self.look_back.clone().unwrap_or_default())
+    }
+
+    /// The list of a block; its default where no list helps by itself.
+    fn values(
+        &mut self,
+        block: &'static dyn Block,
+        progress: &Progress,
+    ) -> Result<Vec<f64>, AnalysisError> {
+        if block.search().is_none() {
+            return Ok(vec![DEGREE]);
+        }
+        if let Some((_, values)) = self.values.iter().find(|(own, _)| *own == block) {
+            return Ok(values.clone());
+        }
+        let study = self.study(progress)?;
+        let found = study.suggest_block(block, Measure::FullScale, &progress.part())?;
+        let values = match found.values.is_empty() {
+            true => block.setting().default.to_vec(),
+            false => found.values,
+        };
+        self.values.push((block, values.clone()));
+        Ok(values)
+    }
+
+    fn study(&self, progress: &Progress) -> Result<Study, AnalysisError> {
+        let settings = FitSettings {
+            ridge: RidgeChoice::Auto,
+            ..self.settings.clone()
+        };
+        Study::prepare(
+            &self.datasets,
+            Arc::clone(&self.recordings),
+            settings,
+            progress,
+        )
+    }
+
+    fn fit(
+        &self,
+        settings: FitSettings,
+        progress: &Progress,
+    ) -> Result<Calibration, AnalysisError> {
+        let request = Request {
+            datasets: self.datasets.clone(),
+            ..Request::fit(Arc::clone(&self.recordings), settings)
+        };
+        train_unscored(&request, &progress.part())
+    }
+}
+
+/// What the calibration costs where it runs.
+fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
+    let design = calibration.design();
+    let coefficients = calibration.n_coefficients();
+    let entry = recordings
+        .entries()
+        .iter()
+        .find(|entry| entry.role == Role::Train);
+    let micros = entry.and_then(|entry| {
+        let recording = &entry.recording;
+        let mut estimator = Estimator::new(calibration, &design).ok()?;
+        let steps = recording.n_samples().min(TIMED_STEPS);
+        let start = Instant::now();
+        for k in 0..steps {
+            estimator
+                .update(recording.times()[k], recording.gauges_at(k))
+                .ok()?;
+        }
+        Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
+    });
+    Cost {
+        coefficients,
+        bytes: bytes_in_float(calibration),
+        micros_a_sample: micros.unwrap_or(f64::NAN),
+    }
+}
+
+/// The training recordings with each fold in the test role in turn, and what a fold is.
+fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
+    let groups = recordings.groups();
+    // Said, so that what is found among fewer recordings is the same.
+    let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
+        .filter(|(_, entry)| entry.role == Role::Train)
+        .map(|(at, entry)| {
+            let group = groups.name_of(at).map(str::to_owned);
+            (
+                Entry {
+                    group,
+                    ..entry.clone()
+                },
+                groups.of[at],
+            )
+        })
+        .collect();
+    if training.is_empty() {
+        return Err(AnalysisError::NoTraining);
+    }
+    let of_training: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
+    let (of_fold, n_folds, what) = if are_left_out_whole(&of_training) {
+        let mut numbers = of_training.clone();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let n_groups = numbers.len();
+        let n_folds = n_groups.min(MAX_FOLDS);
+        let of_fold = training.iter().map(|(entry, group)| {
+            let number = numbers.binary_search(group).unwrap_or_default();
+            (number % n_folds, entry.clone())
+        });
+        let what = match n_groups == n_folds {
+            true => format!("nested, by {}: {n_folds} folds", groups.by),
+            false => format!("nested, by {}: {n_groups} in {n_folds} folds", groups.by),
+        };
+        (of_fold.collect::<Vec<_>>(), n_folds, what)
+    } else {
+        let cut = training.iter().flat_map(|(entry, _)| {
+            let segments = entry.recording.segments(SEGMENTS).into_iter().enumerate();
+            segments.map(|(fold, segment)| {
+                let recording = Arc::new(segment);
+                (
+                    fold,
+                    Entry {
+                        recording,
+                        ..(*entry).clone()
+                    },
+                )
+            })
+        });
+        let what = format!("nested, by {SEGMENTS} segments of each recording: too few recordings");
+        (cut.collect(), SEGMENTS, what)
+    };
+    let without = |fold: usize| -> Result<RecordingSet, AnalysisError> {
+        let mut set = RecordingSet::default();
+        for (own, entry) in &of_fold {
+            let role = match *own == fold {
+                true => Role::Test,
+                false => Role::Train,
+            };
+            set.push(Entry {
+                role,
+                ..entry.clone()
+            })
+            .expect("they were together before");
+        }
+        Ok(set)
+    };
+    let sets = (0..n_folds).map(without).collect::<Result<_, _>>()?;
+    Ok((sets, what))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::simulated;
+
+    fn of_lengths(n: usize) -> RecordingSet {
+        let mut set = RecordingSet::default();
+        for entry in simulated::recordings(1).entries().iter().take(n) {
+            set.push(Entry::new(entry.recording.decimated(20), Role::Train))
+                .unwrap();
+        }
+        let tested = simulated::recordings(1).entries()[89]
+            .recording
+            .decimated(20);
+        set.push(Entry::new(tested, Role::Test)).unwrap();
+        set
+    }
+
+    /// Each training sample is left out once, and is trained on in every other fold; nothing of the test is anywhere.
+    #[test]
+    fn folds_are_made_of_the_training_recordings() {
+        for n in [1, 2, 3, 7] {
+            let set = of_lengths(n);
+            let (folds, _) = folds(&set).unwrap();
+            let samples = |set: &RecordingSet, role| -> usize {
+                let own = set.entries().iter().filter(|entry| entry.role == role);
+                own.map(|entry| entry.recording.n_samples()).sum()
+            };
+            let all = samples(&set, Role::Train);
+            let left_out: usize = folds.iter().map(|fold| samples(fold, Role::Test)).sum();
+            assert_eq!(left_out, all, "{n} recordings");
+            for fold in &folds {
+                let (own, others) = (samples(fold, Role::Test), samples(fold, Role::Train));
+                assert!(own > 0 && own + others == all, "{n} recordings");
+            }
+        }
+        assert!(matches!(
+            folds(&RecordingSet::default()),
+            Err(AnalysisError::NoTraining)
+        ));
+    }
+
+    fn tried(name: &'static str, squares: &[f64]) -> Tried {
+        let sum: f64 = squares.iter().sum();
+        Tried {
+            name,
+            settings: FitSettings::default(),
+            blocks: String::new(),
+            regressor: Regressor::Linear,
+            axes: vec![Axis::Fz],
+            cv_rmse: vec![(sum / 40.0).sqrt()],
+            relative: 0.0,
+            spread: 0.0,
+            test_rmse: None,
+            cost: Cost {
+                coefficients: 1,
+                bytes: 4,
+                micros_a_sample: 1.0,
+            },
+            seconds: 0.0,
+            is_good: false,
+            is_proposed: false,
+            squares: squares.to_vec(),
+        }
+    }
+
+    /// Mean squares 10, 1, 0.9: the last is best, but not by more than the folds disagree.
+    #[test]
+    fn the_first_within_one_standard_error_is_proposed() {
+        let mut best = Best::default();
+        let samples = [10; 4];
+        best.push(tried("conventional", &[100.0; 4]), &samples);
+        assert_eq!(best.proposed().unwrap().name, "conventional");
+        best.push(tried("play", &[12.0, 8.0, 10.0, 10.0]), &samples);
+        assert_eq!(best.proposed().unwrap().name, "play");
+        best.push(tried("everything", &[6.0, 12.0, 9.0, 9.0]), &samples);
+        assert_eq!(best.proposed().unwrap().name, "play");
+        assert!((best.tried[2].relative - 0.09_f64.sqrt()).abs() < 1e-12);
+        best.push(tried("better", &[5.0; 4]), &samples);
+        assert_eq!(best.proposed().unwrap().name, "better");
+        assert!(!best.tried[1].is_good);
+    }
+
+    /// An axis that is always zero has no say.
+    #[test]
+    fn an_axis_without_error_does_not_count() {
+        assert_eq!(weights(&[2.0, 0.0]), [0.25, 0.0]);
+        assert_eq!(weights(&[0.0, 0.0]), [0.0, 0.0]);
+    }
+}

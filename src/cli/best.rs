@@ -1,0 +1,126 @@
+//! `loopscope best`: sensible models in the order of their cost, and the one to take.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::choices::{CommonArgs, RecordingArgs, fit_arguments};
+use super::progress_line::ProgressLine;
+use super::{JobError, named_file, tell};
+use crate::analysis::{Best, Request, Search, best_table, find_best, train};
+use crate::calibration::DECIMATION;
+use crate::evaluation::threshold_study::ScoreSet;
+use crate::export::{check_targets, target_for, with_sources, write_calibration};
+use crate::progress::Progress;
+
+/// Arguments of `best`.
+#[derive(Debug, Args)]
+pub struct BestArgs {
+    #[command(flatten)]
+    recordings: RecordingArgs,
+    /// Begin no further model after so many minutes.
+    #[arg(long, value_name = "MIN", default_value_t = 2.0)]
+    minutes: f64,
+    #[command(flatten)]
+    common: CommonArgs,
+    #[arg(long = DECIMATION.option, help = DECIMATION.help(), value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    decimate: usize,
+    /// Fit the proposed model and write it, may be given several times; the ending says how, as for `fit`.
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
+    export: Vec<PathBuf>,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What scripts read.
+#[derive(Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    best: &'a Best,
+    /// The arguments of `fit` for the proposed model.
+    fit: Option<String>,
+}
+
+pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
+    for path in &args.export {
+        if target_for(path).is_none() {
+            return Err(JobError::Ending { path: path.clone() });
+        }
+    }
+    check_targets(args.recordings.inputs(), &args.export, args.force)?;
+    if !(args.minutes >= 0.0 && args.minutes.is_finite()) {
+        return Err(JobError::Minutes(args.minutes));
+    }
+    let recordings = Arc::new(args.recordings.read()?);
+    let search = Search {
+        settings: args.common.settings(&recordings, args.decimate),
+        recordings: Arc::clone(&recordings),
+        // Far more than anybody waits, and little enough to be added to a time.
+        time_limit: Duration::from_secs_f64((args.minutes * 60.0).min(1e9)),
+    };
+    let progress = Progress::default();
+    let mut line = ProgressLine::default();
+    line.say("looking at the recordings");
+    let line = std::sync::Mutex::new(line);
+    let best = find_best(&search, &progress, &|best| {
+        let newest = best.tried.last().map_or("", |tried| tried.name);
+        let text = format!("{} tried, the newest: {newest}", best.tried.len());
+        if let Ok(mut line) = line.lock() {
+            line.say(&text);
+        }
+    })?;
+    if let Ok(mut line) = line.lock() {
+        line.end();
+    }
+    for (name, why) in &best.failed {
+        tell(&format_args!("{name}: {why}"));
+    }
+    if best.n_left > 0 {
+        tell(&format_args!(
+            "note: {} models were not tried within {} min; give more --minutes",
+            best.n_left, args.minutes
+        ));
+    }
+    let proposed = best.proposed();
+    if let Some(proposed) = proposed.filter(|_| !args.export.is_empty()) {
+        let request = Request::fit(Arc::clone(&recordings), proposed.settings.clone());
+        let calibration = train(&request, &Progress::default(), &mut |_| {})?;
+        if let Some(undetermined) = calibration.undetermined()
+            && !args.force
+        {
+            return Err(JobError::Undetermined { undetermined });
+        }
+        let told = with_sources(&calibration, &recordings);
+        for path in &args.export {
+            write_calibration(&told, path)?;
+        }
+    }
+    let fit = proposed.map(|proposed| fit_arguments(&proposed.settings));
+    let mut out = io::stdout().lock();
+    if args.json {
+        let report = Report { best: &best, fit };
+        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
+        writeln!(out)?;
+        return Ok(());
+    }
+    writeln!(out, "{}", best_table(&best, ScoreSet::LeftOut).text())?;
+    if best.tried.iter().any(|tried| tried.test_rmse.is_some()) {
+        writeln!(out, "{}", best_table(&best, ScoreSet::Test).text())?;
+    }
+    if let (Some(proposed), Some(fit)) = (proposed, fit) {
+        writeln!(
+            out,
+            "Proposed: {}. To fit it: loopscope fit {fit}",
+            proposed.name
+        )?;
+    }
+    Ok(())
+}

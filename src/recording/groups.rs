@@ -1,0 +1,743 @@
+//! Which recordings know each other: those that repeat one programme, one day or one mounting are left out together.
+//!
+//! Guarantees: what somebody set holds; what is found from names, folders and files is used only where at least three
+//! groups come of it and no axis is loaded by one of them alone, else each recording stands for itself, with the reason.
+//! A series of numbers alone (`press_1` … `press_690`) is no group.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+/// Fewer groups than this are not taken from names: what is left to fit would be too little.
+const FEWEST_FOUND: usize = 3;
+/// Without a group every axis must keep this share of its range, else its score would be that of another sensor.
+const KEPT_RANGE: f64 = 0.5;
+
+/// Words whose number or letter names a programme, the likeliest to decide first.
+const PROGRAMMES: [(&str, &str); 8] = [
+    ("path", "path"),
+    ("trajectory", "trajectory"),
+    ("programme", "programme"),
+    ("program", "program"),
+    ("programm", "programme"),
+    ("profile", "profile"),
+    ("sequence", "sequence"),
+    ("pattern", "pattern"),
+];
+/// Words whose number or letter names a day, or how the sensor was mounted.
+const SESSIONS: [(&str, &str); 8] = [
+    ("day", "day"),
+    ("tag", "day"),
+    ("session", "session"),
+    ("mounting", "mounting"),
+    ("mount", "mount"),
+    ("montage", "mounting"),
+    ("setup", "setup"),
+    ("batch", "batch"),
+];
+/// Words whose number counts how often the same was done.
+const REPETITIONS: [&str; 12] = [
+    "run",
+    "rep",
+    "repeat",
+    "repetition",
+    "take",
+    "trial",
+    "try",
+    "attempt",
+    "wiederholung",
+    "wdh",
+    "lauf",
+    "versuch",
+];
+/// Words that say what a recording is for, not what it is.
+const ROLES: [&str; 3] = ["train", "training", "test"];
+
+/// Which recordings are left out together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Groups {
+    /// What a group is, in a word: `path`, `day`, `folder`, `group` where somebody set them, `recording` where each stands
+    /// for itself.
+    pub by: &'static str,
+    /// The group of each recording of the set.
+    pub of: Vec<usize>,
+    /// What the groups are called.
+    names: Vec<String>,
+    /// Groups that are there to see, and why recordings are left out one by one all the same.
+    pub unused: Option<UnusedGroups>,
+    /// A group that somebody set and that alone loads an axis.
+    pub lone: Option<LoneGroup>,
+}
+
+/// A group without which hardly anything loads an axis.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoneGroup {
+    /// What it is called.
+    pub group: String,
+    /// What only it loads.
+    pub axis: Axis,
+}
+
+/// Groups that were found or set and are not used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnusedGroups {
+    /// What a group is, in a word.
+    pub by: &'static str,
+    /// How many there are among the training recordings.
+    pub n: usize,
+    /// The group that alone loads an axis, where there would be enough of them.
+    pub lone: Option<LoneGroup>,
+}
+
+impl Groups {
+    /// What the group of a recording is called; `None` where it stands for itself.
+    pub fn name_of(&self, recording: usize) -> Option<&str> {
+        let group = *self.of.get(recording)?;
+        (self.by != RECORDING).then(|| &*self.names[group])
+    }
+}
+
+/// What is left out where nothing is grouped.
+pub const RECORDING: &str = "recording";
+/// What is left out where somebody set the groups.
+const GROUP: &str = "group";
+
+/// How to call the group of any recording: a text in which `{file}`, `{folder}` and `{recording}` stand for what these are
+/// called, and any other `{word}` for the number or letter after that word in the folder or the name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct GroupPattern(String);
+
+/// Why a text is no [`GroupPattern`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the group is {0:?}; write a name, or one with {{file}}, {{folder}}, {{recording}} or a {{word}} of the names within, as in {{mount}}"
+)]
+pub struct GroupPatternError(String);
+
+impl FromStr for GroupPattern {
+    type Err = GroupPatternError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let pattern = Self(text.trim().to_owned());
+        let mut pieces = pattern.0.split('{');
+        let is_plain = |piece: &str| !piece.contains('}');
+        let is_word = |word: &str| !word.is_empty() && word.chars().all(char::is_alphabetic);
+        let are_whole = pieces.next().is_some_and(is_plain)
+            && pieces.all(|piece| {
+                let ends = piece.split_once('}');
+                ends.is_some_and(|(word, rest)| is_word(word) && is_plain(rest))
+            });
+        match are_whole && !pattern.0.is_empty() {
+            true => Ok(pattern),
+            false => Err(GroupPatternError(text.to_owned())),
+        }
+    }
+}
+
+impl TryFrom<String> for GroupPattern {
+    type Error = GroupPatternError;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse()
+    }
+}
+
+impl From<GroupPattern> for String {
+    fn from(pattern: GroupPattern) -> Self {
+        pattern.0
+    }
+}
+
+impl GroupPattern {
+    /// The group of a recording; `None` where a word of the pattern is not in its name.
+    pub fn group_of(&self, recording: &Recording) -> Option<String> {
+        let path = match recording.source() {
+            Source::File(path) => Some(path.as_path()),
+            Source::Simulated => None,
+        };
+        let last = |path: Option<&Path>| {
+            let name = path.and_then(Path::file_name)?;
+            Some(name.to_string_lossy().into_owned())
+        };
+        let mut pieces = self.0.split('{');
+        let mut group = pieces.next().unwrap_or_default().to_owned();
+        for piece in pieces {
+            let (word, rest) = piece.split_once('}')?;
+            group.push_str(&match word {
+                "file" => last(path)?,
+                "folder" => last(path.and_then(Path::parent))?,
+                "recording" => recording.name().to_owned(),
+                word => after(&words_of(recording), &word.to_lowercase())?.to_owned(),
+            });
+            group.push_str(rest);
+        }
+        Some(group)
+    }
+}
+
+/// What a recording is known by.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    Named(String),
+    /// Itself alone.
+    Own(usize),
+}
+
+/// One way to group: what a group is, and the group of each recording where the way tells one.
+struct Way {
+    by: &'static str,
+    keys: Vec<Option<String>>,
+    /// Whether a single group is worth a word: all recordings repeat one programme.
+    tells_alone: bool,
+}
+
+impl RecordingSet {
+    /// Which recordings are left out together.
+    pub fn groups(&self) -> Groups {
+        let entries = self.entries();
+        let training: Vec<usize> = (0..entries.len())
+            .filter(|&at| entries[at].role == Role::Train)
+            .collect();
+        let keyed = |found: Option<&Way>| -> Vec<Key> {
+            let key = |(at, entry): (usize, &Entry)| {
+                let found = || found.and_then(|way| way.keys[at].clone());
+                let named = entry.group.clone().or_else(found);
+                named.map_or(Key::Own(at), Key::Named)
+            };
+            entries.iter().enumerate().map(key).collect()
+        };
+        let distinct = |keys: &[Key]| {
+            let keys = training.iter().map(|&at| &keys[at]);
+            keys.collect::<BTreeSet<_>>().len()
+        };
+        let n = training.len();
+        let is_set = training.iter().any(|&at| entries[at].group.is_some());
+        let mut unused = None;
+        for way in self.ways(&training) {
+            let keys = keyed(Some(&way));
+            let n_groups = distinct(&keys);
+            if n_groups >= n || n_groups == 1 && !way.tells_alone {
+                continue;
+            }
+            let lone = match n_groups {
+                1 => None,
+                _ => lone(entries, &training, &keys),
+            };
+            let are_many = n_groups >= FEWEST_FOUND;
+            if is_set && n_groups > 1 {
+                return named(GROUP, keys, None, lone);
+            }
+            if are_many && lone.is_none() {
+                return named(way.by, keys, None, None);
+            }
+            unused.get_or_insert(UnusedGroups {
+                by: way.by,
+                n: n_groups,
+                lone: lone.filter(|_| are_many),
+            });
+        }
+        let keys = keyed(None);
+        let n_groups = distinct(&keys);
+        if is_set && n_groups > 1 && n_groups < n && n > 2 {
+            let lone = lone(entries, &training, &keys);
+            return named(GROUP, keys, None, lone);
+        }
+        if is_set && n_groups < n {
+            unused = Some(UnusedGroups {
+                by: GROUP,
+                n: n_groups,
+                lone: None,
+            });
+        }
+        let own = (0..entries.len()).map(Key::Own).collect();
+        named(RECORDING, own, unused, None)
+    }
+
+    /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
+    fn ways(&self, training: &[usize]) -> Vec<Way> {
+        let entries = self.entries();
+        let open: Vec<usize> = training
+            .iter()
+            .copied()
+            .filter(|&at| entries[at].group.is_none())
+            .collect();
+        if open.is_empty() {
+            return Vec::new();
+        }
+        let words: Vec<Vec<String>> = entries
+            .iter()
+            .map(|entry| words_of(&entry.recording))
+            .collect();
+        let by_words = |by, tells_alone, key: &dyn Fn(&[String]) -> Option<String>| Way {
+            by,
+            keys: words.iter().map(|words| key(words)).collect(),
+            tells_alone,
+        };
+        let labelled = |(word, by): &(&'static str, &'static str)| {
+            by_words(by, true, &|words| {
+                Some(format!("{by} {}", after(words, word)?))
+            })
+        };
+        let mut ways: Vec<Way> = PROGRAMMES.iter().map(labelled).collect();
+        if open.iter().any(|&at| repetition(&words[at]).is_some()) {
+            ways.push(by_words("series", false, &|words| {
+                let rest = match repetition(words) {
+                    Some(at) => [&words[..at], &words[at + 2..]].concat(),
+                    None => words.to_vec(),
+                };
+                (!rest.is_empty()).then(|| rest.join(" "))
+            }));
+        }
+        ways.extend(SESSIONS.iter().map(labelled));
+        ways.push(by_words("day", false, &day));
+        if counts_repetitions(&open, &words) {
+            ways.push(by_words("series", false, &|words| {
+                without_last_number(words).map(|(rest, _)| rest.join(" "))
+            }));
+        }
+        ways.push(by_path("folder", entries, Path::parent));
+        ways.push(by_path("file", entries, |path| Some(path)));
+        ways.retain(|way| open.iter().all(|&at| way.keys[at].is_some()));
+        ways
+    }
+}
+
+/// Groups by these keys, numbered as they come.
+fn named(
+    by: &'static str,
+    keys: Vec<Key>,
+    unused: Option<UnusedGroups>,
+    lone: Option<LoneGroup>,
+) -> Groups {
+    let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
+    let mut names = Vec::new();
+    let mut of = Vec::with_capacity(keys.len());
+    for key in keys {
+        let next = numbers.len();
+        let number = *numbers.entry(key.clone()).or_insert(next);
+        if number == next {
+            names.push(match key {
+                Key::Named(name) => name,
+                Key::Own(at) => format!("{}", at + 1),
+            });
+        }
+        of.push(number);
+    }
+    Groups {
+        by,
+        of,
+        names,
+        unused,
+        lone,
+    }
+}
+
+/// The group without which an axis keeps too little of its range.
+fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup> {
+    let axes = entries[*training.first()?].recording.axes();
+    let mut ranges: BTreeMap<&Key, Vec<(f64, f64)>> = BTreeMap::new();
+    for &at in training {
+        let ranges = ranges.entry(&keys[at]);
+        let ranges = ranges.or_insert_with(|| vec![(f64::INFINITY, f64::NEG_INFINITY); axes.len()]);
+        for load in entries[at]
+            .recording
+            .loads()
+            .chunks_exact(axes.len().max(1))
+        {
+            for (range, value) in ranges.iter_mut().zip(load) {
+                *range = (range.0.min(*value), range.1.max(*value));
+            }
+        }
+    }
+    let span = |axis: usize, left_out: Option<&Key>| {
+        let kept = ranges.iter().filter(|(key, _)| Some(**key) != left_out);
+        let (low, high) = kept.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
+            (all.0.min(own[axis].0), all.1.max(own[axis].1))
+        });
+        (high - low).max(0.0)
+    };
+    (0..axes.len()).find_map(|axis| {
+        let whole = span(axis, None);
+        let mut named = ranges.keys().filter_map(|key| match key {
+            Key::Named(name) => Some((*key, name)),
+            Key::Own(_) => None,
+        });
+        let (_, group) = named.find(|(key, _)| span(axis, Some(*key)) < KEPT_RANGE * whole)?;
+        Some(LoneGroup {
+            group: group.clone(),
+            axis: axes[axis],
+        })
+    })
+}
+
+/// The words and numbers that a recording's folder and name are made of, without those that say what it is for, in small
+/// letters; what a part of a file is called beyond the file's name is left out.
+fn words_of(recording: &Recording) -> Vec<String> {
+    let name = recording.name();
+    let name = name.split(" (").next().unwrap_or(name);
+    let name = match name.rsplit_once(" #") {
+        Some((stem, part)) if part.bytes().all(|b| b.is_ascii_digit()) => stem,
+        _ => name,
+    };
+    let folder = match recording.source() {
+        Source::File(path) => path.parent().and_then(Path::file_name),
+        Source::Simulated => None,
+    };
+    let folder = folder.unwrap_or_default().to_string_lossy();
+    let mut words = Vec::new();
+    for text in [&*folder, name] {
+        let mut before = None;
+        for letter in text.chars() {
+            let kind = match letter {
+                _ if letter.is_ascii_digit() => Some(true),
+                _ if letter.is_alphabetic() => Some(false),
+                _ => None,
+            };
+            let is_camel = before.is_some_and(char::is_lowercase) && letter.is_uppercase();
+            let was_digit = before.map(|before| before.is_ascii_digit());
+            before = kind.map(|_| letter);
+            if kind.is_some() && (kind != was_digit || is_camel) {
+                words.push(String::new());
+            }
+            if let (Some(_), Some(word)) = (kind, words.last_mut()) {
+                word.extend(letter.to_lowercase());
+            }
+        }
+    }
+    words.retain(|word| !ROLES.contains(&&**word));
+    words
+}
+
+fn is_number(word: &str) -> bool {
+    word.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Its digits without zeros in front, so that 1 and 01 are one.
+fn plain(number: &str) -> &str {
+    let digits = number.trim_start_matches('0');
+    if digits.is_empty() && is_number(number) {
+        "0"
+    } else {
+        digits
+    }
+}
+
+/// The number or letter after a word.
+fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
+    let pairs = words.windows(2);
+    let mut named = pairs
+        .filter(|pair| pair[0] == word && (is_number(&pair[1]) || pair[1].chars().count() == 1));
+    named.next().map(|pair| plain(&pair[1]))
+}
+
+/// Where a word that counts repetitions stands before its number or letter, the last one.
+fn repetition(words: &[String]) -> Option<usize> {
+    let mut pairs = words.windows(2);
+    pairs.rposition(|pair| {
+        REPETITIONS.contains(&&*pair[0]) && (is_number(&pair[1]) || pair[1].chars().count() == 1)
+    })
+}
+
+/// A date as 2024-05-01 or 20240501.
+fn day(words: &[String]) -> Option<String> {
+    let is_day = |year: &str, month: &str, day: &str| {
+        let within = |text: &str, range: std::ops::RangeInclusive<u32>| {
+            text.parse().is_ok_and(|number| range.contains(&number))
+        };
+        within(year, 1990..=2099) && within(month, 1..=12) && within(day, 1..=31)
+    };
+    let written_together = words.iter().find_map(|word| {
+        let (year, month, day) = (word.get(..4)?, word.get(4..6)?, word.get(6..)?);
+        (word.len() == 8 && is_day(year, month, day)).then(|| format!("{year}-{month}-{day}"))
+    });
+    written_together.or_else(|| {
+        let mut threes = words.windows(3);
+        let three =
+            threes.find(|three| three[0].len() == 4 && is_day(&three[0], &three[1], &three[2]))?;
+        Some(three.join("-"))
+    })
+}
+
+/// The words without the last number, and that number.
+fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
+    let at = words.iter().rposition(|word| is_number(word))?;
+    let number = words[at].parse().ok()?;
+    Some(([&words[..at], &words[at + 1..]].concat(), number))
+}
+
+/// Whether the last number in the names counts, from 0 or 1 on, how often something was done that other numbers name.
+fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
+    let (mut series, mut counted) = (BTreeSet::new(), BTreeSet::new());
+    for &at in open {
+        let Some((rest, number)) = without_last_number(&words[at]) else {
+            return false;
+        };
+        let numbers = rest.into_iter().filter(|word| is_number(word));
+        series.insert(numbers.collect::<Vec<_>>());
+        counted.insert(number);
+    }
+    let (Some(&first), Some(&last)) = (counted.first(), counted.last()) else {
+        return false;
+    };
+    let is_count = first <= 1 && last - first + 1 == counted.len() as u64;
+    is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
+}
+
+/// By a part of the path of the file.
+fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
+    let parts: Vec<Option<&Path>> = entries
+        .iter()
+        .map(|entry| match entry.recording.source() {
+            Source::File(path) => part(path),
+            Source::Simulated => None,
+        })
+        .collect();
+    let last = |path: &Path| {
+        path.file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let mut called: HashMap<String, BTreeSet<&Path>> = HashMap::new();
+    for path in parts.iter().flatten() {
+        called.entry(last(path)).or_default().insert(path);
+    }
+    let name = |path: &Path| match called[&last(path)].len() {
+        1 => last(path),
+        _ => path.display().to_string(),
+    };
+    Way {
+        by,
+        keys: parts.iter().map(|part| part.map(name)).collect(),
+        tells_alone: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Recording;
+
+    /// Recordings of these files and names in the train role, all loaded from 0 to 1.
+    fn set_of(names: &[(&str, &str)]) -> RecordingSet {
+        with_loads(names, |_| vec![0.0, 1.0])
+    }
+
+    fn with_loads(names: &[(&str, &str)], loads: impl Fn(usize) -> Vec<f64>) -> RecordingSet {
+        let mut set = RecordingSet::default();
+        for (at, (file, name)) in names.iter().enumerate() {
+            let recording = Recording::new(
+                *name,
+                Source::File(file.into()),
+                vec![0.0, 1.0],
+                vec!["S1".to_owned()],
+                vec![0.0; 2],
+                vec![Axis::Fz],
+                loads(at),
+            );
+            set.push(Entry::new(recording.unwrap(), Role::Train))
+                .unwrap();
+        }
+        set
+    }
+
+    /// What the groups of files with these names are, and which.
+    fn found(names: &[&str]) -> (&'static str, Vec<usize>) {
+        let files: Vec<String> = names.iter().map(|name| format!("/d/{name}.csv")).collect();
+        let names: Vec<(&str, &str)> = files
+            .iter()
+            .map(|file| &**file)
+            .zip(names.iter().copied())
+            .collect();
+        let groups = set_of(&names).groups();
+        (groups.by, groups.of)
+    }
+
+    #[test]
+    fn names_that_say_what_was_repeated_are_grouped() {
+        for (names, by, of) in [
+            (
+                &["path1_run1", "path1_run2", "path2_run1", "path3_run1"][..],
+                "path",
+                [0, 0, 1, 2],
+            ),
+            (
+                &["train_path01_a", "train_path2", "path_1 fast", "pathB"],
+                "path",
+                [0, 1, 0, 2],
+            ),
+            (
+                &["a run 1", "b run 1", "a run 2", "c take 3"],
+                "series",
+                [0, 1, 0, 2],
+            ),
+            (
+                &["Mount1 x", "Mount2 x", "Mount3 x", "Mount3 y"],
+                "mount",
+                [0, 1, 2, 2],
+            ),
+            (
+                &["20240501_1", "2024-05-02 a", "20240503", "20240501_b"],
+                "day",
+                [0, 1, 2, 0],
+            ),
+        ] {
+            assert_eq!(found(names), (by, of.to_vec()), "{names:?}");
+        }
+        let levels = [
+            "f_100_1", "f_100_2", "f_200_1", "f_200_2", "f_300_1", "f_300_2",
+        ];
+        assert_eq!(found(&levels), ("series", vec![0, 0, 1, 1, 2, 2]));
+    }
+
+    #[test]
+    fn a_series_of_numbers_or_too_few_groups_leave_each_recording_to_itself() {
+        let presses: Vec<String> = (1..=690).map(|k| format!("press_{k}")).collect();
+        let presses: Vec<&str> = presses.iter().map(|name| &**name).collect();
+        assert_eq!(found(&presses), (RECORDING, (0..690).collect()));
+        for names in [
+            &["run1", "run2", "run3", "run4"][..],
+            &["path1", "path2", "path3", "path4"],
+            &["x10_y10", "x10_y20", "x20_y10", "x20_y20"],
+            &["up", "down", "left", "right"],
+            &["fx_1", "fx_2", "fy_1", "fz_1"],
+            &["path1_a", "path1_b", "path2_a", "path2_b"],
+            &[
+                "log 2024-05-01 10-00",
+                "log 2024-05-01 11-00",
+                "log 2024-05-01 11-30",
+                "log",
+            ],
+        ] {
+            assert_eq!(found(names).0, RECORDING, "{names:?}");
+        }
+    }
+
+    #[test]
+    fn groups_that_are_seen_and_not_used_are_told() {
+        let unused = |names: &[(&str, &str)]| set_of(names).groups().unused;
+        let few = [
+            ("/a", "path1 a"),
+            ("/a", "path1 b"),
+            ("/a", "path2 a"),
+            ("/a", "path2 b"),
+        ];
+        let told = |n, lone| UnusedGroups {
+            by: "path",
+            n,
+            lone,
+        };
+        assert_eq!(unused(&few), Some(told(2, None)));
+        assert_eq!(unused(&few[..2]), Some(told(1, None)));
+        assert_eq!(unused(&[("/a", "a"), ("/b", "b"), ("/c", "c")]), None);
+        let names = [
+            ("/a", "path1 a"),
+            ("/a", "path1 b"),
+            ("/a", "path2"),
+            ("/a", "path3"),
+        ];
+        let set = with_loads(&names, |at| vec![0.0, if at == 2 { 9.0 } else { 1.0 }]);
+        let lone = LoneGroup {
+            group: "path 2".to_owned(),
+            axis: Axis::Fz,
+        };
+        let groups = set.groups();
+        assert_eq!(
+            (groups.by, groups.unused),
+            (RECORDING, Some(told(3, Some(lone))))
+        );
+    }
+
+    #[test]
+    fn folders_and_files_are_groups_where_names_tell_nothing() {
+        let groups = |names: &[(&str, &str)]| {
+            let groups = set_of(names).groups();
+            let name = groups.name_of(0).map(str::to_owned);
+            (groups.by, groups.of, name)
+        };
+        let folders = [
+            ("/mon/a.csv", "a"),
+            ("/mon/b.csv", "b"),
+            ("/tue/a.csv", "a"),
+            ("/wed/a.csv", "a"),
+        ];
+        assert_eq!(
+            groups(&folders),
+            ("folder", vec![0, 0, 1, 2], Some("mon".to_owned()))
+        );
+        let parts = [
+            ("/a.csv", "a #1"),
+            ("/a.csv", "a #2"),
+            ("/b.csv", "b"),
+            ("/c.csv", "c"),
+        ];
+        assert_eq!(
+            groups(&parts),
+            ("file", vec![0, 0, 1, 2], Some("a.csv".to_owned()))
+        );
+        let one_file = [("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/a.csv", "a #3")];
+        assert_eq!(groups(&one_file), (RECORDING, vec![0, 1, 2], None));
+    }
+
+    #[test]
+    fn what_is_set_holds_and_only_the_training_recordings_decide() {
+        let names = [
+            ("/a", "path1 a"),
+            ("/a", "path1 b"),
+            ("/a", "path2 a"),
+            ("/a", "path3 b"),
+        ];
+        let mut set = set_of(&names);
+        assert_eq!(set.groups().of, [0, 0, 1, 2]);
+        set.set_group(3, Some("path 2".to_owned()));
+        assert_eq!(
+            (set.groups().by, set.groups().of),
+            (GROUP, vec![0, 0, 1, 1])
+        );
+        (0..4).for_each(|at| set.set_group(at, Some(format!("{at}"))));
+        let alone = set.groups();
+        assert_eq!((alone.by, alone.of), (RECORDING, vec![0, 1, 2, 3]));
+        assert_eq!(alone.unused, None);
+        (0..4).for_each(|at| set.set_group(at, Some("all".to_owned())));
+        let groups = set.groups();
+        assert_eq!((groups.by, groups.of), (RECORDING, vec![0, 1, 2, 3]));
+        assert_eq!(groups.unused.unwrap().n, 1);
+        let mut set = set_of(&names);
+        set.set_role(2, Role::Test);
+        assert_eq!(set.groups().by, RECORDING, "two paths are too few");
+        assert!(RecordingSet::default().groups().of.is_empty());
+    }
+
+    #[test]
+    fn a_pattern_names_groups_by_file_folder_or_a_word_of_the_names() {
+        let set = set_of(&[("/mon/Mount02_up.csv", "Mount02_up #3")]);
+        let recording = &set.entries()[0].recording;
+        for (text, group) in [
+            ("all", Some("all")),
+            ("{folder}", Some("mon")),
+            ("{file}", Some("Mount02_up.csv")),
+            ("{recording}", Some("Mount02_up #3")),
+            ("on {mount}, {folder}", Some("on 2, mon")),
+            ("{path}", None),
+        ] {
+            let pattern: GroupPattern = text.parse().unwrap();
+            assert_eq!(pattern.group_of(recording).as_deref(), group, "{text}");
+        }
+        for text in ["", " ", "{", "a}", "{mount", "{}", "{a{b}}", "{a b}"] {
+            assert!(text.parse::<GroupPattern>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_built_in_recordings_are_grouped_by_path() {
+        let groups = crate::recording::simulated::recordings(7).groups();
+        assert_eq!((groups.by, groups.name_of(89)), ("path", Some("path 6")));
+        let fifteen_each: Vec<usize> = (0..90).map(|at| at / 15).collect();
+        assert_eq!(groups.of, fifteen_each);
+    }
+}

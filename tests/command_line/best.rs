@@ -1,0 +1,100 @@
+//! `best`: what it tries, what it proposes, what it never looks at.
+
+use serde_json::Value;
+
+use crate::program::{fit, numbers, run, stderr, succeed};
+use crate::workshop::{ALL_FILES, Workshop, recording};
+
+fn best(workshop: &Workshop, arguments: &[&str]) -> Value {
+    let output = succeed(workshop.path(), &[&["best", "--json"], arguments].concat());
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn tried(report: &Value) -> &Vec<Value> {
+    report["tried"].as_array().unwrap()
+}
+
+/// Everything but what a clock measured.
+fn without_times(report: &Value) -> Value {
+    let mut report = report.clone();
+    for own in report["tried"].as_array_mut().unwrap() {
+        for key in ["seconds", "test_rmse", "cost"] {
+            own.as_object_mut().unwrap().remove(key);
+        }
+    }
+    report
+}
+
+#[test]
+fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
+    let workshop = Workshop::with_recordings();
+    let export = ["--export", "proposed.json"];
+    let report = best(&workshop, &[&ALL_FILES[..], &export].concat());
+    let all = tried(&report);
+    assert_eq!(all[0]["name"], "Conventional");
+    assert_eq!(report["n_folds"], 3);
+    let proposed: Vec<&Value> = all
+        .iter()
+        .filter(|own| own["is_proposed"] == true)
+        .collect();
+    let [proposed] = proposed[..] else {
+        panic!("{all:?}")
+    };
+    // Its gauges lag behind the force: something with a past does better.
+    assert!(proposed["relative"].as_f64().unwrap() < 0.5, "{proposed}");
+    let first = all.iter().find(|own| own["is_good"] == true).unwrap();
+    assert_eq!(first["name"], proposed["name"]);
+
+    // The same with other test recordings, and without any: only what is said of the test differs.
+    workshop.write("other.csv", recording(9.0, 60));
+    let train = &ALL_FILES[..4];
+    let without = best(&workshop, train);
+    assert!(without["tried"][0]["test_rmse"].is_null());
+    assert_eq!(without_times(&without), without_times(&report));
+    let other = best(&workshop, &[train, &["--test", "other.csv"]].concat());
+    assert_eq!(without_times(&other), without_times(&report));
+    assert_ne!(
+        other["tried"][0]["test_rmse"],
+        report["tried"][0]["test_rmse"]
+    );
+
+    // The arguments that are given fit just that model.
+    let arguments: Vec<&str> = report["fit"].as_str().unwrap().split(' ').collect();
+    let fitted = fit(workshop.path(), &[&ALL_FILES[..], &arguments].concat());
+    let calibration: Value = serde_json::from_str(&workshop.read("proposed.json")).unwrap();
+    for score in ["train_rmse", "test_rmse"] {
+        let [own, exported] = [
+            &fitted["compensated"],
+            &calibration["quality"]["compensated"],
+        ]
+        .map(|scores| numbers(&scores[score])[0]);
+        assert!(
+            (own / exported - 1.0).abs() < 1e-12,
+            "{score}: {own} {exported}"
+        );
+    }
+}
+
+#[test]
+fn when_the_time_is_out_what_was_tried_is_there() {
+    let workshop = Workshop::with_recordings();
+    let output = succeed(
+        workshop.path(),
+        &[&["best", "--minutes", "0"], &ALL_FILES[..]].concat(),
+    );
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(told.contains("Proposed: Conventional"), "{told}");
+    assert!(
+        stderr(&output).contains("models were not tried"),
+        "{}",
+        stderr(&output)
+    );
+    for wrong in ["-1", "NaN", "inf"] {
+        let output = run(
+            workshop.path(),
+            &[&["best", &format!("--minutes={wrong}")], &ALL_FILES[..]].concat(),
+        );
+        assert!(!output.status.success());
+        assert!(stderr(&output).contains("minutes"), "{}", stderr(&output));
+    }
+}
