@@ -6,6 +6,7 @@
 //! regressors, a [`Study`] for thresholds.
 
 mod best;
+mod cautions;
 mod comparison;
 mod cross_validated;
 mod dataset;
@@ -24,6 +25,7 @@ use std::time::{Duration, Instant};
 use crate::calibration::{
     Calibration, CalibrationError, FactoryScores, FitSettings, LearnedError, Past, SettingsError,
 };
+use crate::evaluation::metrology::MetrologySettings;
 use crate::evaluation::threshold_study::{GridError, NoSuggestion};
 use crate::panicked::Panicked;
 use crate::progress::{Cancelled, Progress};
@@ -34,6 +36,7 @@ use factory::Factory;
 use traces::FixedTraces;
 
 pub use best::{Best, Search, Tried, best_table, find_best};
+pub use cautions::{Caution, cautions};
 pub use comparison::compare;
 pub(crate) use comparison::{
     Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
@@ -65,6 +68,8 @@ pub struct Request {
     pub trained: bool,
     /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`].
     pub factory: Option<Arc<Calibration>>,
+    /// How loops and figures are measured, in a [`report`].
+    pub measuring: MetrologySettings,
     /// What is shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
@@ -79,6 +84,7 @@ impl Request {
             calibration: None,
             trained: false,
             factory: None,
+            measuring: MetrologySettings::default(),
             datasets: Datasets::default(),
         }
     }
@@ -95,6 +101,8 @@ pub struct Analysis {
     pub recordings: Vec<RecordingResult>,
     /// How the factory's matrix does; `None` without one.
     pub factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    pub cautions: Vec<Caution>,
     /// What the panes draw.
     pub traces: Arc<TraceSet>,
     /// How long it took.
@@ -244,10 +252,12 @@ impl Analyst {
             .collect();
         let traces = self.traces(&data, request.view, &calibration, &past);
         let factory = self.factory.as_ref();
+        let fitted = request.calibration.is_none() || request.trained;
         Ok(Analysis {
+            cautions: data.cautions(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
-            fitted: request.calibration.is_none() || request.trained,
+            fitted,
             recordings,
             traces: Arc::new(traces),
             elapsed: start.elapsed(),

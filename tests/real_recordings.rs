@@ -11,6 +11,7 @@ use loopscope::analysis::loops::{Look, LookRequest, LoopQuestion, Question, Span
 use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::FitSettings;
 use loopscope::evaluation::loops::Frame;
+use loopscope::evaluation::metrology::MetrologySettings;
 use loopscope::import::map::ColumnMap;
 use loopscope::import::read;
 use loopscope::progress::Progress;
@@ -153,7 +154,6 @@ fn loops_of_a_stretch_sensor_are_drawn_to_the_pixel() {
         axis: Axis::Fz,
         up: Up::Error,
         span: Span::All,
-        dead_band: None,
         frame: None,
         pixels,
     };
@@ -164,6 +164,7 @@ fn loops_of_a_stretch_sensor_are_drawn_to_the_pixel() {
             decimation: 1,
             traces: Arc::clone(&analysis.traces),
             visible: None,
+            measuring: MetrologySettings::default(),
             question: Question::Loops(question.clone()),
         };
         let look = Viewer::default().look(&request, &Progress::default());

@@ -22,7 +22,7 @@ use crate::features::{
     BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
 };
 use crate::progress::Progress;
-use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::recording::{Axis, Entry, RECORDING, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
 /// More folds than this are put together: each costs a whole search.
@@ -642,9 +642,13 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
             let number = numbers.binary_search(group).unwrap_or_default();
             (number % n_folds, entry.clone())
         });
+        let noun = match groups.by == RECORDING {
+            true => "recordings".to_owned(),
+            false => format!("groups by {}", groups.by),
+        };
         let what = match n_groups == n_folds {
-            true => format!("nested, by {}: {n_folds} folds", groups.by),
-            false => format!("nested, by {}: {n_groups} in {n_folds} folds", groups.by),
+            true => format!("nested: {n_folds} {noun}, each left out in turn"),
+            false => format!("nested: {n_groups} {noun} in {n_folds} folds"),
         };
         (of_fold.collect::<Vec<_>>(), n_folds, what)
     } else {
@@ -723,6 +727,27 @@ mod tests {
             folds(&RecordingSet::default()),
             Err(AnalysisError::NoTraining)
         ));
+    }
+
+    /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.
+    #[test]
+    fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
+        let all = simulated::recordings(1);
+        let mut set = RecordingSet::default();
+        for at in [0, 1, 15, 16, 30, 31] {
+            let recording = all.entries()[at].recording.decimated(20);
+            set.push(Entry::new(recording, Role::Train)).unwrap();
+        }
+        let (folds, what) = folds(&set).unwrap();
+        assert_eq!(what, "3 groups by path, each left out in turn");
+        for (fold, path) in folds.iter().zip(["path 1", "path 2", "path 3"]) {
+            for entry in fold.entries() {
+                let is_own = entry.group.as_deref() == Some(path);
+                assert_eq!(entry.role == Role::Test, is_own);
+            }
+            let groups = fold.groups();
+            assert_eq!(groups.by, "group");
+        }
     }
 
     fn tried(name: &'static str, squares: &[f64]) -> Tried {

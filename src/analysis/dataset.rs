@@ -2,7 +2,7 @@
 //!
 //! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
@@ -11,10 +11,11 @@ use crate::calibration::{
     Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
     loads_from_gauges, past_samples,
 };
+use crate::evaluation::coverage::Coverage;
 use crate::evaluation::metrics;
 use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::{Entry, Groups, Recording, RecordingSet, Role};
+use crate::recording::{Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
@@ -64,8 +65,9 @@ pub(super) struct Dataset {
     pub map: LinearMap,
     /// Conventional loads of each recording.
     pub loads: Vec<Vec<f64>>,
-    /// Half the peak-to-peak reference over the training recordings.
-    half_ranges: Vec<f64>,
+    /// Full scale of each axis over the training recordings, where none is entered.
+    full_scale: Vec<f64>,
+    coverage: OnceLock<Coverage>,
     /// The newest searches, with the weights that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
 }
@@ -145,13 +147,20 @@ impl Dataset {
         Ok(Self {
             key: key.clone(),
             groups: key.recordings.groups(),
-            half_ranges: half_ranges(&training),
+            full_scale: full_scale(&training),
             entries,
             conventional,
             map,
             loads,
+            coverage: OnceLock::new(),
             paths: Mutex::default(),
         })
+    }
+
+    /// What loads the recordings hold on these axes.
+    pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
+        self.coverage
+            .get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
     /// The searches for these weights of the axes.
@@ -183,7 +192,7 @@ impl Dataset {
             .check_columns(layout.gauge_names.len())
             .map_err(crate::calibration::SettingsError::from)?;
         let full_scale = self
-            .half_ranges
+            .full_scale
             .iter()
             .enumerate()
             .map(|(axis, measured)| {
@@ -332,8 +341,8 @@ pub(super) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
         .collect()
 }
 
-/// Half the peak-to-peak reference load of each axis.
-fn half_ranges(recordings: &[&Recording]) -> Vec<f64> {
+/// What counts as full scale of each axis.
+fn full_scale(recordings: &[&Recording]) -> Vec<f64> {
     let n_axes = recordings
         .first()
         .map_or(0, |recording| recording.axes().len());
@@ -345,7 +354,7 @@ fn half_ranges(recordings: &[&Recording]) -> Vec<f64> {
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                     (low.min(*value), high.max(*value))
                 });
-            0.5 * (high - low)
+            full_scale_of((low, high))
         })
         .collect()
 }

@@ -4,15 +4,15 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::analysis::loops::{
-    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Output, Question, Span, TableOf,
-    TableQuestion, Up, Viewer,
+    Look, LookError, LookRequest, LoopCurve, LoopPlot, LoopQuestion, Output, Question, Span,
+    TableOf, TableQuestion, Up, Viewer,
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
     train,
 };
 use crate::evaluation::Series;
-use crate::evaluation::metrology::{Metrology, MetrologySettings};
+use crate::evaluation::metrology::Metrology;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
 use crate::export::{
@@ -21,7 +21,7 @@ use crate::export::{
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
-use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::figure::{self, Figure, Line, Scale, color};
 
 /// F_th and t_th that the curves are computed at, beside those of the fit.
@@ -68,14 +68,14 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     }
     drop(analyst);
     progress.advance(1);
-    let mut warnings = warnings(&applied.recordings, &analysis);
+    let mut warnings = warnings(&analysis);
     let thresholds = match analysis.fitted {
         true => thresholds(request, &progress.part(), &mut warnings)?,
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
     };
     progress.advance(1);
-    let (measured, about) = measured_recordings(&applied.recordings);
-    let mut looker = Looker::new(&analysis, measured, request.settings.decimation, progress);
+    let of = TableOf::usual(&applied.recordings);
+    let mut looker = Looker::new(&analysis, &applied, of, progress);
     let loops = (analysis.calibration.axes.iter())
         .map(|axis| looker.loops(*axis))
         .collect::<Result<_, _>>()?;
@@ -89,7 +89,7 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
         fitted: analysis.fitted,
         recordings: recordings(&applied.recordings, &analysis.recordings),
         thresholds,
-        measured: about,
+        measured: measured_recordings(of),
         loops,
         errors: shown.map(|(at, chosen)| ReportErrors {
             recording: applied.recordings.entries()[at].recording.name().to_owned(),
@@ -157,78 +157,23 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
         .find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
-/// The recordings that loops and figures are of, with that in words.
-fn measured_recordings(set: &RecordingSet) -> (RecordingSet, String) {
-    let in_role = |role: Role| {
-        let entries = set.entries().iter().filter(|entry| entry.role == role);
-        let mut chosen = RecordingSet::default();
-        for entry in entries {
-            let entry: Entry = entry.clone();
-            chosen
-                .push(entry)
-                .expect("recordings of one set go together");
-        }
-        chosen
+/// The recordings that loops and figures are of.
+fn measured_recordings(of: TableOf) -> String {
+    let words = match of {
+        TableOf::Test => "the test recordings",
+        TableOf::Train => "the training recordings (none is in the test role)",
+        TableOf::NotFitted => "the test recordings and those that are off",
+        TableOf::All => "all recordings",
     };
-    for (role, words) in [
-        (Role::Test, "the test recordings"),
-        (
-            Role::Train,
-            "the training recordings (none is in the test role)",
-        ),
-    ] {
-        let chosen = in_role(role);
-        if !chosen.entries().is_empty() {
-            return (chosen, words.to_owned());
-        }
-    }
-    (set.clone(), "all recordings".to_owned())
+    words.to_owned()
 }
 
-fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
-    let calibration = &analysis.calibration;
-    let quality = &calibration.quality;
-    let mut warnings = Vec::new();
-    if calibration.simulated {
-        warnings.push("Made from the built-in simulated sensor, not from a real one.".to_owned());
-    }
-    if !set.entries().iter().any(|entry| entry.role == Role::Test) {
-        warnings.push(
-            "No recording is in the test role, so nothing says how the calibration does on recordings it never saw, except cross-validation."
-                .to_owned(),
-        );
-    }
-    if analysis.fitted {
-        let of_fit = calibration.warnings().into_iter();
-        warnings.extend(of_fit.map(|warning| format!("{warning}.")));
-    }
-    if let Some(reason) = calibration.why_not_left_out() {
-        warnings.push(format!("No cross-validation errors: {reason}."));
-    }
-    let n_features = calibration.feature_names().len();
-    if analysis.fitted && quality.rank < n_features && calibration.learned.is_none() {
-        warnings.push(format!(
-            "Only {} of {n_features} features are independent: some gauges or blocks repeat each other, or the past never differs from the present.",
-            quality.rank
-        ));
-    }
-    if let (Some(before), Some(after)) = (
-        &quality.conventional.test_rmse,
-        &quality.compensated.test_rmse,
-    ) {
-        let axes = calibration.axes.iter().zip(before.iter().zip(after));
-        let worse: Vec<&str> = axes
-            .filter(|(_, (before, after))| after > before)
-            .map(|(axis, _)| axis.symbol())
-            .collect();
-        if !worse.is_empty() {
-            warnings.push(format!(
-                "On the test recordings the compensated load is worse than the conventional one on {}.",
-                worse.join(", ")
-            ));
-        }
-    }
-    warnings
+fn warnings(analysis: &Analysis) -> Vec<String> {
+    let simulated = "Made from the built-in simulated sensor, not from a real one.";
+    let simulated = analysis.calibration.simulated.then(|| simulated.to_owned());
+    let cautions = analysis.cautions.iter();
+    let cautions = cautions.map(|caution| sentence(&caution.to_string()));
+    simulated.into_iter().chain(cautions).collect()
 }
 
 /// The errors over both thresholds through those of the fit; `Err` holds why there are none.
@@ -326,35 +271,26 @@ fn curves(
 struct Looker<'a> {
     viewer: Viewer,
     request: LookRequest,
+    of: TableOf,
     progress: &'a Progress,
 }
 
 impl<'a> Looker<'a> {
-    fn new(
-        analysis: &Analysis,
-        recordings: RecordingSet,
-        decimation: usize,
-        progress: &'a Progress,
-    ) -> Self {
+    fn new(analysis: &Analysis, request: &Request, of: TableOf, progress: &'a Progress) -> Self {
         Self {
             viewer: Viewer::default(),
             request: LookRequest {
                 calibration: Arc::clone(&analysis.calibration),
-                recordings: Arc::new(recordings),
-                decimation,
+                recordings: Arc::clone(&request.recordings),
+                decimation: request.settings.decimation,
                 traces: Arc::clone(&analysis.traces),
                 visible: None,
-                question: Self::table_question(),
+                measuring: request.measuring.clone(),
+                question: Question::Table(TableQuestion { of }),
             },
+            of,
             progress,
         }
-    }
-
-    fn table_question() -> Question {
-        Question::Table(TableQuestion {
-            of: TableOf::All,
-            settings: MetrologySettings::default(),
-        })
     }
 
     fn look(&mut self, question: Question) -> Result<Result<Look, String>, AnalysisError> {
@@ -370,8 +306,7 @@ impl<'a> Looker<'a> {
         let question = Question::Loops(LoopQuestion {
             axis,
             up: Up::Error,
-            span: Span::All,
-            dead_band: None,
+            span: Span::Of(self.of),
             frame: None,
             pixels: figure::STANDS_ALONE.into(),
         });
@@ -383,7 +318,7 @@ impl<'a> Looker<'a> {
     }
 
     fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
-        let look = self.look(Self::table_question())?;
+        let look = self.look(Question::Table(TableQuestion { of: self.of }))?;
         Ok(look.and_then(|look| match look {
             Look::Table(table, _) => Ok(table),
             _ => Err("There are no figures.".to_owned()),
@@ -433,22 +368,37 @@ fn loop_figure(picture: &LoopPlot) -> Figure<'static> {
             ..line(output, "", pieces.collect())
         }
     });
-    let means = curves().filter_map(|(output, curve)| {
-        let mean = curve.mean.as_ref().ok()?;
-        let width = significant(mean.mean_width, 3);
+    let shown = |curve: &LoopCurve| {
+        let (mean, largest) = (curve.mean.as_ref().ok(), curve.largest.as_ref().ok());
+        mean.or(largest).cloned()
+    };
+    let loops = curves().filter_map(|(output, curve)| {
+        let figures = shown(curve)?;
+        let width = significant(figures.mean_width, 3);
         let name = format!("{}, mean width {width} {}", name(output), axis.unit());
         Some(Line {
             width: 2.4,
-            ..line(output, name, mean.branches.to_vec())
+            ..line(output, name, figures.branches.to_vec())
         })
     });
-    let (full, all) = (picture.n_full_cycles, picture.n_cycles);
+    let found = picture.curves.first().and_then(shown);
+    let of = found.map_or_else(String::new, |figures| {
+        let basis = &figures.basis[0];
+        let share = significant(100.0 * basis.range_share, 2);
+        match basis.n_cycles {
+            1 => format!(": largest cycle, {share} % of the loads"),
+            n => format!(
+                ": mean of {n} of {} cycles, {share} % of the loads",
+                picture.n_cycles
+            ),
+        }
+    });
     let label = |what: &str| axis.label_of(what);
     Figure {
-        title: format!("{}: {full} full of {all} cycles", axis.symbol()),
+        title: format!("{}{of}", axis.symbol()),
         across: Scale::new(label("Calc."), picture.whole.loads),
         up: Scale::new(label("error"), picture.whole.outputs),
-        lines: branches.chain(means).collect(),
+        lines: branches.chain(loops).collect(),
         ..Figure::default()
     }
 }

@@ -315,41 +315,22 @@ impl Calibration {
         })
     }
 
-    /// What somebody who takes it should know of how it was fitted.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        warnings.extend(
-            self.undetermined()
-                .map(|undetermined| undetermined.to_string()),
-        );
-        if let (Some(Learned::Kernel(kernel)), Some(edge)) =
-            (&self.learned, self.quality.kernel_ridge_edge)
-        {
-            let strength = kernel.band.strength;
-            warnings.push(match edge {
-                GridEdge::Weakest => format!(
-                    "the kernel's ridge is the weakest that keeps its weights small ({strength:e}), and left-out parts ask for a \
-                     weaker one: it may do worse on other data than its scores say; try it on test recordings, or take fewer features"
-                ),
-                GridEdge::Strongest => format!(
-                    "the kernel's ridge is the strongest that is tried ({strength:e}): left-out parts learn next to nothing from \
-                     the kernel"
-                ),
-            });
-        }
-        if let (Some(learned), true) = (&self.learned, self.regressor.is_hybrid()) {
-            let silent = self.axes.iter().enumerate();
-            let silent = silent.filter(|(axis, _)| learned.is_silent(*axis));
-            let silent: Vec<&str> = silent.map(|(_, axis)| axis.symbol()).collect();
-            if !silent.is_empty() {
-                warnings.push(format!(
-                    "on {} the second stage does no better on left-out samples than within one standard error: the linear part \
-                     stands alone there",
-                    silent.join(" ")
-                ));
-            }
-        }
-        warnings
+    /// The kernel's ridge and where it stands, if that is at an end of what is tried.
+    pub(crate) fn kernel_ridge_at_edge(&self) -> Option<(GridEdge, f64)> {
+        let Some(Learned::Kernel(kernel)) = &self.learned else {
+            return None;
+        };
+        Some((self.quality.kernel_ridge_edge?, kernel.band.strength))
+    }
+
+    /// The axes on which a second stage adds nothing to the linear one.
+    pub(crate) fn linear_alone(&self) -> Vec<Axis> {
+        let Some(learned) = self.learned.as_ref().filter(|_| self.regressor.is_hybrid()) else {
+            return Vec::new();
+        };
+        let axes = self.axes.iter().enumerate();
+        let silent = axes.filter(|(at, _)| learned.is_silent(*at));
+        silent.map(|(_, axis)| *axis).collect()
     }
 
     /// Checks that a recording has the gauges that the calibration was made for.

@@ -233,7 +233,8 @@ pub struct CommonArgs {
     /// What F_th is measured in; without a force axis it is full-scale.
     #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
     pub distance: Distance,
-    /// Full scale of each axis in N and N·m, in axis order; by default half the peak-to-peak training reference.
+    /// Full scale (rated load) of each axis in N and N·m, in axis order; by default half the peak-to-peak training
+    /// reference, or its largest magnitude where it goes one way only.
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
     #[arg(long = OFFSET.option, help = format!("Fit without: {}", OFFSET.help()))]

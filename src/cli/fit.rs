@@ -11,7 +11,9 @@ use super::choices::{ModelArgs, RecordingArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
-use crate::analysis::{Request, TrainingStep, analyse, cross_validation_cost, read_factory, train};
+use crate::analysis::{
+    Caution, Request, TrainingStep, analyse, cautions, cross_validation_cost, read_factory, train,
+};
 use crate::calibration::{
     BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, Scores,
 };
@@ -91,8 +93,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             return Err(JobError::Undetermined { undetermined });
         }
     }
-    for warning in calibration.warnings() {
-        tell(&format_args!("warning: {warning}"));
+    let cautions = cautions(&request, &calibration, &Progress::default())?;
+    // Whoever reads the figures alone must hear of what leaves them without meaning.
+    let is_grave =
+        |caution: &&Caution| matches!(caution, Caution::Undetermined(_) | Caution::NotLeftOut(_));
+    for caution in cautions.iter().filter(is_grave) {
+        tell(&format_args!("warning: {caution}"));
     }
     if !args.export.is_empty() {
         let told = with_sources(&calibration, &request.recordings);
@@ -106,19 +112,27 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
-    if let Some(reason) = calibration.why_not_left_out() {
-        tell(&format_args!("note: no cross-validation figures: {reason}"));
-    }
     let mut out = io::stdout().lock();
     if args.json {
         let report = FitReport {
             factory,
+            cautions: cautions.iter().map(ToString::to_string).collect(),
             ..FitReport::new(&calibration, n_recordings)
         };
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
         print_fit(&calibration, factory.as_ref(), n_recordings, &mut out)?;
+        let mut others = cautions
+            .iter()
+            .filter(|caution| !is_grave(caution))
+            .peekable();
+        if others.peek().is_some() {
+            writeln!(out, "\nTo know beside these figures:")?;
+        }
+        for caution in others {
+            writeln!(out, "* {caution}")?;
+        }
     }
     Ok(())
 }
@@ -189,7 +203,6 @@ struct FitReport<'a> {
     /// Two standard deviations, where the regressor knows them.
     #[serde(skip_serializing_if = "Option::is_none")]
     band: Option<&'a [f64]>,
-    warnings: Vec<String>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     ridge_by_block: &'a [BlockRidge],
     offset: bool,
@@ -202,6 +215,8 @@ struct FitReport<'a> {
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    cautions: Vec<String>,
 }
 
 impl<'a> FitReport<'a> {
@@ -223,7 +238,6 @@ impl<'a> FitReport<'a> {
             blocks: &calibration.features,
             ridge: &quality.ridge,
             band: quality.band.as_deref(),
-            warnings: calibration.warnings(),
             ridge_by_block: &quality.ridge_by_block,
             offset: calibration.offset,
             decimation: calibration.decimation,
@@ -234,6 +248,7 @@ impl<'a> FitReport<'a> {
             cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
             factory: None,
+            cautions: Vec::new(),
         }
     }
 }

@@ -9,9 +9,13 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{JobError, ReadArgs, check_distinct, named_file, read_all};
+use crate::analysis::loops::TableOf;
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
-use crate::evaluation::metrology::{Metrology, MetrologySettings, Run, table};
+use crate::evaluation::loops::LoadExtent;
+use crate::evaluation::metrology::{
+    Metrology, MetrologySettings, Rules, Run, extents_of, extents_of_set, table_by,
+};
 use crate::export::{check_targets, read_calibration, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::progress::Progress;
@@ -39,8 +43,27 @@ pub struct MetrologyArgs {
         allow_negative_numbers = true
     )]
     full_scale: Vec<f64>,
+    #[command(flatten)]
+    measuring: MeasuringArgs,
+    /// Write the table, with definitions and sources, as CSV.
+    #[arg(long, value_name = "FILE", value_parser = named_file())]
+    csv: Option<PathBuf>,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
+    /// Print below the table how each figure is computed, and whose definition it follows.
+    #[arg(long)]
+    definitions: bool,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// How loops and figures are measured.
+#[derive(Debug, Args)]
+pub struct MeasuringArgs {
     /// How far the load of each axis must come back for a reversal, in N and N·m, in axis order; by default ten times the
-    /// noise, and at least 2 % of the range.
+    /// noise, and at least 5 % of the range.
     #[arg(
         long,
         value_delimiter = ',',
@@ -56,24 +79,25 @@ pub struct MetrologyArgs {
         allow_negative_numbers = true
     )]
     hold: f64,
-    /// Write the table, with definitions and sources, as CSV.
-    #[arg(long, value_name = "FILE", value_parser = named_file())]
-    csv: Option<PathBuf>,
-    /// Write over files that are there already.
-    #[arg(long)]
-    force: bool,
-    /// Print below the table how each figure is computed, and whose definition it follows.
-    #[arg(long)]
-    definitions: bool,
-    /// Print one JSON object instead of a table.
-    #[arg(long)]
-    json: bool,
+}
+
+impl MeasuringArgs {
+    /// The choices that these arguments mean.
+    pub(super) fn settings(&self) -> MetrologySettings {
+        MetrologySettings {
+            dead_bands: self.dead_band.iter().copied().map(Some).collect(),
+            hold_secs: self.hold,
+            ..MetrologySettings::default()
+        }
+    }
 }
 
 /// A calibration and the recordings it is measured on.
 struct Subject {
     calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
+    /// What the loads do, of those that it is measured on and those that it was fitted to.
+    extents: Vec<LoadExtent>,
     /// Where the calibration comes from, for people.
     origin: String,
 }
@@ -119,30 +143,25 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
     let Some(path) = &args.calibration else {
         return fitted(args);
     };
+    let calibration = Arc::new(read_calibration(path)?);
+    let recordings = read_all(&args.files, &args.read)?.into_iter().flatten();
+    let recordings: Vec<Arc<Recording>> = recordings.map(Arc::new).collect();
     Ok(Subject {
-        calibration: Arc::new(read_calibration(path)?),
-        recordings: read_all(&args.files, &args.read)?
-            .into_iter()
-            .flatten()
-            .map(Arc::new)
-            .collect(),
+        extents: extents_of(recordings.iter().map(|own| &**own), &calibration.axes),
+        calibration,
+        recordings,
         origin: format!("read from {}", path.display()),
     })
 }
 
 /// Fits with the settings that `fit` has by default.
 fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
-    let (set, measured, on) = if args.files.is_empty() {
+    let (set, on) = if args.files.is_empty() {
         let set = simulated::recordings(simulated::DEFAULT_SEED);
-        (
-            set,
-            Role::Test,
-            "its training recordings, measured on the others",
-        )
+        (set, "its training recordings, measured on the others")
     } else {
         (
             training_set(&args.files, &args.read)?,
-            Role::Train,
             "the recordings it is measured on",
         )
     };
@@ -155,16 +174,19 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
         },
         ..FitSettings::default()
     };
+    let measured = TableOf::usual(&set);
     let recordings = (set.entries().iter())
-        .filter(|entry| entry.role == measured)
+        .filter(|entry| measured.includes(entry.role))
         .map(|entry| Arc::clone(&entry.recording))
         .collect();
+    let extents = extents_of_set(&set, &set.layout().axes);
     let request = Request::fit(Arc::new(set), settings);
     let calibration = analyse(&request, &Progress::default())?.calibration;
     let rule = calibration.describe();
     Ok(Subject {
         calibration,
         recordings,
+        extents,
         origin: format!("fitted to {on} ({rule})"),
     })
 }
@@ -196,12 +218,13 @@ fn measure(args: &MetrologyArgs, subject: &Subject) -> Result<Metrology, JobErro
     } else {
         &args.full_scale
     };
-    let settings = MetrologySettings {
-        dead_bands: args.dead_band.iter().copied().map(Some).collect(),
-        hold_secs: args.hold,
-        ..MetrologySettings::default()
+    let rules = Rules {
+        axes: &calibration.axes,
+        full_scale,
+        settings: &args.measuring.settings(),
+        extents: &subject.extents,
     };
-    Ok(table(&runs, &calibration.axes, full_scale, &settings)?)
+    Ok(table_by(&runs, &rules)?)
 }
 
 /// The table for people.

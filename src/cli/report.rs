@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::choices::{ModelArgs, RecordingArgs};
+use super::metrology::MeasuringArgs;
 use super::{JobError, named_file, print_path};
 use crate::analysis::{Request, read_factory, report};
 use crate::export::{check_targets, write_report};
@@ -24,6 +25,8 @@ pub struct ReportArgs {
     /// Also score the calibration that the sensor came with (.cal or .json), as `fit --factory` does.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
+    #[command(flatten)]
+    measuring: MeasuringArgs,
     /// What the report says under "Notes"; \n begins a new paragraph.
     #[arg(long, value_name = "TEXT", default_value = "")]
     notes: String,
@@ -50,6 +53,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     };
     let request = Request {
         factory,
+        measuring: args.measuring.settings(),
         ..Request::fit(Arc::new(recordings), settings)
     };
     let mut data = report(&request, &Progress::default())?;

@@ -433,6 +433,7 @@ impl Engine {
             decimation: of.0.settings.decimation,
             traces: Arc::clone(&analysis.traces),
             visible: visible.filter(|_| question.follows_screen()),
+            measuring: self.project.measuring.clone(),
             question,
         }))
     }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::{BlockSuggestion, Datasets, Request, View};
 use crate::calibration::{Calibration, FitSettings};
+use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
@@ -81,6 +82,8 @@ pub struct Project {
     pub split: Option<Split>,
     /// The choices of the fit.
     pub settings: FitSettings,
+    /// How loops, dwells and figures are measured, whoever shows them.
+    pub measuring: MetrologySettings,
     /// Axes that are not shown.
     pub hidden_axes: Vec<Axis>,
     /// A calibration that is applied instead of fitted.
@@ -102,6 +105,8 @@ pub struct Project {
 pub enum Edit {
     /// The choices of the fit.
     Settings(FitSettings),
+    /// How loops, dwells and figures are measured.
+    Measuring(MetrologySettings),
     /// The thresholds of the first look-back; the others keep their F_th.
     Thresholds(Thresholds),
     /// The numbers of a block.
@@ -162,8 +167,19 @@ impl Project {
     /// # Errors
     /// [`EditError`] if it cannot be made; nothing is changed then.
     pub fn edit(&mut self, edit: Edit) -> Result<(), EditError> {
+        let axes = self.axes().to_vec();
+        let edited = self.make(edit);
+        // They were in other axes' units.
+        if *self.axes() != axes {
+            self.measuring.dead_bands.clear();
+        }
+        edited
+    }
+
+    fn make(&mut self, edit: Edit) -> Result<(), EditError> {
         match edit {
             Edit::Settings(settings) => self.settings = settings,
+            Edit::Measuring(measuring) => self.measuring = measuring,
             Edit::Thresholds(thresholds) => self.set_thresholds(thresholds),
             Edit::Block(chosen) => {
                 let blocks = &mut self.settings.features.blocks;
@@ -235,6 +251,7 @@ impl Project {
         Arc::ptr_eq(&self.recordings, &other.recordings)
             && self.split == other.split
             && self.settings == other.settings
+            && self.measuring == other.measuring
             && self.hidden_axes == other.hidden_axes
             && self.applied == other.applied
             && self.factory == other.factory
@@ -293,6 +310,7 @@ impl Project {
             trained: trained.is_some(),
             calibration: applied.cloned().or(trained),
             factory: factory.cloned(),
+            measuring: self.measuring.clone(),
             datasets: Datasets::default(),
         }
     }
@@ -358,6 +376,7 @@ impl Project {
     pub fn take_set(&mut self, set: RecordingSet) -> Result<(), EditError> {
         if set.layout().axes != self.recordings.layout().axes {
             self.settings.full_scale.clear();
+            self.measuring.dead_bands.clear();
         }
         self.recordings = Arc::new(set);
         self.split = None;
@@ -638,12 +657,14 @@ mod tests {
         let mut project = Project::default();
         project.take_set(built_in()).unwrap();
         project.settings.full_scale = vec![None, Some(12.0), None];
+        project.measuring.dead_bands = vec![None, None, Some(0.5)];
         add(&mut project, "a", &GAUGES, &FORCES);
         assert_eq!(project.settings.full_scale.len(), 3, "the same axes");
         project.edit(Edit::CloseAll).unwrap();
         add(&mut project, "b", &["S1"], &[Axis::Fz]);
         fitted(&project);
         assert!(project.settings.full_scale.is_empty());
+        assert!(project.measuring.dead_bands.is_empty());
     }
 
     #[test]

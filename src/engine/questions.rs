@@ -394,6 +394,7 @@ impl Query for LookAt {
             && Arc::ptr_eq(&one.traces, &other.traces)
             && one.decimation == other.decimation
             && one.visible == other.visible
+            && one.measuring == other.measuring
             && one.question == other.question
     }
 

@@ -15,6 +15,7 @@ use crate::analysis::View;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile};
 use crate::engine::{Level, Notice};
+use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
@@ -36,6 +37,7 @@ const BYTES_LIMIT: u64 = 16 << 20;
 /// | `cut` | recordings are cut in time: this first share trains |
 /// | `calibration` | the file of a calibration that is applied instead of fitted |
 /// | `settings` | the choices of the fit |
+/// | `measuring` | how loops, dwells and figures are measured |
 /// | `on_screen` | the name of the recording on screen; absent: all of them |
 /// | `hidden_axes` | axes that are not shown |
 /// | `layout` | where the panes stand |
@@ -52,6 +54,7 @@ pub struct Session {
     pub cut: Option<f64>,
     pub calibration: Option<PathBuf>,
     pub settings: FitSettings,
+    pub measuring: MetrologySettings,
     pub on_screen: Option<String>,
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
@@ -182,6 +185,7 @@ impl Session {
             cut: project.split.as_ref().map(|split| split.fraction),
             calibration: project.applied.as_ref().map(|own| own.path.clone()),
             settings: project.settings.clone(),
+            measuring: project.measuring.clone(),
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             hidden_axes: project.hidden_axes.clone(),
             layout,
@@ -279,6 +283,7 @@ impl OpenedSession {
         }
         // What is loaded does not choose the settings anew.
         project.settings = session.settings;
+        project.measuring = session.measuring;
         if let Some(fraction) = session.cut {
             let cut = project.edit(Edit::Split(fraction));
             cut.unwrap_or_else(|error| say(Level::Error, error.to_string()));
@@ -427,10 +432,16 @@ mod tests {
         let mut settings = project.settings.clone();
         settings.features.look_backs[0].f_th = 0.125;
         settings.full_scale = vec![Some(7.0)];
+        let measuring = MetrologySettings {
+            dead_bands: vec![Some(0.25)],
+            hold_secs: 2.0,
+            ..MetrologySettings::default()
+        };
         for edit in [
             Edit::Role(1, Role::Off),
             Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
             Edit::Settings(settings),
+            Edit::Measuring(measuring),
             Edit::Split(0.25),
             Edit::Notes("oiled".to_owned()),
         ] {

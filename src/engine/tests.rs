@@ -21,7 +21,6 @@ use crate::engine::{
     Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
     Notice, Project, Session,
 };
-use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Polynomial, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
@@ -487,10 +486,7 @@ fn an_empty_document_has_nothing_to_complain_about() {
 }
 
 fn figures() -> Question {
-    Question::Table(TableQuestion {
-        of: TableOf::All,
-        settings: MetrologySettings::default(),
-    })
+    Question::Table(TableQuestion { of: TableOf::All })
 }
 
 #[test]

@@ -75,6 +75,7 @@ mod tests {
         FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
     };
     use crate::engine::{Edit, FromFile};
+    use crate::evaluation::metrology::MetrologySettings;
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
     use crate::recording::{Axis, Role};
@@ -247,6 +248,10 @@ mod tests {
             Edit::Apply(None),
             Edit::Compare(Some(calibration())),
             Edit::Compare(None),
+            Edit::Measuring(MetrologySettings {
+                hold_secs: 1.5,
+                ..MetrologySettings::default()
+            }),
         ]
     }
 
@@ -268,6 +273,7 @@ mod tests {
             Edit::Apply(_) => 12,
             Edit::Compare(_) => 13,
             Edit::Groups(_) => 14,
+            Edit::Measuring(_) => 15,
         }
     }
 
@@ -275,7 +281,7 @@ mod tests {
     fn every_edit_is_taken_back_and_made_again() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=14 {
+        for at in 0..=15 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tried");
         }

@@ -18,7 +18,7 @@ pub struct AxisHysteresis {
     pub axis: Axis,
     /// Mean width over the cycles, in the unit of F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
-    /// Reversals between two branches that were compared.
+    /// Cycles whose two branches were compared, each with one reversal between them.
     pub n_reversals: usize,
     /// How far the load had to come back for a reversal, in the axis' unit.
     pub dead_band: f64,
@@ -48,7 +48,7 @@ pub struct HysteresisRun<'a> {
 
 /// Measures the mean hysteresis.
 ///
-/// For each axis that F_th is measured over: at every reversal of the reference load the two branches beside it are
+/// For each axis that F_th is measured over: the two branches of each cycle of the reference load (counted by rainflow) are
 /// compared at equal load, where both are; the width is the mean of `|falling − rising|` of the conventional load over that
 /// range, the axis' figure the mean over all full cycles (see [`Loops::full_cycles`]), the sensor's the mean over its axes.
 ///
@@ -159,9 +159,9 @@ mod tests {
 
     #[test]
     fn a_play_operator_has_the_width_of_its_loop() {
-        let found = of(4, [1.0, 0.0]);
-        // Seven reversals within each of two recordings.
-        assert_eq!((found.n_reversals, found.axes.len()), (14, 1));
+        let found = of(6, [1.0, 0.0]);
+        // Six cycles within each of two recordings.
+        assert_eq!((found.n_reversals, found.axes.len()), (12, 1));
         assert!(
             (found.value.unwrap() / 0.18 - 1.0).abs() < 0.01,
             "{found:?}"

@@ -1,5 +1,6 @@
 //! How good a calibration is, and what to draw of it.
 
+pub(crate) mod coverage;
 pub mod cross_validation;
 pub mod holds;
 pub mod left_out;

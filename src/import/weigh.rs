@@ -6,8 +6,8 @@ use super::warning::Finding;
 use super::{ReadError, assemble};
 use crate::import::map::WeightMap;
 use crate::import::pose::{self, Pose};
-use crate::recording::Axis;
 use crate::recording::kinetics::{Rotation, Weight};
+use crate::recording::{Axis, full_scale_of};
 
 /// A share of full scale above which a weight's own acceleration is told.
 const INERTIA_SHARE: f64 = 0.01;
@@ -57,7 +57,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     }
     rows.poses = Vec::new();
     let share = |axis: usize| {
-        let full_scale = (range[axis].1 - range[axis].0) / 2.0;
+        let full_scale = full_scale_of(range[axis]);
         // An axis that gravity never reaches has no full scale.
         if full_scale > 1e-9 {
             inertia[axis] / full_scale

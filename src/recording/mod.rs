@@ -3,6 +3,7 @@
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
 mod axis;
+mod full_scale;
 mod groups;
 pub mod kinetics;
 #[expect(
@@ -16,8 +17,9 @@ mod tare;
 pub mod units;
 
 pub use axis::Axis;
+pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
-pub use groups::{GroupPattern, Groups};
+pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
 pub(crate) use recording::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};

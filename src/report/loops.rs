@@ -3,6 +3,7 @@
 use super::table::{Cell, Column, Table};
 use super::trace::Trace;
 use crate::evaluation::holds::Drift;
+use crate::evaluation::metrology::Basis;
 use crate::recording::Axis;
 
 /// What loops stand over, and what their figures are shares of.
@@ -18,9 +19,39 @@ pub struct LoopScale {
     pub output_scale: f64,
 }
 
-/// Largest width, mean width and area of each loop, in units and in percent, and by how much the second differs from the
-/// first; a loop without a trace is a gauge's.
-pub fn loop_figures(loops: &[(Option<Trace>, [f64; 3])], of: LoopScale) -> Table {
+/// What is known of one loop.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopMeasures {
+    /// Of which load; `None` for a gauge.
+    pub trace: Option<Trace>,
+    /// Largest width, mean width and area, in their units, with what each rests on.
+    pub figures: [(f64, Basis); 3],
+}
+
+/// By how much half and twice the dead band would change a figure.
+pub(super) fn moves(value: f64, basis: &Basis) -> String {
+    let others = [basis.dead_band_halved, basis.dead_band_doubled];
+    let moved = others.map(|other| match other {
+        Some(other) if value != 0.0 => {
+            let percent = 100.0 * (other / value - 1.0);
+            match percent {
+                _ if percent.abs() < 0.05 => "0".to_owned(),
+                _ if percent.abs() < 1000.0 => format!("{percent:+.1}"),
+                _ => format!("{percent:+.0}"),
+            }
+        }
+        Some(0.0) => "0".to_owned(),
+        _ => "–".to_owned(),
+    });
+    format!("{}, {} %", moved[0], moved[1])
+}
+
+/// What [`moves`] means.
+pub(super) const MOVES: &str = "By how much the figure would change with half, and with twice the dead band; a dash where it would not be there";
+
+/// Largest width, mean width and area of each loop, in units and in percent, by how much the second differs from the first,
+/// and how far each depends on the dead band.
+pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale) -> Table {
     let unit = if of.is_gauge { "raw" } else { of.axis.unit() };
     let share = match of.is_gauge {
         true => "% of half its span",
@@ -55,26 +86,34 @@ pub fn loop_figures(loops: &[(Option<Trace>, [f64; 3])], of: LoopScale) -> Table
         ),
     ];
     let mut columns = vec![Column::words("")];
-    columns.extend(loops.iter().map(|(trace, _)| match trace {
-        Some(trace) => Column::of(*trace, ""),
+    columns.extend(loops.iter().map(|one| match one.trace {
+        Some(trace) => Column::of(trace, ""),
         None => Column::numbers("Gauge"),
     }));
     let is_compared = loops.len() == 2;
     columns.extend(is_compared.then(Column::change));
     let mut rows = Vec::new();
     for (at, (name, about, unit, share, scale)) in described.into_iter().enumerate() {
-        let values = || loops.iter().map(|(_, figures)| figures[at]);
+        let values = || loops.iter().map(|one| one.figures[at].0);
         let title = |unit: &str| Cell::words(format!("{name} [{unit}]")).about(about);
         let mut row = vec![title(unit)];
         row.extend(values().map(|value| Cell::digits(Some(value), 4)));
-        if let [(_, before), (_, after)] = loops {
-            row.push(Cell::change(before[at].abs(), after[at].abs()));
+        if let [before, after] = loops {
+            let sizes = [before, after].map(|one| one.figures[at].0.abs());
+            row.push(Cell::change(sizes[0], sizes[1]));
         }
         rows.push(row);
         let mut row = vec![title(share)];
         row.extend(values().map(|value| {
             let percent = (scale > 0.0).then(|| 100.0 * value / scale);
             Cell::digits(percent, 3)
+        }));
+        row.extend(is_compared.then(|| Cell::words("")));
+        rows.push(row);
+        let mut row = vec![Cell::words("½, 2 × dead band").about(MOVES)];
+        row.extend(loops.iter().map(|one| {
+            let (value, basis) = &one.figures[at];
+            Cell::words(moves(*value, basis)).about(MOVES)
         }));
         row.extend(is_compared.then(|| Cell::words("")));
         rows.push(row);
@@ -141,9 +180,17 @@ mod tests {
             is_gauge: false,
             output_scale: 20.0,
         };
+        let basis = Basis {
+            dead_band_halved: Some(1.1),
+            ..Basis::new(3, 0.5)
+        };
+        let measures = |trace, figures: [f64; 3]| LoopMeasures {
+            trace,
+            figures: figures.map(|figure| (figure, basis)),
+        };
         let both = [
-            (Some(Trace::Conventional), [1.0, 0.5, 8.0]),
-            (Some(Trace::Compensated), [0.5, 0.25, -2.0]),
+            measures(Some(Trace::Conventional), [1.0, 0.5, 8.0]),
+            measures(Some(Trace::Compensated), [0.5, 0.25, -2.0]),
         ];
         let shown = |table: &Table| -> Vec<Vec<String>> {
             let rows = table.rows.iter();
@@ -153,16 +200,18 @@ mod tests {
         let rows = shown(&loop_figures(&both, of));
         assert_eq!(rows[0], ["Largest width [N]", "1.000", "0.5000", "-50.0 %"]);
         assert_eq!(rows[1], ["Largest width [% FS]", "5.00", "2.50", ""]);
-        assert_eq!(rows[4], ["Area [N²]", "8.000", "-2.000", "-75.0 %"]);
-        assert_eq!(rows[5], ["Area [% FS²]", "2.00", "-0.500", ""]);
+        let moves = ["½, 2 × dead band", "+10.0, – %", "+120.0, – %", ""];
+        assert_eq!(rows[2], moves);
+        assert_eq!(rows[6], ["Area [N²]", "8.000", "-2.000", "-75.0 %"]);
+        assert_eq!(rows[7], ["Area [% FS²]", "2.00", "-0.500", ""]);
         let gauge = LoopScale {
             is_gauge: true,
             output_scale: 0.0,
             ..of
         };
-        let rows = shown(&loop_figures(&[(None, [1.0; 3])], gauge));
+        let rows = shown(&loop_figures(&[measures(None, [1.0; 3])], gauge));
         assert_eq!(rows[0], ["Largest width [raw]", "1.000"]);
         assert_eq!(rows[1], ["Largest width [% of half its span]", "–"]);
-        assert_eq!(rows[4][0], "Area [raw·N]");
+        assert_eq!(rows[6][0], "Area [raw·N]");
     }
 }

@@ -1,8 +1,9 @@
 //! The figures of a certificate as tables.
 
+use super::loops::{MOVES, moves};
 use super::table::{Cell, Column, Table};
 use super::trace::{Shown, Trace};
-use crate::evaluation::metrology::{self, Figure, Metrology, Reason, Row, Value};
+use crate::evaluation::metrology::{self, Basis, Figure, Metrology, Quantity, Reason, Row, Value};
 use crate::evaluation::numbers::significant;
 
 /// The figures of the axis at this place, one row each, but those of crosstalk.
@@ -12,6 +13,16 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     columns.extend(shown.columns(axis.unit()));
     if shown == Shown::All {
         columns.push(Column::change());
+        columns.push(Column {
+            about: "How many cycles the figure rests on, and which share of all loads they have in common".to_owned(),
+            ..Column::words("cycles")
+        });
+        columns.extend(
+            [Trace::Conventional, Trace::Compensated].map(|trace| Column {
+                about: MOVES.to_owned(),
+                ..Column::words(format!("{} at ½, 2 × dead band", trace.label()))
+            }),
+        );
     }
     Table {
         title: format!(
@@ -53,10 +64,34 @@ fn axis_row(row: &Row, at: usize, shown: Shown, n_columns: usize) -> Vec<Cell> {
                     }
                     _ => Cell::none(),
                 });
+                cells.extend(basis_cells([before, after]));
             }
         }
     }
     cells
+}
+
+/// How many cycles the figures rest on, and how far each depends on the dead band; empty for what does not come of loops.
+fn basis_cells(figures: [&Figure; 2]) -> [Cell; 3] {
+    let known = figures.map(|figure| {
+        let value = figure.as_ref().ok()?;
+        Some((value.value, value.basis?))
+    });
+    let cycles = known
+        .iter()
+        .flatten()
+        .next()
+        .map(|(_, basis)| cycles(basis));
+    let moves =
+        known.map(|one| one.map_or_else(String::new, |(value, basis)| moves(value, &basis)));
+    let [before, after] = moves;
+    [cycles.unwrap_or_default(), before, after].map(Cell::words)
+}
+
+/// How many, and over how much.
+fn cycles(basis: &Basis) -> String {
+    let share = significant(100.0 * basis.range_share, 2);
+    format!("{} over {share} %", basis.n_cycles)
 }
 
 /// The cells of one output.
@@ -95,6 +130,13 @@ fn told(cell: &metrology::Cell, value: &Value) -> String {
         let [from, to] = [place.from_secs, place.to_secs].map(|secs| significant(secs, 5));
         about.push_str(&format!("\n{}, {from} s to {to} s", place.name));
     }
+    if let Some(basis) = &value.basis {
+        about.push_str(&format!(
+            "\nCycles: {} of all loads. With ½ and 2 × the dead band: {}",
+            cycles(basis),
+            moves(value.value, basis)
+        ));
+    }
     about
 }
 
@@ -128,7 +170,11 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     columns.extend(axes.iter().map(|axis| Column::numbers(axis.symbol())));
     let mut rows = Vec::new();
     for (from, row) in metrology.crosstalk_rows() {
-        let name = defined(row, format!("from {}", from.symbol()));
+        let largest = match row.quantity {
+            Quantity::CrosstalkDeviation(_) => ", largest",
+            _ => "",
+        };
+        let name = defined(row, format!("from {}{largest}", from.symbol()));
         if let Some(reason) = shared_reason(row) {
             let mut cells = vec![name, missing(reason)];
             cells.resize(columns.len(), Cell::continued());
@@ -177,7 +223,7 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
 }
 
 /// The columns of a file of figures.
-const RECORD: [&str; 17] = [
+const RECORD: [&str; 25] = [
     "id",
     "quantity",
     "axis",
@@ -195,6 +241,14 @@ const RECORD: [&str; 17] = [
     "definition",
     "source",
     "free_running",
+    "conventional_cycles",
+    "conventional_range_share",
+    "conventional_dead_band_halved",
+    "conventional_dead_band_doubled",
+    "compensated_cycles",
+    "compensated_range_share",
+    "compensated_dead_band_halved",
+    "compensated_dead_band_doubled",
 ];
 
 /// One row per quantity and axis, for a file: conventional beside compensated, each in the axis' unit and in % of full
@@ -237,6 +291,16 @@ pub fn figure_records(metrology: &Metrology) -> Table {
             }
             record.push(number(metrology.dead_bands[at]));
             record.extend([about.definition, about.source, about.free_running].map(Cell::words));
+            for figure in [&cell.conventional, &cell.compensated] {
+                let basis = figure.as_ref().ok().and_then(|value| value.basis);
+                let numbers = [
+                    basis.map(|own| own.n_cycles as f64),
+                    basis.map(|own| own.range_share),
+                    basis.and_then(|own| own.dead_band_halved),
+                    basis.and_then(|own| own.dead_band_doubled),
+                ];
+                record.extend(numbers.map(|value| value.map_or_else(Cell::none, number)));
+            }
             rows.push(record);
         }
     }
@@ -290,7 +354,10 @@ mod tests {
         }
         let of_axis = axis_figures(&measured, 0, Shown::All);
         let expected = ["RMSE", "1.000", "10.0", "0.5000", "5.00", "-50.0 %"];
-        assert_eq!(texts(&of_axis, "RMSE"), expected);
+        assert_eq!(texts(&of_axis, "RMSE")[..6], expected);
+        assert_eq!(texts(&of_axis, "RMSE")[6..], ["", "", ""]);
+        let hysteresis = texts(&of_axis, "Hysteresis");
+        assert_eq!(hysteresis[6], "1 over 100 %");
     }
 
     #[test]

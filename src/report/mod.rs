@@ -12,7 +12,7 @@ mod trace;
 
 pub use errors::errors;
 pub(crate) use errors::factory_note;
-pub(crate) use loops::{LoopScale, drifts, loop_figures};
+pub(crate) use loops::{LoopMeasures, LoopScale, drifts, loop_figures};
 pub use metrology::crosstalk;
 pub(crate) use metrology::{axis_figures, figure_records, overview};
 pub(crate) use table::{Align, Cell};

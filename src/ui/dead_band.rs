@@ -1,36 +1,60 @@
-//! How far a load must come back before a reversal counts: typed, or from the noise.
+//! How far a load must come back before a reversal counts, typed or from noise and range; how long a dwell is.
 
 use egui::{DragValue, Ui};
 
+use crate::evaluation::metrology::MetrologySettings;
 use crate::recording::Axis;
 
-const EXPLANATION: &str = "A reversal counts once the load has come back by more than this; from noise: ten times the noise \
-                           of the load, and at least 2 % of its range";
+const EXPLANATION: &str = "A reversal counts once the load has come back by more than this, in the loops, the table of figures \
+                           and the report alike; from data: ten times the noise of the load, and at least 5 % of its range, over \
+                           all recordings that train or test. Large cycles hardly depend on it";
 
-/// Draws a label, the value and whether it comes from the noise. `chosen` is `None` where it does, and then `automatic` is
-/// shown.
+/// The longest time that a dwell can be asked to last (s).
+const LONGEST_DWELL_SECS: f64 = 1e5;
+
+/// Draws a label, the value and whether it comes from the data. The axis stands in this place among all axes; `used` is the one that
+/// an answer was made with.
 pub fn dead_band(
     ui: &mut Ui,
     name: &str,
-    axis: Axis,
-    chosen: &mut Option<f64>,
-    automatic: Option<f64>,
+    (axes, at): (&[Axis], usize),
+    measuring: &mut MetrologySettings,
+    used: Option<f64>,
 ) {
+    let mut chosen = measuring.dead_bands.get(at).copied().flatten();
+    let before = chosen;
     let label = ui.label(name).on_hover_text(EXPLANATION);
-    let mut value = chosen.or(automatic).unwrap_or_default();
+    let mut value = chosen.or(used).unwrap_or_default();
     let field = DragValue::new(&mut value)
         .range(0.0..=f64::MAX)
         .speed(0.01)
         .max_decimals(4)
-        .suffix(format!(" {}", axis.unit()));
+        .suffix(format!(" {}", axes[at].unit()));
     let field = ui.add(field).labelled_by(label.id);
     if field.on_hover_text(EXPLANATION).changed() {
-        *chosen = Some(value);
+        chosen = Some(value);
     }
-    let mut from_noise = chosen.is_none();
+    let mut from_data = chosen.is_none();
     // "auto" alone is the ridge's.
-    let tick = ui.checkbox(&mut from_noise, "from noise");
+    let tick = ui.checkbox(&mut from_data, "from data");
     if tick.on_hover_text(EXPLANATION).changed() {
-        *chosen = (!from_noise).then_some(value);
+        chosen = (!from_data).then_some(value);
     }
+    if chosen != before {
+        measuring.dead_bands.resize(axes.len(), None);
+        measuring.dead_bands[at] = chosen;
+    }
+}
+
+/// Draws how long a load must stand still to be a dwell, with a label.
+pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
+    let explanation = "A load that stands still for so long is a dwell: creep and zero return are read there. Still: every axis \
+                       within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";
+    let label = ui.label(name).on_hover_text(explanation);
+    let field = DragValue::new(&mut measuring.hold_secs)
+        .range(0.1..=LONGEST_DWELL_SECS)
+        .speed(0.1)
+        .suffix(" s");
+    let field = ui.add(field).labelled_by(label.id);
+    field.on_hover_text(explanation);
 }

@@ -45,16 +45,12 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             ui.weak("of the applied calibration on these recordings");
             return;
         }
-        for warning in analysis.calibration.warnings() {
-            let color = ui.visuals().warn_fg_color;
-            let short = warning.split(':').next().unwrap_or_default();
-            ui.colored_label(color, short).on_hover_text(&warning);
-        }
         if let Some(how) = &analysis.calibration.quality.cross_validation {
             ui.weak(format!("CV {how}"));
         }
-        if let Some(reason) = analysis.calibration.why_not_left_out() {
-            ui.weak(format!("no cross-validation: {reason}"));
+        for caution in &analysis.cautions {
+            ui.colored_label(ui.visuals().warn_fg_color, caution.short())
+                .on_hover_text(caution.to_string());
         }
     });
     let Some(analysis) = engine.analysis() else {

@@ -8,22 +8,22 @@ mod loop_view;
 mod save;
 
 use crate::analysis::loops::{
-    Channel, CrossQuestion, DwellQuestion, LoadKind, Look, LoopQuestion, Output, Question, Span, Up,
+    Channel, CrossQuestion, DwellQuestion, LoadKind, Look, LoopQuestion, Output, Question, Span,
+    TableOf, Up,
 };
-use crate::engine::Engine;
+use crate::engine::{Edit, Engine};
+use crate::evaluation::metrology::MetrologySettings;
 use crate::recording::Axis;
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::item;
-use crate::ui::dead_band::dead_band;
+use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots::{self, Zoom};
 
 /// Beside the plot, so much is for figures.
 const FIGURES_WIDTH: f32 = 292.0;
-/// The longest time that a rest can be asked to last (s).
-const LONGEST_REST_SECS: f64 = 1e5;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -99,8 +99,6 @@ pub struct LoopsPane {
     axis: Axis,
     up: Up,
     span: Span,
-    /// Chosen dead band, in the axis' unit; `None` takes it from the noise.
-    dead_band: Option<f64>,
     conventional: bool,
     compensated: bool,
     figures_of: FiguresOf,
@@ -108,7 +106,6 @@ pub struct LoopsPane {
     cross_up: Channel,
     /// `None` takes the longest.
     rest: Option<usize>,
-    hold_secs: f64,
     zooms: Zooms,
     /// Of the plot, or of its picture in a file where that has more.
     pixels: [f64; 2],
@@ -122,14 +119,12 @@ impl Default for LoopsPane {
             axis: Axis::Fz,
             up: Up::default(),
             span: Span::default(),
-            dead_band: None,
             conventional: true,
             compensated: true,
             figures_of: FiguresOf::default(),
             across: Channel::Load(LoadKind::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
             rest: None,
-            hold_secs: 5.0,
             zooms: Zooms::default(),
             pixels: STANDS_ALONE.into(),
             path: "loops.svg".to_owned(),
@@ -145,7 +140,12 @@ impl PaneView for LoopsPane {
             return;
         }
         self.follow(engine);
-        ui.horizontal_wrapped(|ui| self.choices(ui, engine));
+        let before = &engine.project().measuring;
+        let mut measuring = before.clone();
+        ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring));
+        if measuring != *before {
+            out.push(Edit::Measuring(measuring).into());
+        }
         ui.separator();
         if let Some(problem) = engine.loops.problem() {
             ui.colored_label(ui.visuals().warn_fg_color, problem);
@@ -162,7 +162,9 @@ impl PaneView for LoopsPane {
             (Mode::Cross, Some(Look::Cross(found))) => {
                 cross_view::show(ui, self, engine, found, out)
             }
-            (Mode::Dwells, Some(Look::Dwells(found))) => dwell_view::show(ui, self, found, out),
+            (Mode::Dwells, Some(Look::Dwells(found))) => {
+                dwell_view::show(ui, self, engine, found, out)
+            }
             _ => {}
         }
         // It was drawn, so its choices are those of now.
@@ -179,7 +181,6 @@ impl LoopsPane {
                 axis: self.axis,
                 up: self.up,
                 span: self.span,
-                dead_band: self.dead_band,
                 frame,
                 pixels: self.pixels,
             }),
@@ -193,7 +194,6 @@ impl LoopsPane {
             Mode::Dwells => Question::Dwells(DwellQuestion {
                 axis: self.axis,
                 rest: self.rest,
-                hold_secs: self.hold_secs,
             }),
         }
     }
@@ -206,7 +206,6 @@ impl LoopsPane {
             && !axes.contains(&self.axis)
         {
             self.axis = *first;
-            self.dead_band = None;
             self.zooms = Zooms::default();
         }
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
@@ -237,7 +236,7 @@ impl LoopsPane {
         self.zooms.of(self.mode)
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         for (mode, label, explanation) in Mode::ALL {
             ui.selectable_value(&mut self.mode, mode, label)
                 .on_hover_text(explanation);
@@ -256,11 +255,14 @@ impl LoopsPane {
                 self.axis_choice(ui, engine);
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
-                let automatic = match engine.loops.answer() {
-                    Some(Look::Loops(found)) => Some(found.automatic_dead_band),
+                let used = match engine.loops.answer() {
+                    Some(Look::Loops(found)) => Some(found.dead_band),
                     _ => None,
                 };
-                dead_band(ui, "Dead band", self.axis, &mut self.dead_band, automatic);
+                let axes = engine.project().axes();
+                if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
+                    dead_band(ui, "Dead band", (axes, at), measuring, used);
+                }
             }
             Mode::Cross => {
                 channel_choice(ui, engine, "across", &mut self.across);
@@ -269,14 +271,7 @@ impl LoopsPane {
             }
             Mode::Dwells => {
                 self.axis_choice(ui, engine);
-                let label = ui.label("at least");
-                let field = egui::DragValue::new(&mut self.hold_secs)
-                    .range(0.1..=LONGEST_REST_SECS)
-                    .speed(0.1)
-                    .suffix(" s");
-                ui.add(field).labelled_by(label.id).on_hover_text(
-                    "Every axis stays within 1 % of its full scale, or ten times its noise, for so long",
-                );
+                dwell_secs(ui, "at least", measuring);
             }
         }
         let after = (
@@ -289,9 +284,6 @@ impl LoopsPane {
         );
         if after != before {
             *self.zoom_mut() = None;
-        }
-        if after.0 != before.0 {
-            self.dead_band = None; // it was in the other axis' unit
         }
         if self.mode != Mode::Cross
             && !(self.mode == Mode::Loops && matches!(self.up, Up::Gauge(_)))
@@ -344,7 +336,10 @@ impl LoopsPane {
         let entries = engine.project().recordings.entries();
         let name = |span: Span| match span {
             Span::Visible => "As in Traces",
-            Span::All => "All recordings",
+            Span::Of(TableOf::Test) => "Test recordings",
+            Span::Of(TableOf::Train) => "Training recordings",
+            Span::Of(TableOf::NotFitted) => "Test and off",
+            Span::All | Span::Of(TableOf::All) => "All recordings",
             Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
         };
         egui::ComboBox::from_label("of")
@@ -352,7 +347,8 @@ impl LoopsPane {
             .width(104.0)
             .truncate()
             .show_ui(ui, |ui| {
-                let all = [Span::Visible, Span::All].into_iter();
+                let of = [TableOf::Test, TableOf::Train].map(Span::Of);
+                let all = [Span::Visible, Span::All].into_iter().chain(of);
                 for span in all.chain((0..entries.len()).map(Span::One)) {
                     item(ui, &mut self.span, span, name(span).to_owned());
                 }

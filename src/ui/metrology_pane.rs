@@ -1,17 +1,14 @@
 //! The figures of a certificate: rows with their definitions at hand, Conv. beside Comp. for every axis.
 
 use crate::analysis::loops::{Look, Question, TableOf, TableQuestion};
-use crate::engine::{Action, Engine, Existing, FileContent};
+use crate::engine::{Action, Edit, Engine, Existing, FileContent};
 use crate::evaluation::metrology::{Metrology, MetrologySettings};
-use crate::recording::{Axis, Role};
+use crate::recording::Axis;
 use crate::report::{Shown, Table, crosstalk, overview};
 use crate::ui::command::{Command, Kind, Pane};
-use crate::ui::dead_band::dead_band;
+use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
-
-/// The longest time that a rest can be asked to last (s).
-const LONGEST_REST_SECS: f64 = 1e5;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -23,11 +20,8 @@ pub const PANE: Pane = Pane(&Kind {
 /// What the pane remembers between frames.
 #[derive(Debug)]
 pub struct MetrologyPane {
-    /// `None` follows the recordings: the test recordings where there are some, else all.
+    /// `None` follows the recordings, see [`TableOf::usual`].
     of: Option<TableOf>,
-    settings: MetrologySettings,
-    /// The axes that the dead bands are of.
-    axes: Vec<Axis>,
     shown: Shown,
     path: String,
 }
@@ -36,8 +30,6 @@ impl Default for MetrologyPane {
     fn default() -> Self {
         Self {
             of: None,
-            settings: MetrologySettings::default(),
-            axes: Vec::new(),
             shown: Shown::default(),
             path: "metrology.csv".to_owned(),
         }
@@ -49,25 +41,18 @@ impl PaneView for MetrologyPane {
         self.draw(ui, cx.engine, cx.out);
         // It was drawn, so its choices are those of now.
         let of = self.of(cx.engine);
-        let settings = self.settings.clone();
-        let question = Question::Table(TableQuestion { of, settings });
+        let question = Question::Table(TableQuestion { of });
         cx.engine.ask_figures(question);
     }
 }
 
 impl MetrologyPane {
     fn of(&self, engine: &Engine) -> TableOf {
-        let entries = engine.project().recordings.entries();
-        let tests = entries.iter().any(|entry| entry.role == Role::Test);
-        let usual = if tests { TableOf::Test } else { TableOf::All };
+        let usual = TableOf::usual(&engine.project().recordings);
         self.of.unwrap_or(usual)
     }
 
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        if engine.project().axes() != self.axes {
-            self.axes = engine.project().axes().to_vec();
-            self.settings.dead_bands.clear(); // they were in other axes' units
-        }
         let table = match engine
             .figures
             .answer()
@@ -83,8 +68,18 @@ impl MetrologyPane {
                 .collect()
         });
         ui.horizontal_wrapped(|ui| {
-            self.choices(ui, engine);
-            self.definitions(ui, table.map(|table| &**table));
+            let before = &engine.project().measuring;
+            let mut measuring = before.clone();
+            self.choices(ui, engine, &mut measuring);
+            definitions(
+                ui,
+                table.map(|table| &**table),
+                engine.project().axes(),
+                &mut measuring,
+            );
+            if measuring != *before {
+                out.push(Edit::Measuring(measuring).into());
+            }
             ui.separator();
             ui.add_enabled_ui(table.is_some(), |ui| {
                 if ui
@@ -137,10 +132,15 @@ impl MetrologyPane {
             });
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         let mut of = self.of(engine);
         for (one, label, explanation) in [
             (TableOf::Test, "Test", "The test recordings"),
+            (
+                TableOf::NotFitted,
+                "Not fitted",
+                "What nothing is fitted to: the test recordings, and those that are off",
+            ),
             (TableOf::Train, "Train", "The training recordings"),
             (TableOf::All, "All", "All recordings"),
         ] {
@@ -156,87 +156,80 @@ impl MetrologyPane {
         ui.selectable_value(&mut self.shown, Shown::Units, "N, N·m")
             .on_hover_text("In the unit of the axis");
         ui.separator();
-        let explanation =
-            "A load that stands still for so long is a dwell: creep and zero return are read there";
-        let label = ui.label("Dwell").on_hover_text(explanation);
-        let field = egui::DragValue::new(&mut self.settings.hold_secs)
-            .range(0.1..=LONGEST_REST_SECS)
-            .speed(0.1)
-            .suffix(" s");
-        ui.add(field)
-            .labelled_by(label.id)
-            .on_hover_text(explanation);
+        dwell_secs(ui, "Dwell", measuring);
     }
 }
 
 /// A field for a share of full scale: its label, what it decides, and the value.
 type ShareField<'a> = (&'a str, &'a str, &'a mut f64);
 
-impl MetrologyPane {
-    /// What counts as a reversal, as still, as zero, as loaded.
-    fn definitions(&mut self, ui: &mut egui::Ui, table: Option<&Metrology>) {
-        let keep_open = egui::containers::menu::MenuConfig::new()
-            .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-        let button = egui::containers::menu::MenuButton::new("Definitions…").config(keep_open);
-        let (response, _) = button.ui(ui, |ui| {
-            ui.reset_style(); // fields, not menu items
-            ui.set_min_width(300.0);
-            let settings = &mut self.settings;
-            let shares: [ShareField<'_>; 4] = [
-                (
-                    "Still within",
-                    "A dwell: every axis stays within this much for the time beside \"Dwell\"",
-                    &mut settings.still_share,
-                ),
-                (
-                    "Zero within",
-                    "A load this small is no load: zero return is read there",
-                    &mut settings.zero_share,
-                ),
-                (
-                    "Loaded from",
-                    "An axis with at least this much is loaded: crosstalk is read there",
-                    &mut settings.loaded_share,
-                ),
-                (
-                    "Not loaded up to",
-                    "The other axes stay below this while one is loaded alone",
-                    &mut settings.alone_share,
-                ),
-            ];
-            egui::Grid::new("definitions")
-                .num_columns(3)
-                .show(ui, |ui| {
-                    for (name, explanation, share) in shares {
-                        let label = ui.label(name).on_hover_text(explanation);
-                        let mut percent = 100.0 * *share;
-                        let field = egui::DragValue::new(&mut percent)
-                            .range(0.01..=100.0)
-                            .speed(0.05)
-                            .suffix(" % FS");
-                        let field = ui.add(field).labelled_by(label.id);
-                        if field.on_hover_text(explanation).changed() {
-                            *share = 0.01 * percent;
-                        }
-                        ui.end_row();
+/// What counts as a reversal, as still, as zero, as loaded.
+fn definitions(
+    ui: &mut egui::Ui,
+    table: Option<&Metrology>,
+    axes: &[Axis],
+    settings: &mut MetrologySettings,
+) {
+    let keep_open = egui::containers::menu::MenuConfig::new()
+        .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+    let button = egui::containers::menu::MenuButton::new("Definitions…").config(keep_open);
+    let (response, _) = button.ui(ui, |ui| {
+        ui.reset_style(); // fields, not menu items
+        ui.set_min_width(300.0);
+        egui::Grid::new("definitions")
+            .num_columns(3)
+            .show(ui, |ui| {
+                let MetrologySettings {
+                    still_share,
+                    zero_share,
+                    loaded_share,
+                    alone_share,
+                    ..
+                } = settings;
+                let shares: [ShareField<'_>; 4] = [
+                    (
+                        "Still within",
+                        "A dwell: every axis stays within this much for the time beside \"Dwell\"",
+                        still_share,
+                    ),
+                    (
+                        "Zero within",
+                        "A load this small is no load: zero return is read there",
+                        zero_share,
+                    ),
+                    (
+                        "Loaded from",
+                        "An axis with at least this much is loaded: crosstalk is read there",
+                        loaded_share,
+                    ),
+                    (
+                        "Not loaded up to",
+                        "The other axes stay below this while one is loaded alone",
+                        alone_share,
+                    ),
+                ];
+                for (name, explanation, share) in shares {
+                    let label = ui.label(name).on_hover_text(explanation);
+                    let mut percent = 100.0 * *share;
+                    let field = egui::DragValue::new(&mut percent)
+                        .range(0.01..=100.0)
+                        .speed(0.05)
+                        .suffix(" % FS");
+                    let field = ui.add(field).labelled_by(label.id);
+                    if field.on_hover_text(explanation).changed() {
+                        *share = 0.01 * percent;
                     }
-                    for (at, axis) in table
-                        .map_or(&[][..], |table| &table.axes)
-                        .iter()
-                        .enumerate()
-                    {
-                        settings
-                            .dead_bands
-                            .resize(settings.dead_bands.len().max(at + 1), None);
-                        let used = table.and_then(|table| table.dead_bands.get(at).copied());
-                        let name = format!("Dead band {}", axis.symbol());
-                        dead_band(ui, &name, *axis, &mut settings.dead_bands[at], used);
-                        ui.end_row();
-                    }
-                });
-        });
-        response.on_hover_text("What counts as a reversal, as a dwell, as zero, and as loaded");
-    }
+                    ui.end_row();
+                }
+                for (at, axis) in axes.iter().enumerate() {
+                    let used = table.and_then(|table| table.dead_bands.get(at).copied());
+                    let name = format!("Dead band {}", axis.symbol());
+                    dead_band(ui, &name, (axes, at), settings, used);
+                    ui.end_row();
+                }
+            });
+    });
+    response.on_hover_text("What counts as a reversal, as a dwell, as zero, and as loaded");
 }
 
 fn notes(ui: &mut egui::Ui, table: &Metrology) {

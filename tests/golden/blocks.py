@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from generate import FORCES, HERE, arguments, left_out_folds, least_squares, past_samples, play, read, rmse, with_offset
+from generate import FORCES, HERE, arguments, full_scale_of, left_out_folds, least_squares, past_samples, play, read, rmse, with_offset
 
 
 def lagged(times, gauges, lag):
@@ -46,7 +46,7 @@ def calibrate(train, test, f_th, t_th, distance, look_back, lags, creep, radii, 
     axes = train[0][3]
     train, test = [part[:3] for part in train], [part[:3] for part in test]
     gauges, truth = (np.vstack([part[at] for part in train]) for at in (1, 2))
-    full_scale = np.ptp(truth, axis=0) / 2.0
+    full_scale = full_scale_of(truth)
     is_force = np.array([1.0 if axis in FORCES else 0.0 for axis in axes])
     weights = is_force if distance == "force" else 1.0 / full_scale
     deviation = np.where(np.ptp(gauges, axis=0) > 0.0, gauges.std(axis=0), 0.0)

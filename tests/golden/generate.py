@@ -179,6 +179,13 @@ def rank_and_condition(gauges, past_gauges, offset):
     return rank, values[0] / values[rank - 1]
 
 
+def full_scale_of(loads):
+    """Half the peak-to-peak load of each axis, or its largest magnitude where it goes one way only."""
+    up, down = np.maximum(loads.max(axis=0), 0.0), np.maximum(-loads.min(axis=0), 0.0)
+    one_way = np.minimum(up, down) < 0.1 * np.maximum(up, down)
+    return np.where(one_way, np.maximum(up, down), np.ptp(loads, axis=0) / 2.0)
+
+
 def calibrate(train, test, f_th, t_th, distance, offset=True, decimate=1, split=None, full_scale=None):
     """Everything that the program reports, and the predictions on the test recordings."""
     train, test = [read(name) for name in train], [read(name) for name in test]
@@ -193,7 +200,7 @@ def calibrate(train, test, f_th, t_th, distance, offset=True, decimate=1, split=
 
     truth = np.vstack([load for _, _, load in train])
     if full_scale is None:
-        full_scale = np.ptp(truth, axis=0) / 2.0
+        full_scale = full_scale_of(truth)
     if distance == "force":
         weights = np.array([1.0 if axis in FORCES else 0.0 for axis in axes])
     else:

@@ -11,13 +11,15 @@ from generate import HERE, calibrate, read
 CELLS = 100
 STEPS = 101
 FULL = 0.8
+FEWEST, MOST = 3, 0.5
+ALIKE = 0.05
 
 
 def dead_band(recordings):
-    """Ten times the noise by fourth differences, at least 2 % of the range."""
+    """Ten times the noise by fourth differences, at least 5 % of the range."""
     noise = [np.sort(np.abs(np.diff(x, 4)))[(len(x) - 5) // 2] / np.sqrt(70.0) / 0.6744897501960817 for x in recordings]
     every = np.concatenate(recordings)
-    return max(10.0 * max(noise), 0.02 * np.ptp(every))
+    return max(10.0 * max(noise), 0.05 * np.ptp(every))
 
 
 def reversals(x, band):
@@ -38,13 +40,16 @@ def reversals(x, band):
 
 
 class Branch:
-    """Averages over hundredths of the load range, between the samples of least and greatest load."""
+    """Averages over hundredths of the load range, between the samples of least and greatest load. `own` are its samples."""
 
-    def __init__(self, recording, x, outputs, ends):
-        own = slice(ends[0], ends[1] + 1)
-        self.recording, self.x, self.outputs = recording, x[own], [y[own] for y in outputs]
+    def __init__(self, recording, x, outputs, own, rising):
+        self.recording, self.own, self.rising = recording, own, rising
+        self.x, self.outputs = x[own], [y[own] for y in outputs]
         self.low, self.high = self.x.min(), self.x.max()
-        self.rising = x[ends[1]] > x[ends[0]]
+
+    @property
+    def span(self):
+        return self.high - self.low
 
     def averages(self, output):
         y = self.outputs[output]
@@ -67,6 +72,37 @@ class Branch:
         return np.array([[self.low, carry(self.low, a[0], a[1])], [self.high, carry(self.high, a[-1], a[-2])]])
 
 
+def cycles_of(recording, x, outputs, band):
+    """Rainflow: cycles that close, neighbours among the half cycles that are left, and these halves."""
+    whole = lambda a, b: Branch(recording, x, outputs, np.arange(a, b + 1), x[b] > x[a])
+    left = [whole(a, b) for a, b in reversals(x, band)]
+    closed, at = [], 0
+    while at + 2 < len(left):
+        before, own, after = left[at : at + 3]
+        alike = before.span == own.span == after.span
+        if own.span > min(before.span, after.span) or alike:
+            at += 1
+            continue
+        back = x[after.own] >= own.high if after.rising else x[after.own] <= own.low
+        end = int(np.argmax(back))
+        second = Branch(recording, x, outputs, after.own[: end + 1], after.rising)
+        closed.append((own, second))
+        joined = np.r_[before.own, after.own[end:]]
+        left[at : at + 3] = [Branch(recording, x, outputs, joined, before.rising)]
+        at = 0
+    # Every way to pair neighbours, by how great the sum of squared common ranges is.
+    best = {len(left): (0.0, []), len(left) + 1: (0.0, [])}
+    for k in reversed(range(len(left))):
+        alone = best[k + 1]
+        best[k] = alone
+        if k + 1 < len(left):
+            pair = (left[k], left[k + 1])
+            joint = (span(pair) ** 2 + best[k + 2][0], [pair] + best[k + 2][1])
+            if joint[0] >= alone[0]:
+                best[k] = joint
+    return closed + best[0][1], closed + list(zip(left, left[1:])), left
+
+
 def common(parts):
     return max(part.low for part in parts), min(part.high for part in parts)
 
@@ -85,17 +121,19 @@ def widths(cycle, loads, output):
     return falling.at(loads, output) - rising.at(loads, output)
 
 
-def figures(recordings, outputs):
-    """Every figure of one axis, conventional and compensated: recordings of one load, outputs[o] of the same shapes."""
+def figures(recordings, outputs, others, full_scales):
+    """Every figure of one axis, conventional and compensated: recordings of one load, outputs[o] of the same shapes; others
+    are the loads of the other axes, per recording one column each, with their full scales."""
     band = dead_band(recordings)
-    branches = [
-        [Branch(r, x, [outputs[o][r] for o in range(2)], ends) for ends in reversals(x, band)]
-        for r, x in enumerate(recordings)
+    every = np.concatenate(recordings)
+    counted = [
+        cycles_of(r, x, [outputs[o][r] for o in range(2)], band) for r, x in enumerate(recordings)
     ]
-    cycles = [pair for own in branches for pair in zip(own, own[1:])]
-    every = [branch for own in branches for branch in own]
+    cycles = [cycle for own in counted for cycle in own[0]]
+    neighbours = [cycle for own in counted for cycle in own[1]]
     found = {}
-    largest = cycles[int(np.argmax([span(cycle) for cycle in cycles]))]
+    starts = lambda cycle: (cycle[0].recording, cycle[0].own[0])
+    largest = max(sorted(neighbours, key=starts), key=span)
     full = [cycle for cycle in cycles if most_of(common(cycle), common(largest))]
     rising = next(branch for branch in largest if branch.rising)
     falling = next(branch for branch in largest if not branch.rising)
@@ -104,7 +142,7 @@ def figures(recordings, outputs):
         found[name] = [float(figure(output)) for output in range(2)]
 
     both("hysteresis", lambda o: np.abs(widths(largest, np.linspace(*common(largest), STEPS), o)).max())
-    low, high = max(common(c)[0] for c in full), min(common(c)[1] for c in full)
+    low, high = max((common(c)[0] for c in full), default=0), min((common(c)[1] for c in full), default=0)
 
     def mean_widths(output):
         """Each loop on its own 101 loads first, then on those of the mean."""
@@ -114,8 +152,11 @@ def figures(recordings, outputs):
             total = total + np.interp(loads, own, widths(cycle, own, output))
         return np.abs(total / len(full))
 
-    both("hysteresis_mean_loop", lambda o: mean_widths(o).max())
-    both("hysteresis_mean_width", lambda o: np.trapezoid(mean_widths(o), dx=1.0 / (STEPS - 1)))
+    if len(full) >= FEWEST and high - low > MOST * np.ptp(every):
+        both("hysteresis_mean_loop", lambda o: mean_widths(o).max())
+        both("hysteresis_mean_width", lambda o: np.trapezoid(mean_widths(o), dx=1.0 / (STEPS - 1)))
+    else:
+        found["hysteresis_mean_loop"] = found["hysteresis_mean_width"] = [None, None]
 
     def terminal(points, output):
         (x0, y0), (x1, y1) = rising.ends(output)
@@ -136,17 +177,34 @@ def figures(recordings, outputs):
     both("nonlinearity_best_fit", best_fit)
     both("combined_error", combined)
 
+    def apart(branches, values):
+        """How far values of branches that go the same way are apart at equal load."""
+        loads = np.linspace(*common(branches), STEPS)
+        curves = [Branch(b.recording, recordings[b.recording], [values[b.recording]], b.own, b.rising) for b in branches]
+        return np.ptp([curve.at(loads, 0) for curve in curves], axis=0).max()
+
     def spread(output):
         worst = None
-        for way in (True, False):
-            same = [branch for branch in every if branch.rising == way]
-            widest = same[int(np.argmax([branch.high - branch.low for branch in same]))]
-            for r in range(len(recordings)):
-                own = [b for b in same if b.recording == r and most_of((b.low, b.high), (widest.low, widest.high))]
-                if len(own) > 1:
-                    loads = np.linspace(*common(own), STEPS)
-                    found_here = np.ptp([branch.at(loads, output) for branch in own], axis=0).max()
-                    worst = found_here if worst is None else max(worst, found_here)
+        for r, x in enumerate(recordings):
+            large = [Branch(r, x, [], np.arange(a, b + 1), x[b] > x[a]) for a, b in reversals(x, 0.5 * span(largest))]
+            near = lambda a, b: max(abs(a.low - b.low), abs(a.high - b.high)) <= ALIKE * span(largest)
+            start = 0
+            while start < len(large):
+                same = [large[start]]
+                while start + len(same) < len(large) and near(same[0], large[start + len(same)]):
+                    same.append(large[start + len(same)])
+                start += len(same) if len(same) >= 4 else 1
+                if len(same) < 4:
+                    continue
+                ways = [[b for b in same if b.rising == way] for way in (True, False)]
+                differ = [
+                    apart(way, [own[:, k] for own in others]) > ALIKE * full_scale
+                    for k, full_scale in enumerate(full_scales)
+                    for way in ways
+                ]
+                if not any(differ):
+                    here = max(apart(way, outputs[output]) for way in ways)
+                    worst = here if worst is None else max(worst, here)
         return worst
 
     spreads = [spread(output) for output in range(2)]
@@ -165,7 +223,9 @@ def case(files, distance, f_th):
     axes = []
     for i, axis in enumerate(parts[0][3]):
         recordings = [part[2][:, i] for part in parts]
-        band, found = figures(recordings, [np.split(output[:, i], cuts) for output in outputs])
+        all_but = [np.delete(part[2], i, axis=1) for part in parts]
+        full_scales = np.ptp(np.vstack(all_but), axis=0) / 2.0 if all_but[0].shape[1] else []
+        band, found = figures(recordings, [np.split(output[:, i], cuts) for output in outputs], all_but, full_scales)
         axes.append({"axis": axis, "dead_band": float(band), "figures": found})
     return {"files": files, "axes": axes}
 

@@ -1121,7 +1121,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     assert!(has(&window, "Largest width [raw]"));
     type_number(&mut window, "Dead band", "50");
     assert!(has(&window, "within the dead band of 50 N"));
-    click(&mut window, Role::CheckBox, "from noise");
+    click(&mut window, Role::CheckBox, "from data");
     assert!(!has(&window, "within the dead band"));
 }
 

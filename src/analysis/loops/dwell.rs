@@ -23,8 +23,6 @@ pub struct DwellQuestion {
     /// Which rest, in the order of recordings and time; beyond the last one, the last. `None` takes the longest under
     /// load, else the longest.
     pub rest: Option<usize>,
-    /// The shortest rest.
-    pub hold_secs: f64,
 }
 
 /// All dwells, and one of them ready to be drawn.
@@ -32,6 +30,8 @@ pub struct DwellQuestion {
 pub struct DwellPlot {
     /// What was asked.
     pub question: DwellQuestion,
+    /// How long they last at least.
+    pub hold_secs: f64,
     /// All of them; at least one.
     pub dwells: Vec<Dwell>,
     /// The mean load of the axis in each of them.
@@ -62,22 +62,23 @@ pub struct DwellOutput {
     pub fit: Vec<[f64; 2]>,
 }
 
-pub(super) fn picture(source: &Source, question: &DwellQuestion) -> Result<DwellPlot, LookError> {
+pub(super) fn picture(
+    source: &Source,
+    question: &DwellQuestion,
+    measuring: &MetrologySettings,
+) -> Result<DwellPlot, LookError> {
     let calibration = &source.calibration;
     let (column, _) = column_of(calibration, question.axis)?;
-    let settings = MetrologySettings {
-        hold_secs: question.hold_secs,
-        ..MetrologySettings::default()
-    };
     let runs = source.runs();
-    let found = dwells(&runs, &calibration.axes, &calibration.full_scale, &settings)?;
+    let found = dwells(&runs, &source.rules(measuring))?;
     let last = found.len().checked_sub(1).ok_or(LookError::NoDwell {
-        secs: question.hold_secs,
+        secs: measuring.hold_secs,
     })?;
     let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
     let curve = curve(source, &found[chosen], question.axis, column);
     Ok(DwellPlot {
         question: question.clone(),
+        hold_secs: measuring.hold_secs,
         levels: (found.iter())
             .map(|rest| rest.level.get(column).copied().flatten())
             .collect(),

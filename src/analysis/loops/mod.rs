@@ -17,7 +17,7 @@ use crate::analysis::TraceSet;
 use crate::calibration::{Calibration, CalibrationError};
 use crate::evaluation::loops::Frame;
 use crate::evaluation::metrology::{
-    Metrology, MetrologyError, MetrologySettings, Reason, Run, table,
+    Metrology, MetrologyError, MetrologySettings, Reason, Run, table_by,
 };
 use crate::progress::{Cancelled, Progress};
 use crate::recording::{Axis, RecordingSet, Role};
@@ -56,6 +56,8 @@ pub enum Span {
     Visible,
     /// All of this recording.
     One(usize),
+    /// All recordings that the table of figures is of.
+    Of(TableOf),
     /// All recordings.
     All,
 }
@@ -67,17 +69,33 @@ pub enum TableOf {
     Test,
     /// The training recordings.
     Train,
+    /// Those that nothing is fitted to: the test recordings, and those that are off.
+    NotFitted,
     /// All.
     #[default]
     All,
 }
 
 impl TableOf {
-    fn includes(self, role: Role) -> bool {
+    /// Whether recordings in this role are among them.
+    pub fn includes(self, role: Role) -> bool {
         match self {
             Self::Test => role == Role::Test,
             Self::Train => role == Role::Train,
+            Self::NotFitted => role != Role::Train,
             Self::All => true,
+        }
+    }
+
+    /// What is measured where nobody says: the test recordings, else the training recordings, else all; of the built-in
+    /// sensor also its bench recordings, which are off.
+    pub fn usual(set: &RecordingSet) -> Self {
+        let has = |role| set.entries().iter().any(|entry| entry.role == role);
+        match () {
+            () if set.is_simulated() && has(Role::Test) => Self::NotFitted,
+            () if has(Role::Test) => Self::Test,
+            () if has(Role::Train) => Self::Train,
+            () => Self::All,
         }
     }
 }
@@ -87,8 +105,6 @@ impl TableOf {
 pub struct TableQuestion {
     /// Which recordings.
     pub of: TableOf,
-    /// The choices behind the figures.
-    pub settings: MetrologySettings,
 }
 
 /// What is to be looked at.
@@ -129,6 +145,8 @@ pub struct LookRequest {
     pub traces: Arc<TraceSet>,
     /// The interval of their time on screen; `None` for all of it.
     pub visible: Option<(f64, f64)>,
+    /// Dead bands, what a dwell is: the same for all questions.
+    pub measuring: MetrologySettings,
     /// The question.
     pub question: Question,
 }
@@ -184,14 +202,16 @@ impl Viewer {
     pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
         if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
             // Taken away first: two sets of loads need not fit in memory at once.
-            self.source = None;
-            self.source = Some(Source::of(request));
+            let before = self.source.take();
+            let extents = before.and_then(|own| own.into_extents_of(request));
+            self.source = Some(Source::of(request, extents));
         }
         let source = self.source.as_mut().expect("was just made");
         match &request.question {
             Question::Loops(question) => {
                 let parts = source.parts(question.span, request, progress)?;
-                picture::picture(source, &parts, question, progress).map(Look::Loops)
+                picture::picture(source, &parts, question, &request.measuring, progress)
+                    .map(Look::Loops)
             }
             Question::Cross(question) => {
                 let parts = source.parts(question.span, request, progress)?;
@@ -199,7 +219,7 @@ impl Viewer {
             }
             Question::Dwells(question) => {
                 source.parts(Span::All, request, progress)?;
-                dwell::picture(source, question).map(Look::Dwells)
+                dwell::picture(source, question, &request.measuring).map(Look::Dwells)
             }
             Question::Table(question) => table_of(source, question, request, progress),
         }
@@ -222,13 +242,7 @@ fn table_of(
     }
     source.apply(chosen.iter().copied(), progress)?;
     let runs: Vec<Run<'_>> = chosen.iter().filter_map(|at| source.run(*at)).collect();
-    let calibration = &source.calibration;
-    let figures = table(
-        &runs,
-        &calibration.axes,
-        &calibration.full_scale,
-        &question.settings,
-    )?;
+    let figures = table_by(&runs, &source.rules(&request.measuring))?;
     Ok(Look::Table(Arc::new(figures), question.clone()))
 }
 

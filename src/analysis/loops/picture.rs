@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use super::source::{Part, Source};
 use super::{LookError, MAX_POINTS, Output, Span, column_of, frame_around};
 use crate::evaluation::loops::{
-    Branch, Cycle, Frame, Loop, Loops, Stroke, default_dead_band, outline, range,
+    Branch, Cycle, Frame, Loop, Loops, Stroke, common_loads, outline, range,
 };
-use crate::evaluation::metrology::{Reason, check_numbers, joined};
+use crate::evaluation::metrology::{Basis, MetrologySettings, Reason, check_numbers, joined};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::Axis;
 
@@ -32,8 +32,6 @@ pub struct LoopQuestion {
     pub up: Up,
     /// Which samples.
     pub span: Span,
-    /// From where a reversal counts, in the axis' unit; `None` takes it from the noise.
-    pub dead_band: Option<f64>,
     /// What is looked at; `None` shows all.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels: nothing is drawn coarser than these.
@@ -47,8 +45,6 @@ pub struct LoopPlot {
     pub question: LoopQuestion,
     /// The dead band that was used, in the axis' unit.
     pub dead_band: f64,
-    /// The one that the noise asks for.
-    pub automatic_dead_band: f64,
     /// Full scale of the axis; 0 where there is none.
     pub full_scale: f64,
     /// What outputs are compared with in percent: full scale, or half of what the gauge spans here; 0 where there is none.
@@ -95,17 +91,34 @@ pub struct LoopFigures {
     pub mean_width: f64,
     /// What the loop encloses, in the output's unit times the axis'.
     pub area: f64,
+    /// What each of the three rests on, in this order.
+    pub basis: [Basis; 3],
 }
 
 impl LoopFigures {
-    /// `None` where a figure is too large for a number.
-    fn of(shape: Loop) -> Option<Self> {
-        let (largest_width, mean_width, area) =
-            (shape.largest_width(), shape.mean_width(), shape.area());
-        let figures = [largest_width, mean_width, area];
+    /// What the loop measures, and what the loops of half and of twice the dead band would; `None` where a figure is too
+    /// large for a number.
+    fn of(
+        shape: Loop,
+        n_cycles: usize,
+        range_share: f64,
+        others: [Option<Loop>; 2],
+    ) -> Option<Self> {
+        let measures = [Loop::largest_width, Loop::mean_width, Loop::area];
+        let figures = measures.map(|measure| measure(&shape));
         if !figures.iter().all(|figure| figure.is_finite()) {
             return None;
         }
+        let [largest_width, mean_width, area] = figures;
+        let basis = measures.map(|measure| {
+            let of =
+                |other: &Option<Loop>| other.as_ref().map(measure).filter(|own| own.is_finite());
+            Basis {
+                dead_band_halved: of(&others[0]),
+                dead_band_doubled: of(&others[1]),
+                ..Basis::new(n_cycles, range_share)
+            }
+        });
         let widths: Vec<f64> = shape.widths().collect();
         Some(Self {
             branches: [&shape.rising, &shape.falling].map(|branch| over_load(&shape, branch)),
@@ -113,6 +126,7 @@ impl LoopFigures {
             largest_width,
             mean_width,
             area,
+            basis,
             shape,
         })
     }
@@ -130,10 +144,11 @@ pub(super) fn picture(
     source: &Source,
     parts: &[Part],
     question: &LoopQuestion,
+    measuring: &MetrologySettings,
     progress: &Progress,
 ) -> Result<LoopPlot, LookError> {
     let axis = question.axis;
-    let (_, full_scale) = column_of(&source.calibration, axis)?;
+    let (column, full_scale) = column_of(&source.calibration, axis)?;
     let (parts, loads): (Vec<&Part>, Columns) = (parts.iter())
         .filter_map(|part| Some((part, source.loads(part, axis)?)))
         .unzip();
@@ -144,39 +159,42 @@ pub(super) fn picture(
     for columns in std::iter::once(&loads).chain(curves.iter().map(|(_, columns)| columns)) {
         check(source, &parts, axis, columns)?;
     }
-    let automatic_dead_band = default_dead_band(slices(&loads));
-    let dead_band = question.dead_band.unwrap_or(automatic_dead_band);
-    let loops = Loops::of(slices(&loads), dead_band);
+    measuring.validate(source.calibration.axes.len())?;
+    let dead_band = source.rules(measuring).dead_band(column);
     let load_range = range_of(&loads);
     let output_range = curves.iter().map(|(_, columns)| range_of(columns));
     let output_range = output_range.reduce(joined).unwrap_or((0.0, 0.0));
     let whole = frame_around(load_range, output_range);
-    let full = loops.full_cycles();
-    let largest = loops
-        .largest()
-        .ok_or_else(|| Reason::no_cycle(axis, &loops, load_range, dead_band));
+    let behind = |factor: f64| Cycles::of(axis, &loads, factor * dead_band, load_range);
+    let [cycles, halved, doubled] = [1.0, 0.5, 2.0].map(behind);
+    let share = |own: &[Cycle]| {
+        let (low, high) = common_loads(own);
+        ((high - low) / (load_range.1 - load_range.0)).clamp(0.0, 1.0)
+    };
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
     let drawn = (curves.par_iter()).map(|(output, outputs)| {
+        let figures = |of: fn(&Cycles) -> &Result<Vec<Cycle>, Reason>| {
+            let own = of(&cycles).as_ref().map_err(Clone::clone)?;
+            let mean = |cycles: &Vec<Cycle>| {
+                let shapes = cycles.iter().map(|one| shape(one, &loads, outputs));
+                Loop::mean(&shapes.collect::<Vec<_>>())
+            };
+            let others = [&halved, &doubled].map(|other| of(other).as_ref().ok().and_then(mean));
+            mean(own)
+                .and_then(|found| LoopFigures::of(found, own.len(), share(own), others))
+                .ok_or(Reason::Overflow { axis })
+        };
         Ok(LoopCurve {
             output: *output,
-            strokes: strokes(&loads, outputs, loops.branches(), canvas, progress)?,
-            mean: largest.clone().and_then(|_| {
-                let shapes: Vec<Loop> =
-                    full.iter().map(|one| shape(one, &loads, outputs)).collect();
-                let mean = Loop::mean(&shapes).and_then(LoopFigures::of);
-                mean.ok_or(Reason::Overflow { axis })
-            }),
-            largest: largest.as_ref().map_err(Clone::clone).and_then(|cycle| {
-                let figures = LoopFigures::of(shape(cycle, &loads, outputs));
-                figures.ok_or(Reason::Overflow { axis })
-            }),
+            strokes: strokes(&loads, outputs, cycles.loops.branches(), canvas, progress)?,
+            mean: figures(|own| &own.mean),
+            largest: figures(|own| &own.largest),
         })
     });
     let drawn = drawn.collect::<Result<_, Cancelled>>()?;
     Ok(LoopPlot {
         question: question.clone(),
         dead_band,
-        automatic_dead_band,
         full_scale,
         output_scale: match question.up {
             Up::Gauge(_) => 0.5 * (output_range.1 - output_range.0),
@@ -184,11 +202,35 @@ pub(super) fn picture(
         },
         n_samples: loads.iter().map(Vec::len).sum(),
         n_recordings: parts.len(),
-        n_cycles: loops.cycles().count(),
-        n_full_cycles: full.len(),
+        n_cycles: cycles.loops.cycles().len(),
+        n_full_cycles: cycles.loops.full_cycles().len(),
         whole,
         curves: drawn,
     })
+}
+
+/// The cycles behind a dead band.
+struct Cycles {
+    loops: Loops,
+    /// Those of the mean loop, or why there is none.
+    mean: Result<Vec<Cycle>, Reason>,
+    /// The largest, or why there is none.
+    largest: Result<Vec<Cycle>, Reason>,
+}
+
+impl Cycles {
+    fn of(axis: Axis, loads: &Columns, dead_band: f64, range: (f64, f64)) -> Self {
+        let loops = Loops::of(slices(loads), dead_band);
+        let largest = loops.largest().map(|cycle| vec![cycle]);
+        let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
+        let enough = loops.mean_cycles(range);
+        let mean = enough.map_err(|few| Reason::few_cycles(axis, few));
+        Self {
+            mean: largest.clone().and(mean),
+            largest,
+            loops,
+        }
+    }
 }
 
 /// What goes up, part by part.

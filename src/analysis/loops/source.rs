@@ -7,11 +7,12 @@ use rayon::prelude::*;
 
 use super::{LookError, LookRequest, Output, Span};
 use crate::calibration::{AppliedLoads, Calibration};
-use crate::evaluation::metrology::Run;
+use crate::evaluation::loops::LoadExtent;
+use crate::evaluation::metrology::{MetrologySettings, Rules, Run, extents_of_set};
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording, RecordingSet};
 
-/// A interval of one recording.
+/// An interval of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
     pub(super) recording: usize,
@@ -26,10 +27,15 @@ pub(super) struct Source {
     pub(super) calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
     applied: Vec<Option<AppliedLoads>>,
+    /// Of every sample, so that what counts as a reversal does not change with the decimation.
+    extents: Vec<LoadExtent>,
 }
 
 impl Source {
-    pub(super) fn of(request: &LookRequest) -> Self {
+    /// `extents` are those of the recordings, where they are known already.
+    pub(super) fn of(request: &LookRequest, extents: Option<Vec<LoadExtent>>) -> Self {
+        let axes = &request.calibration.axes;
+        let extents = extents.unwrap_or_else(|| extents_of_set(&request.recordings, axes));
         let recordings: Vec<_> = (request.recordings.entries().iter())
             .map(|entry| match request.decimation {
                 0 | 1 => Arc::clone(&entry.recording),
@@ -42,6 +48,24 @@ impl Source {
             calibration: Arc::clone(&request.calibration),
             applied: recordings.iter().map(|_| None).collect(),
             recordings,
+            extents,
+        }
+    }
+
+    /// What the loads do, if the request is about the same recordings and axes.
+    pub(super) fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
+        let same = Arc::ptr_eq(&self.set, &request.recordings)
+            && self.calibration.axes == request.calibration.axes;
+        same.then_some(self.extents)
+    }
+
+    /// The rules of all questions.
+    pub(super) fn rules<'a>(&'a self, measuring: &'a MetrologySettings) -> Rules<'a> {
+        Rules {
+            axes: &self.calibration.axes,
+            full_scale: &self.calibration.full_scale,
+            settings: measuring,
+            extents: &self.extents,
         }
     }
 
@@ -65,6 +89,11 @@ impl Source {
         let wanted = match span {
             Span::All => (0..self.recordings.len()).map(whole).collect(),
             Span::One(recording) => vec![whole(recording)],
+            Span::Of(of) => {
+                let entries = self.set.entries().iter().enumerate();
+                let chosen = entries.filter(|(_, entry)| of.includes(entry.role));
+                chosen.map(|(at, _)| whole(at)).collect()
+            }
             Span::Visible => {
                 let shown = request.traces.on_screen(request.visible).into_iter();
                 let parts = shown.map(|(recording, samples)| Part { recording, samples });

@@ -55,7 +55,20 @@ fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
         decimation: 1,
         traces: analysis.traces,
         visible: None,
+        measuring: MetrologySettings::default(),
         question,
+    }
+}
+
+/// The same with this dead band.
+fn behind(dead_band: f64, request: LookRequest) -> LookRequest {
+    let dead_bands = vec![Some(dead_band)];
+    LookRequest {
+        measuring: MetrologySettings {
+            dead_bands,
+            ..MetrologySettings::default()
+        },
+        ..request
     }
 }
 
@@ -64,7 +77,6 @@ fn loops(up: Up, span: Span) -> LoopQuestion {
         axis: Axis::Fz,
         up,
         span,
-        dead_band: None,
         frame: None,
         pixels: [400.0, 300.0],
     }
@@ -87,7 +99,8 @@ fn points(strokes: &[Stroke]) -> usize {
 }
 
 /// Falling, the play gauge stands at load + r, rising at load − r: a width of 2 r, but for the ends, where it turns over
-/// 2 r of load. 5 periods begin at zero and have 10 turns, so 9 full cycles and two halves at the ends.
+/// 2 r of load. 5 periods begin at zero and have 10 turns, so 4 full cycles and
+/// two halves at the ends, of which one makes a cycle with what is left over.
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -105,7 +118,7 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
         assert!((figures.area - 4.0 * RADIUS * (10.0 - RADIUS)).abs() < 0.2);
         assert_eq!(figures.widths.len(), 101);
     }
-    assert_eq!((picture.n_cycles, picture.n_full_cycles), (10, 8));
+    assert_eq!((picture.n_cycles, picture.n_full_cycles), (5, 4));
     assert!((picture.output_scale - 9.5).abs() < 0.01);
     assert!(points(&curve.strokes) <= 2000 + 2 * curve.strokes.len());
 }
@@ -127,18 +140,18 @@ fn very_many_branches_are_all_drawn_in_few_points() {
     );
     let recordings = set(vec![recording.unwrap()]);
     let mut question = loops(Up::Gauge(0), Span::All);
-    question.dead_band = Some(0.0);
     for zoomed in [false, true] {
         let frame = Frame {
             loads: (4.0, 4.1),
             outputs: (0.5, 0.6),
         };
         question.frame = zoomed.then_some(frame);
-        let picture = picture(&request(&recordings, Question::Loops(question.clone())));
+        let asked = request(&recordings, Question::Loops(question.clone()));
+        let picture = picture(&behind(0.0, asked));
         let [curve] = &picture.curves[..] else {
             panic!("one gauge is one curve")
         };
-        assert!(picture.n_cycles > 20_000, "{}", picture.n_cycles);
+        assert!(picture.n_cycles > 15_000, "{}", picture.n_cycles);
         for rising in [true, false] {
             let strokes = curve.strokes.iter().filter(|one| one.rising == rising);
             let points: Vec<_> = strokes.flat_map(|one| &one.points).collect();
@@ -195,11 +208,8 @@ fn only_what_is_on_screen_is_looked_at() {
 #[test]
 fn a_dead_band_above_the_load_leaves_a_sentence_and_a_line_to_see() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
-    let question = LoopQuestion {
-        dead_band: Some(50.0),
-        ..loops(Up::Error, Span::All)
-    };
-    let picture = picture(&request(&recordings, Question::Loops(question)));
+    let question = Question::Loops(loops(Up::Error, Span::All));
+    let picture = picture(&behind(50.0, request(&recordings, question)));
     let reason = picture.curves[0].mean.clone().unwrap_err();
     assert!(matches!(reason, Reason::ConstantLoad { .. }), "{reason}");
     assert!(points(&picture.curves[0].strokes) > 100);
@@ -269,14 +279,11 @@ fn a_rest_shows_its_drift_and_time_constant() {
         loads.clone(),
     );
     let recordings = set(vec![recording.unwrap()]);
-    let question = |hold_secs| {
-        Question::Dwells(DwellQuestion {
-            axis: Axis::Fz,
-            rest: None,
-            hold_secs,
-        })
-    };
-    let mut request = request(&recordings, question(5.0));
+    let question = Question::Dwells(DwellQuestion {
+        axis: Axis::Fz,
+        rest: None,
+    });
+    let mut request = request(&recordings, question);
     let Ok(Look::Dwells(found)) = look(&request) else {
         panic!("no rest")
     };
@@ -286,7 +293,7 @@ fn a_rest_shows_its_drift_and_time_constant() {
     let tau = curve.outputs[0].drift.as_ref().unwrap().tau_secs().unwrap();
     assert!((tau - 5.0).abs() < 0.3, "{tau}");
     assert_eq!(curve.outputs[0].fit.len(), 200);
-    request.question = question(100.0);
+    request.measuring.hold_secs = 100.0;
     assert_eq!(
         look(&request).unwrap_err(),
         LookError::NoDwell { secs: 100.0 }
@@ -296,12 +303,7 @@ fn a_rest_shows_its_drift_and_time_constant() {
 #[test]
 fn the_table_is_of_the_recordings_with_the_chosen_role() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
-    let question = |of| {
-        Question::Table(TableQuestion {
-            of,
-            settings: MetrologySettings::default(),
-        })
-    };
+    let question = |of| Question::Table(TableQuestion { of });
     let mut request = request(&recordings, question(TableOf::Train));
     let Ok(Look::Table(table, _)) = look(&request) else {
         panic!("no table")
@@ -309,6 +311,37 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     assert_eq!((table.n_recordings, table.n_samples), (1, 2000));
     request.question = question(TableOf::Test);
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
+}
+
+/// Of two recordings, one with a tenth of the other's load: a dead band of 5 % of all loads, whichever is looked at.
+#[test]
+fn whatever_is_looked_at_the_dead_band_is_the_same() {
+    let large = with_play("large", vec![Axis::Fz]);
+    let loads = large.loads().iter().map(|load| 0.1 * load);
+    let small = Recording::new(
+        "small",
+        Origin::File("small".into()),
+        large.times().to_vec(),
+        large.gauge_names().to_vec(),
+        large.gauges().to_vec(),
+        vec![Axis::Fz],
+        loads.collect(),
+    );
+    let recordings = set(vec![large, small.unwrap()]);
+    let expected = 0.05 * 20.0;
+    let mut request = request(
+        &recordings,
+        Question::Table(TableQuestion { of: TableOf::All }),
+    );
+    request.decimation = 10;
+    let Ok(Look::Table(table, _)) = look(&request) else {
+        panic!("no table")
+    };
+    assert_eq!(table.dead_bands, [expected]);
+    for span in [Span::All, Span::One(1), Span::Of(TableOf::Train)] {
+        request.question = Question::Loops(loops(Up::Error, span));
+        assert_eq!(picture(&request).dead_band, expected);
+    }
 }
 
 #[test]

@@ -21,18 +21,17 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Averages the samples of a branch.
+    /// Averages the samples of a branch, but for those of the cycles on its way.
     ///
     /// # Panics
     /// If the branch is not one of these loads, or there are not as many outputs as loads.
     pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
         assert_eq!(loads.len(), outputs.len(), "one output for each load");
-        let loads = &loads[branch.samples.clone()];
-        let outputs = &outputs[branch.samples.clone()];
         let mut cells = [(0.0, 0.0, 0.0); CELLS];
         let per_load = CELLS as f64 / branch.span();
-        let (mut lowest, mut highest) = (0, 0);
-        for (k, (&load, &output)) in loads.iter().zip(outputs).enumerate() {
+        let (mut lowest, mut highest) = (branch.samples.start, branch.samples.start);
+        for k in branch.kept() {
+            let (load, output) = (loads[k], outputs[k]);
             if load < loads[lowest] {
                 lowest = k;
             }

@@ -4,18 +4,28 @@
 //! the compensated load, an error). Reversals depend on the load alone, so all outputs are compared on the same cycles.
 //!
 //! * A **reversal** is an extreme from which the load comes back by more than a dead band ([`default_dead_band`] where
-//!   nobody has chosen one). Between reversals lie **branches**, rising and falling by turns; two neighbouring ones are a
-//!   **cycle**. History never crosses from one recording into another, and neither does a branch.
-//! * The **largest cycle** is the one whose two branches share the widest range of loads. Figures of "one cycle" are its.
+//!   nobody has chosen one). Between reversals lie **branches**, rising and falling by turns. History never crosses from one
+//!   recording into another, and neither does a branch.
+//! * **Cycles** are counted by rainflow (ASTM E1049): a small cycle on the way of a large one is a cycle of its own, and the
+//!   large one goes on as if it had not been. So the dead band decides how small a cycle is counted, and hardly touches the
+//!   large ones. Half cycles that are left over make cycles with their neighbours, each with one at most.
+//! * The **largest cycle** is the one whose two branches share the widest range of loads, of half cycles with either
+//!   neighbour. Figures of "one cycle" are its.
 //! * **Full cycles** are those that cover at least [`FULL_SHARE`] of the largest one's range; the **mean loop** is their mean
-//!   over the loads that all of them have.
+//!   over the loads that all of them have. There is one where [`FEWEST_CYCLES`] are full and share more than [`MOST`] of all
+//!   loads.
 //! * A loop is compared at 101 loads over its common range, on averages over hundredths of each branch ([`Curve`]).
 
 mod curve;
 mod cycle;
 mod outline;
+mod rainflow;
 mod raster;
 mod turns;
+
+use std::cmp::Ordering;
+
+use rainflow::Counted;
 
 pub(crate) use curve::Curve;
 pub(crate) use cycle::Cycle;
@@ -23,73 +33,130 @@ pub use cycle::Loop;
 pub(crate) use cycle::even_loads;
 pub(crate) use outline::Stroke;
 pub use outline::{Frame, outline};
-pub(crate) use turns::{Branch, NOISE_FACTOR};
-pub use turns::{branches, default_dead_band, noise};
-pub(crate) use turns::{dead_band_of, range};
+pub(crate) use turns::{Branch, NOISE_FACTOR, range};
+pub use turns::{LoadExtent, branches, default_dead_band};
 
-/// A cycle or branch is full if it covers at least this share of the largest one's range.
+/// A cycle is full if it covers at least this share of the largest one's range.
 pub const FULL_SHARE: f64 = 0.8;
+/// Fewer full cycles than this have no mean loop …
+pub const FEWEST_CYCLES: usize = 3;
+/// … and neither have cycles whose common loads are not more than this share of all loads.
+pub const MOST: f64 = 0.5;
 
-/// The branches of one axis in several recordings.
+/// The branches and cycles of one axis in several recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
     /// One list per recording, in the order of time.
     branches: Vec<Vec<Branch>>,
+    /// By recording and time; a half cycle is in one of them at most.
+    cycles: Vec<Cycle>,
+    /// The half cycles of each recording that rainflow counting leaves over, in the order of time.
+    residue: Vec<Vec<Branch>>,
+}
+
+/// Cycles that do not make a mean loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooFew {
+    /// How many are full.
+    pub count: usize,
+    /// What they have in common, as a share of all loads.
+    pub share: f64,
 }
 
 impl Loops {
-    /// Splits each recording's load at its reversals.
+    /// Splits each recording's load at its reversals, and counts its cycles.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>, dead_band: f64) -> Self {
-        Self {
-            branches: recordings
-                .into_iter()
-                .map(|loads| branches(loads, dead_band))
-                .collect(),
+        let mut loops = Self {
+            branches: Vec::new(),
+            cycles: Vec::new(),
+            residue: Vec::new(),
+        };
+        for (recording, loads) in recordings.into_iter().enumerate() {
+            let branches = branches(loads, dead_band);
+            let Counted { closed, residue } = rainflow::count(branches.clone(), loads);
+            let cycle = |first: &Branch, second: &Branch| Cycle {
+                recording,
+                first: first.clone(),
+                second: second.clone(),
+            };
+            let closed = closed.iter().map(|[first, second]| cycle(first, second));
+            let pairs = rainflow::pairs(&residue).into_iter();
+            let pairs = pairs.map(|at| cycle(&residue[at], &residue[at + 1]));
+            let mut own: Vec<Cycle> = closed.chain(pairs).collect();
+            own.sort_by_key(|cycle| cycle.first.samples.start);
+            loops.cycles.extend(own);
+            loops.branches.push(branches);
+            loops.residue.push(residue);
         }
+        loops
     }
 
-    /// The branches of each recording, in the order of time.
+    /// The branches of each recording between neighbouring reversals, in the order of time.
     pub fn branches(&self) -> &[Vec<Branch>] {
         &self.branches
     }
 
-    /// All cycles: every two neighbouring branches, recording by recording.
-    pub fn cycles(&self) -> impl Iterator<Item = Cycle> {
-        let recordings = self.branches.iter().enumerate();
-        recordings.flat_map(|(recording, branches)| {
-            branches.windows(2).map(move |pair| Cycle {
-                recording,
-                first: pair[0].clone(),
-                second: pair[1].clone(),
-            })
-        })
+    /// All cycles, recording by recording in the order of their beginnings.
+    pub fn cycles(&self) -> &[Cycle] {
+        &self.cycles
     }
 
     /// The cycle whose branches share the widest range of loads, the first of them if several do.
     pub fn largest(&self) -> Option<Cycle> {
-        self.cycles().reduce(|largest, cycle| {
-            if cycle.span() > largest.span() {
-                cycle
-            } else {
-                largest
+        let halves = self.residue.iter().enumerate();
+        let neighbours = halves.flat_map(|(recording, residue)| {
+            residue.windows(2).map(move |pair| Cycle {
+                recording,
+                first: pair[0].clone(),
+                second: pair[1].clone(),
+            })
+        });
+        let all = self.cycles.iter().cloned().chain(neighbours);
+        all.reduce(|largest, cycle| {
+            let order = cycle.span().total_cmp(&largest.span());
+            let place = |one: &Cycle| (one.recording, one.first.samples.start);
+            match order.then_with(|| place(&largest).cmp(&place(&cycle))) {
+                Ordering::Greater => cycle,
+                _ => largest,
             }
         })
     }
 
-    /// The cycles that cover at least [`FULL_SHARE`] of the largest one's range, itself among them.
+    /// The cycles that cover at least [`FULL_SHARE`] of the largest one's range.
     pub fn full_cycles(&self) -> Vec<Cycle> {
         let Some(largest) = self.largest() else {
             return Vec::new();
         };
         let whole = (largest.low(), largest.high());
-        self.cycles()
-            .filter(|cycle| covers((cycle.low(), cycle.high()), whole))
+        let full = self.cycles.iter();
+        full.filter(|cycle| covers((cycle.low(), cycle.high()), whole))
+            .cloned()
             .collect()
     }
 
-    /// The widest branch that goes this way, with its recording.
-    pub fn widest_branch(&self, rising: bool) -> Option<(usize, &Branch)> {
-        self.all_branches(rising).reduce(|widest, other| {
+    /// The full cycles, where they are enough for a mean loop: `range` holds the least and the greatest of all loads.
+    ///
+    /// # Errors
+    /// [`TooFew`] where fewer than [`FEWEST_CYCLES`] are full, or where they share no more than [`MOST`] of the range.
+    pub fn mean_cycles(&self, range: (f64, f64)) -> Result<Vec<Cycle>, TooFew> {
+        let full = self.full_cycles();
+        let (low, high) = common_loads(&full);
+        let count = full.len();
+        let share = ((high - low) / (range.1 - range.0)).clamp(0.0, 1.0);
+        match count >= FEWEST_CYCLES && share > MOST {
+            true => Ok(full),
+            false if count == 0 => Err(TooFew { count, share: 0.0 }),
+            false => Err(TooFew { count, share }),
+        }
+    }
+
+    /// The widest rising branch, cycles on its way left out, with its recording.
+    pub fn widest_rising(&self) -> Option<(usize, &Branch)> {
+        let halves = self.residue.iter().enumerate();
+        let halves =
+            halves.flat_map(|(recording, own)| own.iter().map(move |half| (recording, half)));
+        let rising = halves.filter(|(_, half)| half.rising);
+        rising.reduce(|widest, other| {
             if other.1.span() > widest.1.span() {
                 other
             } else {
@@ -97,22 +164,15 @@ impl Loops {
             }
         })
     }
+}
 
-    /// The branches that go this way and cover at least [`FULL_SHARE`] of the range of the widest of them, which is one of
-    /// them, with their recordings.
-    pub fn full_branches(&self, rising: bool) -> impl Iterator<Item = (usize, &Branch)> {
-        let widest = self.widest_branch(rising);
-        let whole = widest.map_or((0.0, 0.0), |(_, branch)| (branch.low, branch.high));
-        self.all_branches(rising)
-            .filter(move |(_, branch)| covers((branch.low, branch.high), whole))
-    }
-
-    fn all_branches(&self, rising: bool) -> impl Iterator<Item = (usize, &Branch)> {
-        let recordings = self.branches.iter().enumerate();
-        recordings
-            .flat_map(|(recording, own)| own.iter().map(move |branch| (recording, branch)))
-            .filter(move |(_, branch)| branch.rising == rising)
-    }
+/// The loads that all of these cycles have.
+pub(crate) fn common_loads(cycles: &[Cycle]) -> (f64, f64) {
+    cycles
+        .iter()
+        .fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), cycle| {
+            (low.max(cycle.low()), high.min(cycle.high()))
+        })
 }
 
 /// Whether one range of loads covers most of another.
@@ -140,17 +200,52 @@ mod tests {
         assert_eq!(largest.falling().samples, 1..3);
     }
 
-    /// The cycles span 0..2 and 1..2 (small), then 0..9, −1..9 and 1..10, which has 8 of the largest one's 10.
+    /// Of SMALL one cycle is closed, 2 to 1 and back, and a half is left over. LARGE leaves four halves, which pair as
+    /// 0..9 and 1..10, though the second and the third are the largest cycle: each of the two has 8 of its 10.
     #[test]
     fn full_cycles_cover_four_fifths_of_the_largest() {
         let loops = Loops::of([&SMALL[..], &LARGE], 0.5);
-        let spans: Vec<f64> = loops.cycles().map(|cycle| cycle.span()).collect();
-        assert_eq!(spans, [1.0, 1.0, 9.0, 10.0, 9.0]);
+        let spans: Vec<f64> = loops.cycles().iter().map(Cycle::span).collect();
+        assert_eq!(spans, [1.0, 9.0, 9.0]);
         let elsewhere = Loops::of([&LARGE[..], &[20.0, 29.0, 20.0]], 0.5);
-        assert_eq!(elsewhere.full_cycles().len(), 3);
-        assert_eq!(loops.full_cycles().len(), 3);
-        assert_eq!(loops.full_branches(true).count(), 2);
-        assert_eq!(loops.widest_branch(true).unwrap().1.span(), 11.0);
+        assert_eq!(elsewhere.full_cycles().len(), 2);
+        assert_eq!(loops.full_cycles().len(), 2);
+        assert_eq!(loops.widest_rising().unwrap().1.span(), 11.0);
+    }
+
+    #[test]
+    fn a_mean_loop_needs_three_cycles_over_most_of_the_loads() {
+        let repeated: Vec<f64> = [0.0, 9.0].repeat(3).into_iter().chain([0.0]).collect();
+        let loops = Loops::of([&repeated[..]], 0.5);
+        assert_eq!(loops.mean_cycles((0.0, 9.0)).unwrap().len(), 3);
+        let narrow = loops.mean_cycles((-9.0, 9.0)).unwrap_err();
+        assert_eq!((narrow.count, narrow.share), (3, 0.5));
+        let twice = Loops::of([&repeated[..5]], 0.5);
+        assert_eq!(twice.mean_cycles((0.0, 9.0)).unwrap_err().count, 2);
+        let none = Loops::of([&[0.0, 9.0][..]], 0.5);
+        let expected = TooFew {
+            count: 0,
+            share: 0.0,
+        };
+        assert_eq!(none.mean_cycles((0.0, 9.0)), Err(expected));
+    }
+
+    /// Five large cycles with noise of every size on them: as many, and as wide, whatever counts as a reversal.
+    #[test]
+    fn the_dead_band_hardly_touches_the_large_cycles() {
+        let noise = |k: usize| ((k * 7919) % 104_729) as f64 / 104_729.0 - 0.5;
+        let loads: Vec<f64> = (0..10_000)
+            .map(|k| {
+                -10.0 * (k as f64 * std::f64::consts::TAU / 2000.0).cos()
+                    + noise(k * k)
+                    + noise(k / 50)
+            })
+            .collect();
+        for dead_band in [0.0, 0.1, 0.5, 1.0, 3.0, 8.0] {
+            let loops = Loops::of([&loads[..]], dead_band);
+            assert_eq!(loops.full_cycles().len(), 5, "{dead_band}");
+            assert!(loops.largest().unwrap().span() > 19.5);
+        }
     }
 
     #[test]

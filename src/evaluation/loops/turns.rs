@@ -11,13 +11,13 @@ use crate::evaluation::quantile::quantile;
 /// spans 9.2 of them.
 pub const NOISE_FACTOR: f64 = 10.0;
 /// The least default dead band, as a share of the range of the load.
-pub const MIN_SHARE: f64 = 0.02;
+pub const MIN_SHARE: f64 = 0.05;
 /// At most so many differences of a recording are looked at for its noise, which gives it to about 5 %.
 const MAX_DIFFERENCES: usize = 1024;
 /// The median of the size of a normal deviate, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
-/// A interval in which a load goes one way.
+/// An interval in which a load goes one way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
     /// Its samples, from turn to turn, both turns included.
@@ -28,9 +28,19 @@ pub struct Branch {
     pub low: f64,
     /// The greatest load in it.
     pub high: f64,
+    /// Cycles of their own on its way, in the order of time: these samples belong to them.
+    pub nested: Vec<Range<usize>>,
 }
 
 impl Branch {
+    /// Its samples without those of the cycles on its way.
+    pub fn kept(&self) -> impl Iterator<Item = usize> {
+        let starts =
+            std::iter::once(self.samples.start).chain(self.nested.iter().map(|own| own.end));
+        let ends = (self.nested.iter().map(|own| own.start)).chain([self.samples.end]);
+        starts.zip(ends).flat_map(|(start, end)| start..end)
+    }
+
     /// From the least load to the greatest.
     pub fn span(&self) -> f64 {
         self.high - self.low
@@ -61,6 +71,7 @@ pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
                 rising,
                 low,
                 high,
+                nested: Vec::new(),
             };
             rising = !rising;
             branch
@@ -102,34 +113,67 @@ fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
     (turns, first_rises)
 }
 
-/// The dead band where nobody has chosen one: ten times the noise, and at least 2 % of the range of the load.
-///
-/// The noise of a recording is the median size of the fourth difference of its load over `√70 · 0.674`, which for
-/// white noise is the standard deviation: the fourth difference of white noise has `1 + 16 + 36 + 16 + 1 = 70` times
-/// its variance. Fourth rather than second, because they see less of a load that moves fast between samples; the
-/// median, because turns and steps are few. The noisiest recording counts. The range is that over all recordings.
+/// What the load of one axis does in several recordings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadExtent {
+    /// The standard deviation of the noise of the noisiest recording.
+    pub noise: f64,
+    /// The least load of all.
+    pub low: f64,
+    /// The greatest load of all.
+    pub high: f64,
+}
+
+impl Default for LoadExtent {
+    /// Of no recording.
+    fn default() -> Self {
+        Self {
+            noise: 0.0,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl LoadExtent {
+    /// Of these recordings.
+    ///
+    /// The noise of a recording is the median size of the fourth difference of its load over `√70 · 0.674`, which for
+    /// white noise is the standard deviation: the fourth difference of white noise has `1 + 16 + 36 + 16 + 1 = 70` times
+    /// its variance. Fourth rather than second, because they see less of a load that moves fast between samples; the
+    /// median, because turns and steps are few.
+    pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
+        let mut extent = Self::default();
+        for loads in recordings {
+            extent.noise = extent.noise.max(noise_of(loads));
+            let (low, high) = range(loads);
+            (extent.low, extent.high) = (extent.low.min(low), extent.high.max(high));
+        }
+        extent
+    }
+
+    /// That of these recordings and of others together.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            noise: self.noise.max(other.noise),
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    /// The dead band where nobody has chosen one: ten times the noise, and at least 5 % of the range of the load.
+    ///
+    /// **Units** that of the loads.
+    pub fn dead_band(&self) -> f64 {
+        (NOISE_FACTOR * self.noise).max(MIN_SHARE * (self.high - self.low).max(0.0))
+    }
+}
+
+/// The dead band where nobody has chosen one, as [`LoadExtent::dead_band`] gives it for these recordings.
 ///
 /// **Units** that of the loads.
 pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
-    let (mut largest, mut low, mut high) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
-    for loads in recordings {
-        largest = largest.max(noise_of(loads));
-        let (own_low, own_high) = range(loads);
-        (low, high) = (low.min(own_low), high.max(own_high));
-    }
-    dead_band_of(largest, (low, high))
-}
-
-/// The default dead band of a load with this noise and range.
-pub(crate) fn dead_band_of(noise: f64, (low, high): (f64, f64)) -> f64 {
-    (NOISE_FACTOR * noise).max(MIN_SHARE * (high - low).max(0.0))
-}
-
-/// The standard deviation of the noise of the noisiest recording, as [`default_dead_band`] measures it.
-///
-/// **Units** that of the loads.
-pub fn noise<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
-    recordings.into_iter().map(noise_of).fold(0.0, f64::max)
+    LoadExtent::of(recordings).dead_band()
 }
 
 /// The standard deviation of the white noise on a load that otherwise moves smoothly.
@@ -211,14 +255,14 @@ mod tests {
         let loads: Vec<f64> = (0..4000)
             .map(|k| 100.0 * (k as f64 / 50.0).sin() + uniform(k))
             .collect();
-        assert!((noise([&loads[..]]) / (1.0_f64 / 3.0).sqrt() - 1.0).abs() < 0.1);
-        assert_eq!(noise([&[1.0, 5.0, 2.0][..]]), 0.0);
+        assert!((LoadExtent::of([&loads[..]]).noise / (1.0_f64 / 3.0).sqrt() - 1.0).abs() < 0.1);
+        assert_eq!(LoadExtent::of([&[1.0, 5.0, 2.0][..]]).noise, 0.0);
     }
 
     #[test]
     fn the_default_dead_band_is_at_least_a_share_of_the_whole_range() {
         let (low, high) = ([0.0; 20], [50.0; 20]);
-        assert_eq!(default_dead_band([&low[..], &high[..]]), 1.0);
+        assert_eq!(default_dead_band([&low[..], &high[..]]), 2.5);
         assert_eq!(default_dead_band([]), 0.0);
     }
 }

@@ -42,10 +42,13 @@ impl<'a> DwellRows<'a> {
     fn zero_return(&self, output: usize) -> Result<Found> {
         let pairs = self.returns.as_ref().map_err(Clone::clone)?;
         let secs = self.view.measured.settings.hold_secs;
-        let returned = |(run, before, after): &(&AxisRun<'_>, &Hold, &Hold)| Found {
-            size: mean_error(run, output, beginning(run, after, secs))
-                - mean_error(run, output, end(run, before, secs)),
-            place: Some(run.place(before.samples.start..after.samples.end)),
+        let returned = |(run, before, after): &(&AxisRun<'_>, &Hold, &Hold)| {
+            let size = mean_error(run, output, beginning(run, after, secs))
+                - mean_error(run, output, end(run, before, secs));
+            Found::at(
+                size,
+                Some(run.place(before.samples.start..after.samples.end)),
+            )
         };
         let largest = pairs.iter().map(returned).reduce(|largest, other| {
             if other.size.abs() > largest.size.abs() {
@@ -70,17 +73,12 @@ impl<'a> DwellRows<'a> {
 }
 
 fn size((drift, run, hold): (Drift, &AxisRun<'_>, &Hold)) -> Found {
-    Found {
-        size: drift.size,
-        place: Some(run.place(hold.samples.clone())),
-    }
+    Found::at(drift.size, Some(run.place(hold.samples.clone())))
 }
 
 fn time_constant((drift, run, hold): (Drift, &AxisRun<'_>, &Hold)) -> Result<Found> {
-    Ok(Found {
-        size: drift.tau_secs()?,
-        place: Some(run.place(hold.samples.clone())),
-    })
+    let place = run.place(hold.samples.clone());
+    Ok(Found::at(drift.tau_secs()?, Some(place)))
 }
 
 fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {

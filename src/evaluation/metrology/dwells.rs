@@ -1,8 +1,7 @@
 //! Where the recordings hold a load still or rest at zero: what a drift curve is drawn of.
 
 use super::measured::Measured;
-use super::{MetrologyError, MetrologySettings, Place, Run};
-use crate::recording::Axis;
+use super::{MetrologyError, Place, Rules, Run};
 
 /// A interval in which the load stands still.
 ///
@@ -21,13 +20,8 @@ pub struct Dwell {
 ///
 /// # Errors
 /// As [`table`](super::table).
-pub fn dwells(
-    runs: &[Run<'_>],
-    axes: &[Axis],
-    full_scale: &[f64],
-    settings: &MetrologySettings,
-) -> Result<Vec<Dwell>, MetrologyError> {
-    let measured = Measured::of(runs, axes, full_scale, settings)?;
+pub fn dwells(runs: &[Run<'_>], rules: &Rules<'_>) -> Result<Vec<Dwell>, MetrologyError> {
+    let measured = Measured::of(runs, rules)?;
     let of_runs = measured
         .holds
         .iter()

@@ -29,10 +29,7 @@ pub(super) fn error_figures(view: &AxisView<'_>, output: usize) -> [Result<Found
     let place = place.map(|(run, k)| run.place(k..k + 1));
     [
         Ok(Found::everywhere(rmse)),
-        Ok(Found {
-            size: largest,
-            place,
-        }),
+        Ok(Found::at(largest, place)),
         Ok(Found::everywhere(covered)),
     ]
 }

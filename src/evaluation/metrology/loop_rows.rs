@@ -1,12 +1,21 @@
 //! The rows that come from loops: hysteresis, nonlinearity, combined error, repeatability.
 
+use std::ops::Range;
+
 use super::measured::{AxisRun, AxisView};
 use super::reason::Reason;
-use super::{Found, Result};
-use crate::evaluation::loops::{Branch, Curve, Cycle, Loop, Loops, even_loads};
+use super::{Basis, Found, Place, Result};
+use crate::evaluation::loops::{
+    Branch, Curve, Cycle, Loop, Loops, branches, common_loads, even_loads,
+};
+use crate::recording::Axis;
 
 /// A line through fewer averages than this says nothing about linearity.
 const FEWEST_AVERAGES: usize = 3;
+/// Cycles repeat if they turn at the same loads, and all other axes are loaded alike, up to this share of the range.
+const ALIKE: f64 = 0.05;
+/// Two cycles, up and down.
+const FEWEST_REPEATS: usize = 4;
 
 /// The loops of one axis, with the curves that several rows need.
 pub(super) struct LoopRows<'a> {
@@ -14,21 +23,26 @@ pub(super) struct LoopRows<'a> {
     loops: Loops,
     /// The largest cycle, or why there is none.
     largest: Result<Cycle>,
-    full_cycles: Vec<Cycle>,
+    /// The cycles of the mean loop, or why there is none.
+    mean_cycles: Result<Vec<Cycle>>,
 }
 
 impl<'a> LoopRows<'a> {
-    pub(super) fn of(view: &'a AxisView<'a>) -> Self {
-        let loops = Loops::of(view.runs.iter().map(|run| run.loads), view.dead_band);
-        let largest = loops
-            .largest()
-            .ok_or_else(|| Reason::no_cycle(view.axis, &loops, view.range(), view.dead_band));
-        let full_cycles = loops.full_cycles();
+    /// The loops behind this dead band.
+    pub(super) fn of(view: &'a AxisView<'a>, dead_band: f64) -> Self {
+        let (axis, range) = (view.axis, view.range());
+        let loops = Loops::of(view.runs.iter().map(|run| run.loads), dead_band);
+        let largest = loops.largest();
+        let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
+        let mean_cycles = largest.clone().and_then(|_| {
+            let enough = loops.mean_cycles(range);
+            enough.map_err(|few| Reason::few_cycles(axis, few))
+        });
         Self {
             view,
             loops,
             largest,
-            full_cycles,
+            mean_cycles,
         }
     }
 
@@ -50,8 +64,22 @@ impl<'a> LoopRows<'a> {
     /// What the largest cycle spans, as a share of the whole range of the load; `None` without a cycle.
     pub(super) fn share_of_range(&self) -> Option<f64> {
         let cycle = self.largest.as_ref().ok()?;
+        Some(self.share(cycle.low(), cycle.high()))
+    }
+
+    fn share(&self, from: f64, to: f64) -> f64 {
         let (low, high) = self.view.range();
-        Some(cycle.span() / (high - low))
+        ((to - from) / (high - low)).clamp(0.0, 1.0)
+    }
+
+    /// A figure of so many cycles over these loads.
+    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: (f64, f64)) -> Found {
+        let range_share = self.share(loads.0, loads.1);
+        Found {
+            size,
+            place,
+            basis: Some(Basis::new(n_cycles, range_share)),
+        }
     }
 
     fn run(&self, recording: usize) -> &AxisRun<'a> {
@@ -74,24 +102,29 @@ impl<'a> LoopRows<'a> {
 
     fn hysteresis(&self, output: usize) -> Result<Found> {
         let cycle = self.largest()?;
-        Ok(Found {
-            size: self.cycle_loop(cycle, output).largest_width(),
-            place: Some(self.run(cycle.recording).place(samples_of(cycle))),
-        })
+        let width = self.cycle_loop(cycle, output).largest_width();
+        Ok(self.of_cycle(width, cycle))
+    }
+
+    fn of_cycle(&self, size: f64, cycle: &Cycle) -> Found {
+        let samples = cycle.first.samples.start..cycle.second.samples.end;
+        let place = self.run(cycle.recording).place(samples);
+        self.found(size, Some(place), 1, (cycle.low(), cycle.high()))
     }
 
     /// The largest and the mean width of the mean loop.
     fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
         let axis = self.view.axis;
-        let mean = self.largest().and_then(|_| {
-            let loops = self.full_cycles.iter();
-            let loops: Vec<Loop> = loops.map(|cycle| self.cycle_loop(cycle, output)).collect();
-            Loop::mean(&loops).ok_or(Reason::Overflow { axis })
+        let mean = self.mean_cycles.as_ref().map_err(Clone::clone);
+        let mean = mean.and_then(|cycles| {
+            let loops = cycles.iter().map(|cycle| self.cycle_loop(cycle, output));
+            let mean = Loop::mean(&loops.collect::<Vec<_>>());
+            let mean = mean.ok_or(Reason::Overflow { axis })?;
+            Ok((mean, cycles.len(), common_loads(cycles)))
         });
         [Loop::largest_width, Loop::mean_width].map(|width| {
-            mean.as_ref()
-                .map(|mean| Found::everywhere(width(mean)))
-                .map_err(Clone::clone)
+            let (mean, n_cycles, loads) = mean.as_ref().map_err(Clone::clone)?;
+            Ok(self.found(width(mean), None, *n_cycles, *loads))
         })
     }
 
@@ -102,7 +135,7 @@ impl<'a> LoopRows<'a> {
             Err(no_cycle @ Reason::ConstantLoad { .. }) => Err(no_cycle.clone()),
             Err(_) => {
                 let axis = self.view.axis;
-                let widest = self.loops.widest_branch(true);
+                let widest = self.loops.widest_rising();
                 widest.ok_or(Reason::NoRisingBranch { axis })
             }
         }
@@ -112,11 +145,10 @@ impl<'a> LoopRows<'a> {
         let (recording, branch) = self.rising()?;
         let curve = self.curve(recording, branch, output);
         let line = self.enough(&curve, line)?;
-        Ok(Found {
-            size: line
-                .largest_deviation(curve.averages().iter().chain(curve.ends().iter().flatten())),
-            place: Some(self.run(recording).place(branch.samples.clone())),
-        })
+        let ends = curve.ends();
+        let size = line.largest_deviation(curve.averages().iter().chain(ends.iter().flatten()));
+        let place = self.run(recording).place(branch.samples.clone());
+        Ok(self.found(size, Some(place), 1, (branch.low, branch.high)))
     }
 
     fn combined_error(&self, output: usize) -> Result<Found> {
@@ -129,10 +161,8 @@ impl<'a> LoopRows<'a> {
             .averages()
             .iter()
             .filter(|(load, _)| common.contains(load));
-        Ok(Found {
-            size: line.largest_deviation(rising.averages().iter().chain(falling)),
-            place: Some(self.run(cycle.recording).place(samples_of(cycle))),
-        })
+        let size = line.largest_deviation(rising.averages().iter().chain(falling));
+        Ok(self.of_cycle(size, cycle))
     }
 
     /// A line through a curve that has loads enough for one.
@@ -144,63 +174,133 @@ impl<'a> LoopRows<'a> {
             .ok_or(Reason::TooFewLoads { axis, found })
     }
 
+    /// The largest difference at equal load between branches that go the same way, of cycles that repeat.
     fn repeatability(&self, output: usize) -> Result<Found> {
+        let axis = self.view.axis;
         if let Err(reason @ Reason::ConstantLoad { .. }) = &self.largest {
             return Err(reason.clone());
         }
-        let both_ways = [true, false].into_iter().flat_map(|rising| {
-            let full: Vec<(usize, &Branch)> = self.loops.full_branches(rising).collect();
-            let by_recording = full.chunk_by(|a, b| a.0 == b.0);
-            by_recording
-                .filter_map(|same| self.spread(same, output))
-                .collect::<Vec<_>>()
-        });
-        let worst = both_ways.max_by(|a, b| a.size.total_cmp(&b.size));
-        let axis = self.view.axis;
-        worst.ok_or(Reason::TooFewCycles { axis })
+        let few = Reason::TooFewCycles { axis };
+        let span = self.largest().map_err(|_| few.clone())?.span();
+        let mut why_not = few;
+        let mut worst: Option<Found> = None;
+        for run in &self.view.runs {
+            // What does not go through half the range is on the way.
+            let large = branches(run.loads, 0.5 * span);
+            if large.len() >= FEWEST_REPEATS {
+                why_not = Reason::NotRepeated { axis };
+            }
+            for repeated in repeats(&large, span) {
+                let (rising, falling): (Vec<&Branch>, Vec<&Branch>) =
+                    repeated.iter().partition(|branch| branch.rising);
+                let ways = [rising, falling];
+                if let Some(other) = self.differs(run, &ways) {
+                    why_not = Reason::OthersDiffer { axis, other };
+                    continue;
+                }
+                let spread = |way| spread(way, run.loads, run.outputs[output]);
+                let size = ways
+                    .iter()
+                    .filter_map(|way| spread(way))
+                    .fold(0.0, f64::max);
+                let samples = samples_of(repeated);
+                let low = repeated
+                    .iter()
+                    .map(|one| one.low)
+                    .fold(f64::INFINITY, f64::min);
+                let high = repeated
+                    .iter()
+                    .map(|one| one.high)
+                    .fold(f64::NEG_INFINITY, f64::max);
+                let found = self.found(
+                    size,
+                    Some(run.place(samples)),
+                    repeated.len() / 2,
+                    (low, high),
+                );
+                if worst.as_ref().is_none_or(|worst| found.size > worst.size) {
+                    worst = Some(found);
+                }
+            }
+        }
+        worst.ok_or(why_not)
     }
 
-    /// The largest difference at equal load between branches of one recording; `None` for one branch alone, or without
-    /// a load that all of them have.
-    fn spread(&self, branches: &[(usize, &Branch)], output: usize) -> Option<Found> {
-        let [(recording, first), .., (_, last)] = branches else {
-            return None;
-        };
-        let low = branches
+    /// Another axis whose load differs, at equal load of this one, between branches that go the same way.
+    fn differs(&self, run: &AxisRun<'_>, ways: &[Vec<&Branch>; 2]) -> Option<Axis> {
+        let measured = self.view.measured;
+        let axes = measured
+            .axes
             .iter()
-            .map(|(_, one)| one.low)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let high = branches
-            .iter()
-            .map(|(_, one)| one.high)
-            .fold(f64::INFINITY, f64::min);
-        if low >= high {
-            return None;
-        }
-        let curves: Vec<Curve> = branches
-            .iter()
-            .map(|(_, branch)| self.curve(*recording, branch, output))
-            .collect();
-        let size = even_loads(low, high)
-            .map(|load| {
-                let outputs = curves.iter().map(|curve| curve.at(load));
-                let (least, greatest) = outputs.fold(
-                    (f64::INFINITY, f64::NEG_INFINITY),
-                    |(least, greatest), output| (least.min(output), greatest.max(output)),
-                );
-                greatest - least
+            .zip(measured.full_scale)
+            .zip(&run.run.loads);
+        axes.filter(|((axis, full_scale), _)| **axis != self.view.axis && **full_scale > 0.0)
+            .find_map(|((axis, full_scale), loads)| {
+                let loads = loads.as_ref()?;
+                let spread = |way| spread(way, run.loads, loads);
+                let apart = ways
+                    .iter()
+                    .filter_map(|way| spread(way))
+                    .fold(0.0, f64::max);
+                (apart > ALIKE * full_scale).then_some(*axis)
             })
-            .fold(0.0, f64::max);
-        let samples = first.samples.start..last.samples.end;
-        Some(Found {
-            size,
-            place: Some(self.run(*recording).place(samples)),
-        })
     }
 }
 
-fn samples_of(cycle: &Cycle) -> std::ops::Range<usize> {
-    cycle.first.samples.start..cycle.second.samples.end
+/// The longest rows of neighbouring branches that turn at the same loads up to a share of this range: two each way at
+/// least.
+fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
+    let alike = |a: &Branch, b: &Branch| {
+        (a.low - b.low).abs() <= ALIKE * span && (a.high - b.high).abs() <= ALIKE * span
+    };
+    let mut found = Vec::new();
+    let mut start = 0;
+    while start < branches.len() {
+        let rest = &branches[start..];
+        let same = rest.iter().take_while(|other| alike(&rest[0], other));
+        let n = same.count();
+        if n >= FEWEST_REPEATS {
+            found.push(&rest[..n]);
+            start += n;
+        } else {
+            start += 1;
+        }
+    }
+    found
+}
+
+fn samples_of(branches: &[Branch]) -> Range<usize> {
+    let ends = branches.first().zip(branches.last());
+    ends.map_or(0..0, |(first, last)| first.samples.start..last.samples.end)
+}
+
+/// The largest difference at equal load between these branches; `None` for one alone, or without a load that all of them
+/// have.
+fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
+    let all = branches.iter();
+    let low = all
+        .clone()
+        .map(|one| one.low)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let high = all
+        .clone()
+        .map(|one| one.high)
+        .fold(f64::INFINITY, f64::min);
+    if branches.len() < 2 || low >= high {
+        return None;
+    }
+    let curves: Vec<Curve> = all
+        .map(|branch| Curve::of(branch, loads, outputs))
+        .collect();
+    let apart = even_loads(low, high).map(|load| {
+        let outputs = curves.iter().map(|curve| curve.at(load));
+        let (least, greatest) = outputs.fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(least, greatest), output| (least.min(output), greatest.max(output)),
+        );
+        greatest - least
+    });
+    Some(apart.fold(0.0, f64::max))
 }
 
 /// A straight line through outputs over loads.

@@ -5,10 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::reason::Reason;
-use super::settings::{MetrologyError, MetrologySettings, check_per_axis};
+use super::settings::{MetrologyError, MetrologySettings, Rules, check_per_axis};
 use super::{Place, Run};
 use crate::evaluation::holds::{Hold, holds};
-use crate::evaluation::loops::{NOISE_FACTOR, dead_band_of, noise, range};
+use crate::evaluation::loops::{LoadExtent, range};
 use crate::recording::Axis;
 
 /// Conventional and compensated, in this order.
@@ -93,6 +93,19 @@ fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
         .collect()
 }
 
+/// What the load of each axis does in these runs.
+pub(super) fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
+    let of_axis = |axis: &Axis| {
+        let columns = runs.iter().filter_map(|run| {
+            let at = run.reference_axes.iter().position(|own| own == axis)?;
+            Some(column(run.reference, run.reference_axes.len(), at))
+        });
+        let extents = columns.map(|loads| LoadExtent::of([&loads[..]]));
+        extents.fold(LoadExtent::default(), LoadExtent::with)
+    };
+    axes.par_iter().map(of_axis).collect()
+}
+
 /// All runs, with what is derived once for all rows.
 #[derive(Debug)]
 pub(super) struct Measured<'a> {
@@ -107,30 +120,21 @@ pub(super) struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    pub(super) fn of(
-        runs: &[Run<'a>],
-        axes: &'a [Axis],
-        full_scale: &'a [f64],
-        settings: &'a MetrologySettings,
-    ) -> Result<Self, MetrologyError> {
+    pub(super) fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
+        let Rules {
+            axes,
+            full_scale,
+            settings,
+            ..
+        } = *rules;
         settings.validate(axes.len())?;
         check_per_axis("full scale", "full scales", full_scale, axes.len())?;
         let runs = (runs.par_iter())
             .map(|run| Columns::of(run, axes))
             .collect::<Result<Vec<_>, _>>()?;
-        let bands = (0..axes.len()).into_par_iter().map(|axis| {
-            let loads = || {
-                runs.iter()
-                    .filter_map(move |run| run.loads[axis].as_deref())
-            };
-            let noise = noise(loads());
-            let range = loads().map(range).reduce(joined);
-            let default = dead_band_of(noise, range.unwrap_or((0.0, 0.0)));
-            let chosen = settings.dead_bands.get(axis).copied().flatten();
-            let still = (settings.still_share * full_scale[axis]).max(NOISE_FACTOR * noise);
-            (chosen.unwrap_or(default), still)
-        });
-        let (dead_bands, still): (Vec<f64>, Vec<f64>) = bands.unzip();
+        let all = 0..axes.len();
+        let dead_bands = all.clone().map(|at| rules.dead_band(at)).collect();
+        let still: Vec<f64> = all.map(|at| rules.still(at)).collect();
         let holds = (runs.par_iter())
             .map(|run| {
                 let known = run.loads.iter().zip(&still);

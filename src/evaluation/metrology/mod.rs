@@ -5,14 +5,15 @@
 //! number that means nothing, and never NaN.
 //!
 //! **Source** OIML R 60 and VDI/VDE 2638 (errors over full scale rather than over the reading), and the glossaries of
-//! load-cell makers; each row names its own. Full scale is what the user entered, else half the peak-to-peak reference: for
-//! a sensor that is loaded in one direction only, enter it.
+//! load-cell makers; each row names its own. Full scale is the rated load that the user entered, else what the recordings
+//! reach (see [`full_scale_of`](crate::recording::full_scale_of)).
 //!
 //! **What a free-running recording does not meet** Standards load one axis alone, from nothing to the rated load and back, in
 //! steps, after preloading, and read at set times; temperature is kept. A recording of a moving robot loads several axes at
 //! once, at no set speed, turns where it likes, and seldom dwells. So hysteresis holds what other axes add at equal load,
-//! creep and viscosity add to width, nonlinearity is that of a branch between two turns, and repeatability is of cycles that
-//! only resemble each other. The figures compare two calibrations on the same data fairly; they do not replace a
+//! creep and viscosity add to width, and nonlinearity is that of a branch between two turns. Cycles are counted by rainflow;
+//! each figure of loops says on how many it rests, over which share of the loads, and what half and twice the dead band would
+//! give ([`Basis`]). The figures compare two calibrations on the same data fairly; they do not replace a
 //! certificate's measurement. [`Definition::free_running`] says it row by row.
 
 mod crosstalk;
@@ -30,7 +31,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use self::crosstalk::{Alone, crosstalk_figure, stretches_alone};
+use self::crosstalk::{Alone, Response, crosstalk_figure, intervals_alone};
 use self::dwell_rows::DwellRows;
 use self::errors::error_figures;
 use self::loop_rows::LoopRows;
@@ -45,7 +46,7 @@ pub(crate) use measured::{check_numbers, joined};
 pub(crate) use quantity::{Definition, Quantity};
 pub(crate) use reason::Reason;
 pub(crate) use settings::MetrologyError;
-pub use settings::MetrologySettings;
+pub use settings::{MetrologySettings, Rules, extents_of, extents_of_set};
 
 /// A load this much beyond full scale is worth a note …
 const BEYOND: f64 = 1.2;
@@ -113,6 +114,33 @@ pub struct Value {
     pub percent_fs: Option<f64>,
     /// Where it comes from; `None` for what all samples give.
     pub place: Option<Place>,
+    /// What it rests on, where it comes from loops.
+    pub basis: Option<Basis>,
+}
+
+/// How many cycles a figure of loops rests on, and how far it depends on what counts as a reversal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Basis {
+    /// How many cycles.
+    pub n_cycles: usize,
+    /// The loads that they have in common, as a share of all loads of the axis.
+    pub range_share: f64,
+    /// The figure with half the dead band; `None` where there is none then.
+    pub dead_band_halved: Option<f64>,
+    /// The figure with twice the dead band.
+    pub dead_band_doubled: Option<f64>,
+}
+
+impl Basis {
+    /// Before it is known what other dead bands would give.
+    pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
+        Self {
+            n_cycles,
+            range_share,
+            dead_band_halved: None,
+            dead_band_doubled: None,
+        }
+    }
 }
 
 /// A figure, or why there is none.
@@ -151,7 +179,7 @@ pub struct Row {
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Note {
     #[error(
-        "{} reaches {} {}, beyond its full scale of {} {}; if it is loaded in one direction only, enter its full scale",
+        "{} reaches {} {}, beyond its full scale of {} {}; enter the rated load",
         .axis.symbol(), significant(*.reaches, 4), .axis.unit(), significant(*.full_scale, 4), .axis.unit()
     )]
     BeyondFullScale {
@@ -162,14 +190,10 @@ pub enum Note {
     #[error("{} has no full scale, so nothing of it is in percent; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
-        "the largest cycle of {} spans {:.0} % of all its loads only; where {} turns back on the way, a dead band above {} {} joins branches",
-        .axis.symbol(), 100.0 * .share, .axis.symbol(), significant(*.dead_band, 3), .axis.unit()
+        "the largest cycle of {} spans {:.0} % of all its loads only; record it from the least to the greatest load and back in one run",
+        .axis.symbol(), 100.0 * .share
     )]
-    SmallCycle {
-        axis: Axis,
-        share: f64,
-        dead_band: f64,
-    },
+    SmallCycle { axis: Axis, share: f64 },
     #[error("{count} of {all} recordings have no reference load and take no part")]
     WithoutReference { count: usize, all: usize },
 }
@@ -212,14 +236,17 @@ impl Metrology {
         rows.filter_map(|row| Some((row.quantity.crosstalk_from()?, row)))
     }
 
-    /// The definitions of all rows, that of crosstalk once for all axes, with what they define.
+    /// The definitions of all rows, those of crosstalk once for all axes, with what they define.
     pub fn definitions(&self) -> impl Iterator<Item = (&str, &Definition)> {
         let first = self.crosstalk_rows().next().map(|(axis, _)| axis);
         let rows = self.rows.iter();
-        rows.filter_map(move |row| match row.quantity.crosstalk_from() {
-            None => Some((&*row.definition.name, &row.definition)),
-            from if from == first => Some(("Crosstalk", &row.definition)),
-            Some(_) => None,
+        rows.filter_map(move |row| {
+            let is_again = row
+                .quantity
+                .crosstalk_from()
+                .is_some_and(|from| Some(from) != first);
+            let name = row.quantity.general_name().unwrap_or(&row.definition.name);
+            (!is_again).then_some((name, &row.definition))
         })
     }
 
@@ -237,16 +264,25 @@ type Result<T> = std::result::Result<T, Reason>;
 struct Found {
     size: f64,
     place: Option<Place>,
+    basis: Option<Basis>,
 }
 
 impl Found {
     /// Of all samples.
     fn everywhere(size: f64) -> Self {
-        Self { size, place: None }
+        Self::at(size, None)
+    }
+
+    fn at(size: f64, place: Option<Place>) -> Self {
+        Self {
+            size,
+            place,
+            basis: None,
+        }
     }
 }
 
-/// Makes the table of these runs.
+/// Makes the table of these runs; what is not chosen comes from their own loads.
 ///
 /// **Shapes** `full_scale` one number per axis, 0 where there is none.
 ///
@@ -261,8 +297,26 @@ pub fn table(
     full_scale: &[f64],
     settings: &MetrologySettings,
 ) -> std::result::Result<Metrology, MetrologyError> {
-    let measured = Measured::of(runs, axes, full_scale, settings)?;
-    let alone = stretches_alone(&measured);
+    let rules = Rules {
+        axes,
+        full_scale,
+        settings,
+        extents: &measured::extents(runs, axes),
+    };
+    table_by(runs, &rules)
+}
+
+/// Makes the table of these runs by rules that others go by, too.
+///
+/// # Errors
+/// As [`table`].
+pub fn table_by(
+    runs: &[Run<'_>],
+    rules: &Rules<'_>,
+) -> std::result::Result<Metrology, MetrologyError> {
+    let measured = Measured::of(runs, rules)?;
+    let (axes, full_scale) = (rules.axes, rules.full_scale);
+    let alone = intervals_alone(&measured);
     let by_axis: Vec<AxisFigures> = (0..axes.len())
         .into_par_iter()
         .map(|axis| AxisFigures::of(&measured, &alone, axis))
@@ -324,11 +378,28 @@ impl AxisFigures {
                 };
             }
         };
-        let (loops, dwells) = (LoopRows::of(&view), DwellRows::of(&view));
+        let [loops, halved, doubled] =
+            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.dead_band));
+        let dwells = DwellRows::of(&view);
         let figures = |output| {
-            let crosstalk =
-                (0..n_axes).map(|loaded| crosstalk_figure(measured, alone, loaded, axis, output));
-            (loops.figures(output).into_iter())
+            let all = [&halved, &doubled].map(|other| other.figures(output));
+            let mut of_loops = loops.figures(output);
+            for (at, found) in of_loops.iter_mut().enumerate() {
+                if let Ok(Found {
+                    basis: Some(basis), ..
+                }) = found
+                {
+                    let [halved, doubled] =
+                        [0, 1].map(|other| all[other][at].as_ref().ok().map(|found| found.size));
+                    (basis.dead_band_halved, basis.dead_band_doubled) = (halved, doubled);
+                }
+            }
+            let crosstalk = [Response::AtFullLoad, Response::Largest].into_iter();
+            let crosstalk = crosstalk.flat_map(|response| {
+                let axes = (0..n_axes).map(move |loaded| (loaded, axis));
+                axes.map(move |axes| crosstalk_figure(measured, alone, axes, response, output))
+            });
+            (of_loops.into_iter())
                 .chain(dwells.figures(output))
                 .chain(crosstalk)
                 .chain(error_figures(&view, output))
@@ -342,15 +413,25 @@ impl AxisFigures {
 }
 
 fn finished(found: Result<Found>, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
-    let Found { size, place } = found?;
+    let Found {
+        size,
+        place,
+        mut basis,
+    } = found?;
     let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * size / full_scale);
     if !size.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
+    }
+    if let Some(basis) = &mut basis {
+        for other in [&mut basis.dead_band_halved, &mut basis.dead_band_doubled] {
+            *other = other.filter(|size| size.is_finite());
+        }
     }
     Ok(Value {
         value: size,
         percent_fs,
         place,
+        basis,
     })
 }
 
@@ -364,7 +445,6 @@ fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Note> {
         let small = small.map(|share| Note::SmallCycle {
             axis: measured.axes[at],
             share,
-            dead_band: measured.dead_bands[at],
         });
         full_scale_note(measured, at).into_iter().chain(small)
     });
@@ -390,13 +470,14 @@ fn full_scale_note(measured: &Measured<'_>, at: usize) -> Option<Note> {
     })
 }
 
-/// `value`, `percent_fs`, `place` and `reason`; what is not there is null.
+/// `value`, `percent_fs`, `place`, `basis` and `reason`; what is not there is null.
 fn figure<S: Serializer>(figure: &Figure, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Written<'a> {
         value: Option<f64>,
         percent_fs: Option<f64>,
         place: Option<&'a Place>,
+        basis: Option<Basis>,
         reason: Option<String>,
     }
     let value = figure.as_ref().ok();
@@ -404,6 +485,7 @@ fn figure<S: Serializer>(figure: &Figure, serializer: S) -> std::result::Result<
         value: value.map(|value| value.value),
         percent_fs: value.and_then(|value| value.percent_fs),
         place: value.and_then(|value| value.place.as_ref()),
+        basis: value.and_then(|value| value.basis),
         reason: figure.as_ref().err().map(Reason::to_string),
     }
     .serialize(serializer)

@@ -29,8 +29,10 @@ pub enum Quantity {
     CreepTime,
     /// Change of the output at zero after a load.
     CreepRecovery,
-    /// Largest error while this axis alone is loaded.
+    /// Response at full load of this axis alone.
     Crosstalk(Axis),
+    /// Largest systematic deviation while this axis alone is loaded.
+    CrosstalkDeviation(Axis),
     /// Root mean squared error.
     Rmse,
     /// Largest error.
@@ -83,6 +85,7 @@ impl Quantity {
         ];
         let dwells = [ZeroReturn, Creep, CreepTime, CreepRecovery];
         let crosstalk = axes.iter().map(|axis| Crosstalk(*axis));
+        let crosstalk = crosstalk.chain(axes.iter().map(|axis| CrosstalkDeviation(*axis)));
         let errors = [Rmse, LargestError, Error95];
         loops
             .into_iter()
@@ -95,7 +98,16 @@ impl Quantity {
     /// The axis that is loaded while the others are read, for crosstalk.
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
-            Self::Crosstalk(axis) => Some(axis),
+            Self::Crosstalk(axis) | Self::CrosstalkDeviation(axis) => Some(axis),
+            _ => None,
+        }
+    }
+
+    /// What the row is called whichever axis is loaded; `None` where the definition's name says it.
+    pub fn general_name(self) -> Option<&'static str> {
+        match self {
+            Self::Crosstalk(_) => Some("Crosstalk"),
+            Self::CrosstalkDeviation(_) => Some("Crosstalk, largest"),
             _ => None,
         }
     }
@@ -108,7 +120,8 @@ impl Quantity {
     /// What the row means.
     pub fn definition(self) -> Definition {
         let [id, name, definition, source, free_running] = match self {
-            Self::Crosstalk(axis) => return crosstalk(axis),
+            Self::Crosstalk(axis) => return crosstalk(axis, CROSSTALK),
+            Self::CrosstalkDeviation(axis) => return crosstalk(axis, CROSSTALK_DEVIATION),
             Self::Hysteresis => HYSTERESIS,
             Self::MeanLoopHysteresis => MEAN_LOOP_HYSTERESIS,
             Self::MeanWidth => MEAN_WIDTH,
@@ -134,20 +147,42 @@ impl Quantity {
     }
 }
 
-fn crosstalk(axis: Axis) -> Definition {
+fn crosstalk(axis: Axis, texts: Texts) -> Definition {
+    let [id, name, definition, source, free_running] = texts;
     Definition {
-        id: format!("crosstalk_from_{}", axis.symbol().to_lowercase()),
-        name: format!("Crosstalk from {}", axis.symbol()),
-        definition: "largest |output − load| of the axis while the other named axis alone is loaded: the named one reaches \
-            50 % of its full scale or more, all others stay within 2 % of theirs (shares can be chosen)",
-        source: "common practice for multi-axis sensors",
-        free_running: "a bench loads one axis at a time and everything else with nothing; here the others may carry up to \
-            2 %, and the figure holds offset, drift and hysteresis of the axis too",
+        id: format!("{id}_{}", axis.symbol().to_lowercase()),
+        name: name.replace("Fx", axis.symbol()),
+        definition,
+        source,
+        free_running,
     }
 }
 
 /// Id, name, definition, source, what a free-running recording lacks.
 type Texts = [&'static str; 5];
+
+const CROSSTALK: Texts = [
+    "crosstalk_from",
+    "Crosstalk from Fx",
+    "what the axis reads, output − load, at full load of the other named axis alone: slope of a least-squares line, each \
+        recording with an offset of its own, times the full scale of the loaded axis; over the samples in which the others \
+        stay within 2 % of their full scale, where the loaded one reaches 50 % of its own or more (shares can be chosen)",
+    "common practice for multi-axis sensors",
+    OTHERS_NEARLY_UNLOADED,
+];
+
+const CROSSTALK_DEVIATION: Texts = [
+    "crosstalk_deviation_from",
+    "Crosstalk from Fx, largest",
+    "largest systematic deviation of the axis while the other named axis alone is loaded: output − load less its value at no \
+        load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors counts as \
+        nothing",
+    "as crosstalk; with what is not linear in the load",
+    OTHERS_NEARLY_UNLOADED,
+];
+
+const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time and everything else with nothing; here the others may \
+    carry up to 2 %, and what drift and hysteresis of the axis do along with the load counts too";
 
 const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here \
     other axes may be loaded too, and what they add at equal load counts as width";
@@ -155,8 +190,9 @@ const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and
 const HYSTERESIS: Texts = [
     "hysteresis",
     "Hysteresis",
-    "largest |falling − rising| output at equal load, in the one cycle whose branches share the widest range of loads; \
-        branches averaged over hundredths of their range and compared at 101 loads",
+    "largest |falling − rising| output at equal load, in the one cycle (counted by rainflow) whose branches share the widest \
+        range of loads; branches, without the cycles on their way, averaged over hundredths of their range and compared at 101 \
+        loads",
     "OIML R 60-1, 3.7 (difference at the same load, up from the least and down from the greatest); over full scale, as \
         VDI/VDE 2638 refers errors to the nominal load",
     ONE_AXIS_AT_REST,
@@ -166,7 +202,7 @@ const MEAN_LOOP_HYSTERESIS: Texts = [
     "hysteresis_mean_loop",
     "Hysteresis, mean loop",
     "largest |falling − rising| of the mean loop of all cycles that cover at least 80 % of the largest one's range, over the \
-        loads that all of them have",
+        loads that all of them have; of three cycles or more, over more than half of all loads",
     "as hysteresis; averaging over cycles is this program's, as it leaves what repeats and drops what other axes happened to \
         do",
     ONE_AXIS_AT_REST,
@@ -210,11 +246,11 @@ const COMBINED_ERROR: Texts = [
 const REPEATABILITY: Texts = [
     "repeatability",
     "Repeatability",
-    "largest difference at equal load between branches of one recording that go the same way and cover at least 80 % of \
-        the widest one's range; the worst recording",
+    "largest difference at equal load between branches that go the same way, of two or more cycles that follow each other and \
+        repeat: they turn at the same loads within 5 % of the largest cycle's range, and at equal load every other axis is \
+        loaded alike within 5 % of its full scale; the worst recording",
     "load-cell makers' glossaries: same load, same direction, same conditions",
-    "conditions are the same only as far as the recording repeats itself: other axes and the speed may differ from cycle to \
-        cycle",
+    "conditions are the same only as far as the recording repeats itself: the speed may differ from cycle to cycle",
 ];
 
 const ZERO_RETURN: Texts = [
@@ -285,7 +321,7 @@ mod tests {
     #[test]
     fn every_row_has_an_id_of_its_own_and_says_what_it_is() {
         let all = Quantity::all(&Axis::ALL);
-        assert_eq!(all.len(), 20);
+        assert_eq!(all.len(), 26);
         let definitions = all.iter().map(|quantity| quantity.definition());
         let ids: HashSet<String> = definitions
             .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))

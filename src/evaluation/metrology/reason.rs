@@ -1,7 +1,7 @@
 //! Why a figure is not there, as a sentence that stands in its place.
 
 use crate::evaluation::holds::NoTimeConstant;
-use crate::evaluation::loops::Loops;
+use crate::evaluation::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
 use crate::evaluation::numbers::significant;
 use crate::recording::Axis;
 
@@ -28,8 +28,25 @@ pub enum Reason {
     NoRisingBranch { axis: Axis },
     #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
     TooFewLoads { axis: Axis, found: usize },
+    #[error(
+        "{count} of the cycles of {} cover {} % of the largest one's range, over {} % of all loads; a mean loop takes {} over more \
+         than {} %. The largest cycle stands by itself",
+        .axis.symbol(), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES, short(100.0 * MOST)
+    )]
+    FewCycles {
+        axis: Axis,
+        count: usize,
+        share: f64,
+    },
     #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle in one run", .axis.symbol())]
     TooFewCycles { axis: Axis },
+    #[error("no cycle of {} is repeated: none turns at the same loads as the one before; repeat the cycle in one run", .axis.symbol())]
+    NotRepeated { axis: Axis },
+    #[error(
+        "the cycles of {} are not repeated: at equal load of it, {} is loaded differently; repeat the cycle of one axis alone",
+        .axis.symbol(), .other.symbol()
+    )]
+    OthersDiffer { axis: Axis, other: Axis },
     #[error("{} has no full scale, as it is never loaded; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
@@ -67,6 +84,11 @@ pub enum Reason {
         loaded_share: f64,
         alone_share: f64,
     },
+    #[error(
+        "{} alone is loaded at about the same load only, so there is no slope; unload it in the same recording",
+        .axis.symbol()
+    )]
+    NotLinear { axis: Axis },
     #[error("{recording}: the load or the output of {} is not a finite number in sample {sample}", .axis.symbol())]
     NotFinite {
         axis: Axis,
@@ -87,7 +109,10 @@ impl Reason {
             Self::NoCycle { .. } => "no cycle",
             Self::NoRisingBranch { .. } => "no rise",
             Self::TooFewLoads { .. } => "few loads",
+            Self::FewCycles { .. } => "few cycles",
             Self::TooFewCycles { .. } => "1 cycle",
+            Self::NotRepeated { .. } | Self::OthersDiffer { .. } => "no repeats",
+            Self::NotLinear { .. } => "1 load",
             Self::NoFullScale { .. } => "no FS",
             Self::NoHold { .. } => "no hold",
             Self::NoZero { .. } => "no zero",
@@ -100,6 +125,11 @@ impl Reason {
             Self::NotFinite { .. } => "not finite",
             Self::Overflow { .. } => "too large",
         }
+    }
+
+    /// Why the cycles of an axis have no mean loop.
+    pub fn few_cycles(axis: Axis, TooFew { count, share }: TooFew) -> Self {
+        Self::FewCycles { axis, count, share }
     }
 
     /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.

@@ -1,12 +1,15 @@
-//! What a person chooses about the figures.
+//! What a person chooses about the figures, and what stands where nothing is chosen.
 
 use serde::{Deserialize, Serialize};
+
+use crate::evaluation::loops::{LoadExtent, NOISE_FACTOR};
+use crate::recording::{Axis, Recording, RecordingSet, Role};
 
 /// The choices behind a table of figures.
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
-/// | `dead_bands` | none | ≥ 0 | per axis, in its unit: a reversal counts beyond it; where `None`, from the noise |
+/// | `dead_bands` | none | ≥ 0 | per axis, in its unit: a reversal counts beyond it; where `None`, from noise and range |
 /// | `hold_secs` | 5 s | > 0 | a load that stands still for this long is a hold |
 /// | `still_share` | 0.01 | 0 to 1 | standing still: each axis within this share of its full scale (or ten times its noise) |
 /// | `zero_share` | 0.01 | 0 to 1 | resting at zero: each axis within this share of its full scale from zero |
@@ -15,7 +18,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MetrologySettings {
-    /// Dead band per axis, in axis order; missing or `None` entries come from the noise.
+    /// Dead band per axis, in axis order; missing or `None` entries come from noise and range ([`LoadExtent`]).
     pub dead_bands: Vec<Option<f64>>,
     /// The shortest hold.
     pub hold_secs: f64,
@@ -39,6 +42,69 @@ impl Default for MetrologySettings {
             loaded_share: 0.5,
             alone_share: 0.02,
         }
+    }
+}
+
+/// How loops, dwells and figures are made: one set of rules for all of them.
+///
+/// **Shapes** one full scale and one extent per axis.
+///
+/// **Units** full scales in N and N·m; 0 where there is none.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules<'a> {
+    /// The axes.
+    pub axes: &'a [Axis],
+    /// What is 100 %.
+    pub full_scale: &'a [f64],
+    /// What was chosen.
+    pub settings: &'a MetrologySettings,
+    /// What the loads do, from which what was not chosen comes; see [`extents_of_set`].
+    pub extents: &'a [LoadExtent],
+}
+
+impl Rules<'_> {
+    /// From where a reversal counts on the axis in this place, in its unit.
+    pub fn dead_band(&self, at: usize) -> f64 {
+        let chosen = self.settings.dead_bands.get(at).copied().flatten();
+        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::dead_band))
+    }
+
+    /// How far a load that stands still may move on the axis in this place, in its unit.
+    pub(super) fn still(&self, at: usize) -> f64 {
+        let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
+        (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
+    }
+}
+
+/// What the load of each axis does in these recordings; those without a reference for it say nothing.
+pub fn extents_of<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording>,
+    axes: &[Axis],
+) -> Vec<LoadExtent> {
+    let mut extents = vec![LoadExtent::default(); axes.len()];
+    for recording in recordings {
+        let own = recording.axes();
+        for (extent, axis) in extents.iter_mut().zip(axes) {
+            let Some(at) = own.iter().position(|one| one == axis) else {
+                continue;
+            };
+            let loads = recording.loads().iter().skip(at).step_by(own.len());
+            let loads: Vec<f64> = loads.copied().collect();
+            *extent = extent.with(LoadExtent::of([&loads[..]]));
+        }
+    }
+    extents
+}
+
+/// What the load of each axis does in the recordings that train or test, or in all where none does: whatever part of them
+/// is looked at, it is looked at by the same rules.
+pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
+    let entries = set.entries().iter();
+    let used = entries.clone().filter(|entry| entry.role != Role::Off);
+    if used.clone().next().is_some() {
+        extents_of(used.map(|entry| &*entry.recording), axes)
+    } else {
+        extents_of(entries.map(|entry| &*entry.recording), axes)
     }
 }
 

@@ -35,8 +35,8 @@ pub(super) fn loops(report: &ReportData, page: &mut Markup) {
         page.element(
             "p",
             &format!(
-                "The error over the true load, of {}. Thin: all branches; thick: the mean loop of the full cycles. A sensor \
-                 without hysteresis draws one line.",
+                "The error over the true load, of {}. Thin: all branches; thick: the mean loop of the full cycles, or \
+                 the largest cycle where these are fewer than three or cover little. A sensor without hysteresis draws one line.",
                 report.measured
             ),
         );

@@ -2,6 +2,7 @@
 
 use super::{LoopsPane, for_print, rgb, trace_of};
 use crate::analysis::loops::{DwellCurve, DwellPlot, Output};
+use crate::engine::Engine;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::{Cell, Column, Table, drifts};
 use crate::ui::command::Command;
@@ -15,11 +16,12 @@ const LIST_HEIGHT: f32 = 170.0;
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
+    engine: &Engine,
     picture: &DwellPlot,
     out: &mut Vec<Command>,
 ) {
     // An answer to another time than the one that stands above is no answer to look at.
-    if picture.question.hold_secs != pane.hold_secs {
+    if picture.hold_secs != engine.project().measuring.hold_secs {
         return;
     }
     let curve = match &picture.curve {

@@ -5,7 +5,7 @@ use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Up};
 use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
-use crate::report::{LoopScale, Trace, loop_figures};
+use crate::report::{LoopMeasures, LoopScale, Trace, loop_figures};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::look_back;
@@ -22,10 +22,16 @@ pub(super) fn show(
     out: &mut Vec<Command>,
 ) {
     let gauges = &engine.project().recordings.layout().gauge_names;
+    let has_mean = picture.curves.iter().any(|curve| curve.mean.is_ok());
     let view = View {
         picture,
         up: up_label(picture, gauges),
-        figures_of: pane.figures_of,
+        // A few cycles have no mean loop: what is shown then is the largest of them, and called so.
+        figures_of: if has_mean {
+            pane.figures_of
+        } else {
+            FiguresOf::Largest
+        },
         shown: (picture.curves.iter())
             .filter(|curve| curve.output.is_none_or(|output| pane.is_shown(output)))
             .collect(),
@@ -40,7 +46,8 @@ pub(super) fn show(
                 (
                     FiguresOf::Mean,
                     "Mean loop",
-                    "Of all cycles that cover at least 80 % of the largest one's range, over the loads that all of them have",
+                    "Of the cycles that cover at least 80 % of the largest one's range, over the loads that all of them have: three or \
+                     more, over more than half of all loads",
                 ),
                 (
                     FiguresOf::Largest,
@@ -48,10 +55,17 @@ pub(super) fn show(
                     "The one cycle whose branches share the widest range of loads",
                 ),
             ] {
-                ui.selectable_value(&mut pane.figures_of, of, label)
-                    .on_hover_text(explanation);
+                let can = has_mean || of == FiguresOf::Largest;
+                let button = egui::Button::selectable(of == view.figures_of, label);
+                let button = ui.add_enabled(can, button).on_hover_text(explanation);
+                if button.clicked() {
+                    pane.figures_of = of;
+                }
             }
         });
+        if let Some(Err(reason @ Reason::FewCycles { .. })) = picture.curves.first().map(|curve| &curve.mean) {
+            ui.weak(format!("No mean loop: {reason}."));
+        }
         view.counts(ui);
         view.figures(ui);
         if view.shown.iter().any(|curve| view.of(curve).is_ok()) {
@@ -160,8 +174,18 @@ impl<'a> View<'a> {
     fn counts(&self, ui: &mut egui::Ui) {
         let picture = self.picture;
         let unit = picture.question.axis.unit();
+        let found = self.shown.iter().find_map(|curve| self.of(curve).ok());
+        let of = found.map_or_else(String::new, |figures| {
+            let basis = &figures.basis[0];
+            let what = match self.figures_of {
+                FiguresOf::Mean => format!("Mean of {} cycles", basis.n_cycles),
+                FiguresOf::Largest => "One cycle".to_owned(),
+            };
+            let share = significant(100.0 * basis.range_share, 2);
+            format!("{what} over {share} % of the loads\n")
+        });
         let words = format!(
-            "{} cycles, {} full · {} samples of {} recording{}",
+            "{of}{} cycles, {} full · {} samples of {} recording{}",
             picture.n_cycles,
             picture.n_full_cycles,
             picture.n_samples,
@@ -203,8 +227,15 @@ impl<'a> View<'a> {
         };
         let figures: Vec<_> = (found.iter())
             .map(|(output, one)| {
-                let figures = [one.largest_width, one.mean_width, one.area];
-                (output.map(trace_of), figures)
+                let [largest, mean, area] = one.basis;
+                LoopMeasures {
+                    trace: output.map(trace_of),
+                    figures: [
+                        (one.largest_width, largest),
+                        (one.mean_width, mean),
+                        (one.area, area),
+                    ],
+                }
             })
             .collect();
         let figures = loop_figures(&figures, scale);
