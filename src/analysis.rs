@@ -8,6 +8,7 @@
 mod best;
 mod cautions;
 mod comparison;
+mod cross_validated;
 mod dataset;
 mod factory;
 mod fit;
@@ -37,7 +38,10 @@ use traces::FixedTraces;
 pub use best::{Best, Search, Tried, best_table, find_best};
 pub use cautions::{Caution, cautions};
 pub use comparison::compare;
-pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
+pub(crate) use comparison::{
+    Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
+};
+pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
@@ -46,7 +50,8 @@ pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use traces::View;
 pub(crate) use traces::{AxisTraces, Segment, TraceSet};
-pub use training::train;
+pub(crate) use training::train_unscored;
+pub use training::{Scored, TrainingStep, train, train_and_score};
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -137,6 +142,10 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
+    #[error(
+        "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
+    )]
+    OneProgramme,
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
     #[error(
@@ -216,7 +225,8 @@ impl Analyst {
             }
             errors
         } else {
-            data.fit(request.settings.ridge, &past, &mut calibration).0
+            let fit = data.fit(request.settings.ridge, &past, &mut calibration);
+            fit.errors
         };
         progress.check()?;
         let recordings = data

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::analysis::study::Study;
-use crate::analysis::{AnalysisError, Datasets, Request, train};
+use crate::analysis::{AnalysisError, Datasets, Request, train_unscored};
 use crate::calibration::{
     Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
 };
@@ -580,7 +580,7 @@ impl Side {
             datasets: self.datasets.clone(),
             ..Request::fit(Arc::clone(&self.recordings), settings)
         };
-        train(&request, &progress.part(), &mut |_| {})
+        train_unscored(&request, &progress.part())
     }
 }
 

@@ -4,7 +4,7 @@
 
 use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
-use crate::calibration::{Calibration, Undetermined};
+use crate::calibration::{Calibration, GridEdge, Undetermined};
 use crate::evaluation::coverage::{Outside, largest};
 use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
@@ -40,6 +40,10 @@ pub enum Caution {
     FewLoads(usize, usize),
     /// How many of so many features are independent.
     Rank(usize, usize),
+    /// The kernel's ridge stands at an end of what is tried.
+    KernelRidge(GridEdge, f64),
+    /// The axes on which a second stage brings too little on left-out samples.
+    LinearAlone(Vec<Axis>),
     /// The axes on which the test says that compensating does harm.
     Worse(Vec<Axis>),
 }
@@ -82,6 +86,10 @@ impl Dataset {
             if rank < n_features && calibration.learned.is_none() {
                 found.push(Caution::Rank(rank, n_features));
             }
+            let at_edge = calibration.kernel_ridge_at_edge();
+            found.extend(at_edge.map(|(edge, strength)| Caution::KernelRidge(edge, strength)));
+            let alone = calibration.linear_alone();
+            found.extend((!alone.is_empty()).then_some(Caution::LinearAlone(alone)));
         }
         let quality = &calibration.quality;
         let scores = [&quality.conventional, &quality.compensated];
@@ -146,6 +154,13 @@ impl Caution {
             }
             Self::FewLoads(features, cases) => format!("{features} features for {cases} loads"),
             Self::Rank(rank, features) => format!("rank {rank} of {features}"),
+            Self::KernelRidge(GridEdge::Weakest, _) => {
+                "the kernel's ridge is the weakest".to_owned()
+            }
+            Self::KernelRidge(GridEdge::Strongest, _) => {
+                "the kernel's ridge is the strongest".to_owned()
+            }
+            Self::LinearAlone(axes) => format!("no second stage on {}", symbols(axes)),
             Self::Worse(axes) => format!("worse on test: {}", symbols(axes)),
         }
     }
@@ -228,6 +243,22 @@ impl std::fmt::Display for Caution {
                 f,
                 "only {rank} of {features} features are independent: some gauges or blocks repeat each other, or the past \
                  never differs from the present; leave such gauges or blocks out",
+            ),
+            Self::KernelRidge(GridEdge::Weakest, strength) => write!(
+                f,
+                "the kernel's ridge is the weakest that keeps its weights small ({strength:e}), and left-out parts ask for a \
+                 weaker one: it may do worse on other data than its scores say; look at test recordings, or take fewer features",
+            ),
+            Self::KernelRidge(GridEdge::Strongest, strength) => write!(
+                f,
+                "the kernel's ridge is the strongest that is tried ({strength:e}): left-out parts learn next to nothing from \
+                 the kernel; take another regressor",
+            ),
+            Self::LinearAlone(axes) => write!(
+                f,
+                "on {} the second stage does no better on left-out samples than within one standard error, so the linear part \
+                 stands alone there; a linear calibration is as good, or record more",
+                symbols(axes),
             ),
             Self::Worse(axes) => write!(
                 f,

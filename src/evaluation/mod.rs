@@ -9,6 +9,7 @@ pub mod mean_hysteresis;
 pub(crate) mod metrics;
 pub mod metrology;
 pub mod numbers;
+pub mod part_squares;
 pub(crate) mod quantile;
 pub(crate) mod series;
 pub mod threshold_study;
