@@ -46,7 +46,7 @@ impl LeftOut<'_> {
         tried.add(vec![none.clone()]);
         let mut standing = vec![Some(none); q];
         while standing.iter().any(Option::is_some) {
-            let asked = standing.iter().flatten().flat_map(|own| further(own));
+            let asked = standing.iter().flatten().flat_map(further);
             tried.add(asked.collect());
             for (target, own) in standing.iter_mut().enumerate() {
                 let Some(levels) = own else { continue };
