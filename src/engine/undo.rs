@@ -226,6 +226,7 @@ mod tests {
             Arc::clone(&other.recordings)
         };
         vec![
+            Edit::Model(Box::new(settings.clone())),
             Edit::Settings(settings),
             Edit::Thresholds(Thresholds {
                 f_th: 0.125,
@@ -268,6 +269,7 @@ mod tests {
             Edit::Apply(_) => 12,
             Edit::Compare(_) => 13,
             Edit::Groups(_) => 14,
+            Edit::Model(_) => 15,
         }
     }
 
@@ -275,7 +277,7 @@ mod tests {
     fn every_edit_is_taken_back_and_made_again() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=14 {
+        for at in 0..=15 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tried");
         }
