@@ -307,7 +307,10 @@ fn recording(
         })
         .collect();
     let (mut gauges, mut loads) = (Vec::new(), Vec::new());
-    #[expect(clippy::needless_range_loop, reason = "the same sample of several axes")]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "the same sample of several axes"
+    )]
     for k in 0..before + n {
         for (gauge, memories) in memories.iter_mut().enumerate() {
             let strain: f64 = (0..q)

@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::analysis::best::{Cost, cost};
 use crate::analysis::{AnalysisError, Request, TrainingStep, cross_validation_cost, train};
-use crate::calibration::{FitSettings, Learner, Regressor, Scores};
+use crate::calibration::{Calibration, FitSettings, Learner, Regressor, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::caught;
@@ -78,6 +79,12 @@ pub struct ComparedRow {
     /// How long it took (s).
     #[serde(rename = "seconds", serialize_with = "seconds")]
     pub elapsed: Duration,
+    /// What it costs where it runs.
+    #[serde(skip)]
+    pub cost: Cost,
+    /// What was fitted or trained.
+    #[serde(skip)]
+    pub calibration: Arc<Calibration>,
 }
 
 fn seconds<S: serde::Serializer>(elapsed: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
@@ -296,11 +303,13 @@ fn compare_one(
     progress.advance(weight - counted);
     Ok(ComparedRow {
         candidate: candidate.clone(),
-        axes: calibration.axes,
+        axes: calibration.axes.clone(),
         n_train: calibration.quality.n_train,
-        scores: calibration.quality.compensated,
-        ridge: calibration.quality.ridge,
+        scores: calibration.quality.compensated.clone(),
+        ridge: calibration.quality.ridge.clone(),
         elapsed: start.elapsed(),
+        cost: cost(&calibration, &request.recordings),
+        calibration: Arc::new(calibration),
     })
 }
 

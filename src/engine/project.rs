@@ -107,6 +107,8 @@ pub enum Edit {
     Settings(FitSettings),
     /// How loops, dwells and figures are measured.
     Measuring(MetrologySettings),
+    /// The choices of a model, in the place of an applied calibration too; full scales stay the sensor's.
+    Model(Box<FitSettings>),
     /// The thresholds of the first look-back; the others keep their F_th.
     Thresholds(Thresholds),
     /// The numbers of a block.
@@ -180,6 +182,10 @@ impl Project {
         match edit {
             Edit::Settings(settings) => self.settings = settings,
             Edit::Measuring(measuring) => self.measuring = measuring,
+            Edit::Model(settings) => {
+                self.settings = self.with_full_scale(*settings);
+                self.applied = None;
+            }
             Edit::Thresholds(thresholds) => self.set_thresholds(thresholds),
             Edit::Block(chosen) => {
                 let blocks = &mut self.settings.features.blocks;
@@ -273,6 +279,15 @@ impl Project {
         match &self.applied {
             Some(applied) => &applied.calibration.axes,
             None => &self.recordings.layout().axes,
+        }
+    }
+
+    /// These settings with the full scales of the document's own.
+    pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
+        let full_scale = self.settings.full_scale.clone();
+        FitSettings {
+            full_scale,
+            ..settings
         }
     }
 

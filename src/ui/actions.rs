@@ -1,8 +1,10 @@
 //! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet of keys.
 
+use std::time::Duration;
+
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::engine::{Action as Do, Edit, Engine};
+use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
 use crate::ui::panes;
@@ -275,6 +277,28 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     ]
 }
 
+/// Trying models.
+pub fn models(engine: &Engine) -> Vec<Action> {
+    let any = !engine.project().recordings.entries().is_empty();
+    let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
+    vec![
+        action(
+            "Find the best model",
+            "Tries sensible models for two minutes and proposes one; they are listed in the pane Models",
+            None,
+            Do::FindBest(limit).into(),
+        )
+        .only_if(any && !engine.is_trying()),
+        action(
+            "Keep this model",
+            "Puts the settings of now with their errors on the list in the pane Models",
+            None,
+            Do::KeepModel.into(),
+        )
+        .only_if(engine.can_keep()),
+    ]
+}
+
 /// Arrangements of panes.
 pub fn arrangements() -> Vec<Action> {
     let keys = [Key::F5, Key::F6, Key::F7].map(alone);
@@ -373,6 +397,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         edit(can),
         time(can),
         roles(engine),
+        models(engine),
         arrangements(),
         panes(),
         panes::all().flat_map(places).collect(),

@@ -2,7 +2,6 @@
 
 use egui::{Color32, Stroke, Visuals};
 
-use crate::calibration::Regressor;
 pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
 
@@ -38,22 +37,6 @@ impl Trace {
 /// A colour of the figures as egui has it.
 pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
-}
-
-/// The colour of a regressor in tables and bars.
-pub fn regressor(regressor: Regressor, visuals: &Visuals) -> Color32 {
-    let color = match regressor {
-        Regressor::Linear => color::BLUE,
-        Regressor::Network => color::VERMILION,
-        Regressor::Kernel => color::GREEN,
-        Regressor::HybridNetwork => color::PURPLE,
-        Regressor::HybridKernel => [190, 160, 20],
-    };
-    // Lighter on a dark ground.
-    rgb(match visuals.dark_mode {
-        true => color.map(|value| value / 4 * 3 + 64),
-        false => color,
-    })
 }
 
 /// What marks the look-back.
