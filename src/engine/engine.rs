@@ -25,9 +25,11 @@ use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
     Project,
 };
+use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
-use crate::recording::{Recording, Tare};
+use crate::features::{Distance, Thresholds};
+use crate::recording::{Recording, RecordingSet, Role, Tare};
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -126,8 +128,12 @@ pub struct Engine {
     pub session: Option<PathBuf>,
     /// Where the panes stood in a session that was just opened.
     pub layout: Option<serde_json::Value>,
+    /// What the thresholds begin with, of these recordings measured this way.
+    default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
     /// What there is to say.
     pub notices: Vec<Notice>,
+    /// How many there have been.
+    n_said: u64,
     /// A file that somebody is asked about before it is written.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// The file whose columns are being said.
@@ -223,7 +229,9 @@ impl Engine {
             gesture: None,
             session: None,
             layout: None,
+            default_thresholds: None,
             notices: Vec::new(),
+            n_said: 0,
             replacing: None,
             importing: None,
             recoverable: Vec::new(),
@@ -342,6 +350,32 @@ impl Engine {
         tasks.chain(others.into_iter().flatten()).collect()
     }
 
+    /// What the thresholds begin with in these recordings.
+    pub fn default_thresholds(&self) -> Thresholds {
+        let own = self.default_thresholds.as_ref();
+        own.map_or_else(|| self.project.default_thresholds(), |own| own.2)
+    }
+
+    /// The share of training samples, or of all without any, for which the first look-back finds a past sample; `None` without a
+    /// look-back.
+    pub fn share_with_past(&self) -> Option<f64> {
+        let entries = self.project.recordings.entries();
+        let share = |is_asked: &dyn Fn(Role) -> bool| {
+            let (mut found, mut all) = (0.0, 0.0);
+            for (at, _) in entries
+                .iter()
+                .enumerate()
+                .filter(|(_, entry)| is_asked(entry.role))
+            {
+                let result = self.result_of(at)?;
+                found += result.share_with_past? * result.n_samples as f64;
+                all += result.n_samples as f64;
+            }
+            (all > 0.0).then(|| found / all)
+        };
+        share(&|role| role == Role::Train).or_else(|| share(&|_| true))
+    }
+
     /// Whether anything runs or waits to run.
     pub fn is_busy(&self) -> bool {
         let mut is_busy = !self.tasks.is_empty() || !self.preview.is_idle();
@@ -412,6 +446,18 @@ impl Engine {
 
     /// Asks for what follows from the document.
     fn follow(&mut self) {
+        let (own, distance) = (
+            &self.project.recordings,
+            self.project.settings.features.distance,
+        );
+        let holds = self
+            .default_thresholds
+            .as_ref()
+            .is_some_and(|(of, measured, _)| Arc::ptr_eq(of, own) && *measured == distance);
+        if !holds {
+            let default = self.project.default_thresholds();
+            self.default_thresholds = Some((Arc::clone(own), distance, default));
+        }
         // Before anything was opened there is nothing to ask, and nothing to complain about.
         let is_empty = self.project.recordings.entries().is_empty();
         if !is_empty || self.analysis.asked().is_some() {
@@ -501,7 +547,11 @@ impl Engine {
             Level::Error => log::Level::Error,
         };
         log::log!(level, "{}", notice.text);
-        self.notices.push(notice);
+        self.n_said += 1;
+        self.notices.push(Notice {
+            number: self.n_said,
+            ..notice
+        });
         let surplus = self.notices.len().saturating_sub(MAX_NOTICES);
         self.notices.drain(..surplus);
     }
@@ -811,7 +861,17 @@ impl Engine {
         if !recordings.is_empty() {
             let role_of = |recording: &Recording| role_in(&known, recording);
             let group_of = |recording: &Recording| group_in(&known, recording);
+            let before = self.project.thresholds();
             let refused = self.change(|project| project.add_known(recordings, role_of, group_of));
+            let now = self.project.thresholds();
+            if now != before && self.project.settings.features.distance == Distance::Force {
+                let text = format!(
+                    "F_th begins at {} N: of how far the force moves in these recordings about the share that the paper's 3 N are of \
+                     its sensor's range. The pane Thresholds finds a better one",
+                    significant(now.f_th, 3)
+                );
+                self.tell(Level::Info, text);
+            }
             refused
                 .into_iter()
                 .for_each(|refused| self.tell(Level::Error, refused));

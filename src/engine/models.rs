@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Weak};
 
-use crate::analysis::{Best, Candidate, Model, TrainingStep, paper_candidates};
+use crate::analysis::{Best, Candidate, Cost, Model, TrainingStep, paper_candidates};
 use crate::calibration::{Calibration, FitSettings, Learner, Regressor};
 use crate::engine::Project;
 use crate::engine::questions::{Compare, RowState};
@@ -291,140 +291,152 @@ impl Models {
     /// All of them, a row each, in their order: errors on these samples, and what a model costs.
     pub fn table(&self, project: &Project, sets: &[ScoreSet]) -> Table {
         let axes = project.axes();
-        let mut columns = [
-            ("", "→: proposed, the cheapest within one standard error of the best; =: within it, too"),
-            ("model", "What it is called"),
-            ("features", "What is appended to the gauges"),
-            ("regressor", "How the load is made of them"),
-            ("data", "A: all samples; B: every tenth; else every so many-th"),
-        ]
-        .map(|(name, about)| Column {
+        let words = |name: &str, about: &str| Column {
             about: about.to_owned(),
             ..Column::words(name)
-        })
-        .to_vec();
+        };
+        let numbers = |name: &str, unit: &'static str, about: &str| Column {
+            unit,
+            about: about.to_owned(),
+            ..Column::numbers(name)
+        };
+        let group = |set: &ScoreSet| {
+            let group = (set.label().to_owned(), set.explanation().to_owned());
+            (sets.len() > 1).then_some(group)
+        };
+        let mut columns = vec![
+            words(
+                "",
+                "→: proposed, the cheapest within one standard error of the best; =: within it, too; others: made of other recordings",
+            ),
+            words("model", "What it is called"),
+        ];
+        columns.extend(sets.iter().map(|set| Column {
+            group: group(set),
+            ..numbers(
+                Self::RELATIVE,
+                "%",
+                "Of the conventional calibration's error, all axes alike",
+            )
+        }));
+        columns.extend([
+            words("features", "What is appended to the gauges"),
+            words("regressor", "How the load is made of them"),
+            words(
+                "data",
+                "A: all samples; B: every tenth; else every so many-th",
+            ),
+        ]);
         for set in sets {
-            let group = Some((set.label().to_owned(), set.explanation().to_owned()));
-            let group = group.filter(|_| sets.len() > 1);
             for axis in axes {
                 columns.push(Column {
-                    group: group.clone(),
+                    group: group(set),
                     about: format!("RMSE, {}", set.label()),
                     ..Column::load(*axis)
                 });
                 if *set == ScoreSet::LeftOut {
+                    let about = "Standard deviation of the RMSE over what is left out in turn";
                     columns.push(Column {
-                        group: group.clone(),
-                        unit: axis.unit(),
-                        about: "Standard deviation of the RMSE over what is left out in turn"
-                            .to_owned(),
-                        ..Column::numbers("±")
+                        group: group(set),
+                        ..numbers(&format!("± {}", axis.symbol()), axis.unit(), about)
                     });
                 }
             }
-            columns.push(Column {
-                group,
-                unit: "%",
-                about: "Of the conventional calibration's error, all axes alike".to_owned(),
-                ..Column::numbers("of Conv.")
-            });
         }
         columns.extend([
-            Column {
-                about: "Numbers that it consists of, 8 bytes each on a robot; what its features remember comes on top"
-                    .to_owned(),
-                ..Column::numbers("numbers")
-            },
-            Column {
-                unit: "µs",
-                about: "Time of a sample, measured on this machine".to_owned(),
-                ..Column::numbers("a sample")
-            },
-            Column {
-                unit: "s",
-                about: "How long it took to try".to_owned(),
-                ..Column::numbers("took")
-            },
-            Column {
-                about: "Whether it was made of the recordings and roles of now".to_owned(),
-                ..Column::words("recordings")
-            },
+            numbers(
+                "numbers",
+                "",
+                "Numbers that it consists of",
+            ),
+            numbers(
+                "memory",
+                "B",
+                "Of an export in single precision, its numbers and its state, at the rate of the recordings",
+            ),
+            numbers("a sample", "µs", "Time of a sample, measured on this machine"),
+            numbers("took", "s", "How long it took to try"),
         ]);
+        let rows = self.rows.iter();
         Table {
-            title: String::new(),
-            rows: self
-                .rows
-                .iter()
-                .map(|row| row.cells(project, axes, sets))
+            rows: rows
+                .map(|row| row.cells(project, axes, sets, columns.len()))
                 .collect(),
             columns,
-            note: String::new(),
+            ..Table::default()
         }
     }
+
+    /// The name of the column that tells models apart best.
+    pub const RELATIVE: &str = "of Conv.";
 }
 
 impl Row {
-    fn cells(&self, project: &Project, axes: &[Axis], sets: &[ScoreSet]) -> Vec<Cell> {
-        let mark = match self.mark {
-            Mark::Proposed => "→",
-            Mark::Good => "=",
-            Mark::None => "",
+    fn cells(
+        &self,
+        project: &Project,
+        axes: &[Axis],
+        sets: &[ScoreSet],
+        n_columns: usize,
+    ) -> Vec<Cell> {
+        let mark = match (self.is_stale(project), self.mark) {
+            (true, _) => Cell::words("others").about(
+                "Stale: made of other recordings, or of other roles or groups of them, than those of now",
+            ),
+            (false, Mark::Proposed) => Cell::words("→").about("Proposed"),
+            (false, Mark::Good) => Cell::words("=").about("Within one standard error of the best"),
+            (false, Mark::None) => Cell::words(""),
         };
-        let features = self.settings.features.describe();
+        let model = self.model();
+        let relative = |set: &ScoreSet| match &self.state {
+            State::Ready(model) => {
+                let relative = model.relative(*set).map(|relative| 100.0 * relative);
+                Cell::digits(relative, 3)
+            }
+            State::Waits => Cell::missing("waits", "it is still to be fitted"),
+            State::Runs(None) => Cell::missing("runs", "it is being fitted"),
+            State::Runs(Some(TrainingStep::Epoch(report))) => {
+                let text = format!("{}/{}", report.epoch, report.epochs);
+                Cell::missing(text, "epochs that its network has had")
+            }
+            State::Runs(Some(TrainingStep::CrossValidation { done, .. })) => {
+                let text = format!("{:.0} %", 100.0 * done);
+                Cell::missing(text, "of its cross-validation is done")
+            }
+            State::Failed(reason) => Cell::missing("failed", reason),
+        };
         let data = match (&*self.data, self.settings.decimation) {
             ("", 1) => "A".to_owned(),
             ("", 10) => "B".to_owned(),
             ("", step) => format!("1/{step}"),
             (data, _) => data.to_owned(),
         };
+        let mut cells = vec![mark, Cell::words(&self.name)];
+        cells.extend(sets.iter().map(relative));
+        let features = self.settings.features.describe();
         let regressor = self.settings.regressor.label();
-        let mut cells = [mark, &self.name, &features, regressor, &data]
-            .map(Cell::words)
-            .to_vec();
-        let n_numbers: usize = sets.iter().map(|set| self.n_numbers(axes, *set)).sum();
-        match &self.state {
-            State::Waits => cells.push(Cell::missing("waits", "it is still to be fitted")),
-            State::Runs(None) => cells.push(Cell::missing("runs", "it is being fitted")),
-            State::Runs(Some(TrainingStep::Epoch(report))) => {
-                let text = format!("{}/{}", report.epoch, report.epochs);
-                cells.push(Cell::missing(text, "epochs that its network has had"));
-            }
-            State::Runs(Some(TrainingStep::CrossValidation { done, .. })) => {
-                let text = format!("{:.0} %", 100.0 * done);
-                cells.push(Cell::missing(text, "of its cross-validation is done"));
-            }
-            State::Failed(reason) => cells.push(Cell::missing("failed", reason)),
-            State::Ready(model) => {
-                sets.iter()
-                    .for_each(|set| numbers(model, axes, *set, &mut cells));
-                let Model { cost, seconds, .. } = &**model;
-                let coefficients = cost.coefficients;
-                cells.push(Cell::number(coefficients as f64, coefficients.to_string()));
-                let micros = Some(cost.micros_a_sample).filter(|micros| micros.is_finite());
-                cells.push(Cell::digits(micros, 2));
-                cells.push(Cell::digits(*seconds, 2));
-            }
+        cells.extend([&features, regressor, &data].map(Cell::words));
+        if let Some(model) = model {
+            sets.iter()
+                .for_each(|set| errors(model, axes, *set, &mut cells));
+            let Cost {
+                coefficients,
+                bytes,
+                micros_a_sample,
+            } = model.cost;
+            let whole = |number: usize| Cell::number(number as f64, number.to_string());
+            cells.extend([coefficients, bytes].map(whole));
+            let micros = Some(micros_a_sample).filter(|micros| micros.is_finite());
+            cells.push(Cell::digits(micros, 2));
+            cells.push(Cell::digits(model.seconds, 2));
         }
-        cells.resize(5 + n_numbers + 3, Cell::continued());
-        cells.push(match self.is_stale(project) {
-            true => Cell::words("others").about(
-                "Stale: other recordings, or other roles or groups of them, than those of now",
-            ),
-            false => Cell::words(""),
-        });
+        cells.resize(n_columns, Cell::none());
         cells
-    }
-
-    fn n_numbers(&self, axes: &[Axis], set: ScoreSet) -> usize {
-        match set {
-            ScoreSet::LeftOut => 2 * axes.len() + 1,
-            _ => axes.len() + 1,
-        }
     }
 }
 
 /// A model's errors on these samples.
-fn numbers(model: &Model, axes: &[Axis], set: ScoreSet, cells: &mut Vec<Cell>) {
+fn errors(model: &Model, axes: &[Axis], set: ScoreSet, cells: &mut Vec<Cell>) {
     let rmse = set.rmse(&model.scores);
     let why = match (set, model.settings.regressor.learner()) {
         (ScoreSet::Test, _) => "no recording is in the test role",
@@ -437,13 +449,8 @@ fn numbers(model: &Model, axes: &[Axis], set: ScoreSet, cells: &mut Vec<Cell>) {
         let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
         let value = rmse.and_then(of);
         cells.push(match value {
-            Some(_) => {
-                let cell = Cell::digits(value, 4);
-                match set {
-                    ScoreSet::LeftOut => cell.about(&model.left_out),
-                    _ => cell,
-                }
-            }
+            Some(_) if set == ScoreSet::LeftOut => Cell::digits(value, 4).about(&model.left_out),
+            Some(_) => Cell::digits(value, 4),
             None => Cell::missing("–", why),
         });
         if set == ScoreSet::LeftOut {
@@ -453,8 +460,6 @@ fn numbers(model: &Model, axes: &[Axis], set: ScoreSet, cells: &mut Vec<Cell>) {
             });
         }
     }
-    let relative = model.relative(set).map(|relative| 100.0 * relative);
-    cells.push(Cell::digits(relative, 3));
 }
 
 /// What all candidates of a comparison have in common; the rest is the candidate's.

@@ -342,7 +342,8 @@ impl Query for StudyThresholds {
         let grid = ThresholdGrid::covering(study.largest_distance(), MAP_SIDE, MAP_SIDE)
             .expect("the grid of the window is neither empty nor too large");
         let so_far = Mutex::new(None::<ThresholdMap>);
-        let map = study.threshold_map(&grid, progress, &|event| {
+        let begun = found.map.as_deref();
+        let map = study.rest_of_map(begun, &grid, progress, &|event| {
             let mut so_far = so_far.lock().unwrap_or_else(PoisonError::into_inner);
             match event {
                 StudyEvent::Begun(map) => *so_far = Some(map.clone()),
@@ -358,7 +359,7 @@ impl Query for StudyThresholds {
             });
         });
         let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // Other thresholds begin the map again; until they have one, this one stays.
+        // Other thresholds go on with the map where these leave it.
         found.map = so_far.map(Arc::new).or(found.map);
         prepared.map.clone_from(&found.map);
         map?;

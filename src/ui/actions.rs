@@ -232,6 +232,12 @@ pub fn time(can: CanGo) -> Vec<Action> {
             alone(Key::B),
             Command::Time(TimeMove::PutCursor(1)),
         ),
+        action(
+            "Show or hide the table of the cursors",
+            "What lies at A, at B and between them",
+            alone(Key::T),
+            Command::Time(TimeMove::ToggleTable),
+        ),
     ]
 }
 
@@ -365,7 +371,7 @@ pub fn text_scales() -> Vec<Action> {
 }
 
 /// Help.
-pub fn help() -> Vec<Action> {
+pub fn help(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Help",
@@ -381,10 +387,11 @@ pub fn help() -> Vec<Action> {
         ),
         action(
             "Tour",
-            "Six steps through the main job",
+            "Six steps through the main job, on the built-in sensor",
             None,
             Command::Tour(true),
-        ),
+        )
+        .only_if(engine.project().recordings.is_simulated()),
     ]
 }
 
@@ -403,7 +410,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         panes::all().flat_map(places).collect(),
         text_scales(),
         pictures(),
-        help(),
+        help(engine),
     ];
     groups.into_iter().flatten().collect()
 }

@@ -19,7 +19,7 @@ mod menu;
 mod metrology_pane;
 mod models_pane;
 mod notes_pane;
-mod notices_panel;
+mod notices;
 mod numbers;
 mod palette;
 mod pane;

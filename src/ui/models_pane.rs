@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use egui::RichText;
 
-use crate::engine::{Action, Engine, Existing, FileContent, ModelChange, Row, SEARCH_MINUTES};
+use crate::engine::{
+    Action, Engine, Existing, FileContent, ModelChange, Models, Row, SEARCH_MINUTES,
+};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
@@ -40,7 +42,7 @@ impl Default for View {
         Self {
             errors_on: ScoreSet::LeftOut,
             minutes: SEARCH_MINUTES,
-            sort: Sort::default(),
+            sort: Sort::by(Models::RELATIVE),
             path: "models.csv".to_owned(),
         }
     }
@@ -126,25 +128,24 @@ impl View {
     }
 
     fn saving(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        ui.add_enabled_ui(!engine.models.rows.is_empty(), |ui| {
-            let copy = ui.button("Copy table");
-            if copy.on_hover_text("As tab-separated text").clicked() {
-                ui.copy_text(self.whole(engine).tab_separated());
-            }
-            let label = ui.label("CSV");
-            let field = egui::TextEdit::singleline(&mut self.path).desired_width(110.0);
-            ui.add(field)
-                .labelled_by(label.id)
-                .on_hover_text("Where the list is written");
-            let save = ui.button("Save");
-            let save =
-                save.on_hover_text("Every row as it stands, with train, test and cross-validation");
-            let path = self.path.trim();
-            if save.clicked() && !path.is_empty() {
-                let content = FileContent::Models(Box::new(self.whole(engine)));
-                out.push(Action::Save(content, path.into(), Existing::Ask).into());
-            }
-        });
+        let any = !engine.models.rows.is_empty();
+        let copy = ui.add_enabled(any, egui::Button::new("Copy table"));
+        if copy.on_hover_text("As tab-separated text").clicked() {
+            ui.copy_text(self.whole(engine).tab_separated());
+        }
+        let label = ui.label("CSV");
+        let field = egui::TextEdit::singleline(&mut self.path).desired_width(110.0);
+        ui.add_enabled(any, field)
+            .labelled_by(label.id)
+            .on_hover_text("Where the list is written");
+        let save = ui.add_enabled(any, egui::Button::new("Save"));
+        let save =
+            save.on_hover_text("Every row as it stands, with train, test and cross-validation");
+        let path = self.path.trim();
+        if save.clicked() && !path.is_empty() {
+            let content = FileContent::Models(Box::new(self.whole(engine)));
+            out.push(Action::Save(content, path.into(), Existing::Ask).into());
+        }
     }
 
     /// The list with all errors, in the order in which it stands.

@@ -43,18 +43,26 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
 }
 
 /// By which column the rows of a table stand.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Sort {
-    /// The column's title; rows stand as they came where there is none of it.
+    /// The column's name; rows stand as they came where there is none of it.
     column: String,
     descending: bool,
 }
 
 impl Sort {
+    /// By this column, the least first.
+    pub fn by(column: &str) -> Self {
+        Self {
+            column: column.to_owned(),
+            descending: false,
+        }
+    }
+
     /// The places of the rows of this table.
     pub fn order(&self, table: &Table) -> Vec<usize> {
         let mut columns = table.columns.iter();
-        match columns.position(|column| column.title() == self.column) {
+        match columns.position(|column| column.name == self.column) {
             Some(column) => table.order(column, self.descending),
             None => (0..table.rows.len()).collect(),
         }
@@ -97,7 +105,7 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
         explained(ui, RichText::new(""), &column.about);
         return;
     }
-    let is_own = sort.column == title;
+    let is_own = sort.column == column.name;
     let arrow = match (is_own, sort.descending) {
         (false, _) => "",
         (true, false) => " ↑",
@@ -108,7 +116,7 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
     if ui.add(button).on_hover_text(about.trim()).clicked() {
         let descending = is_own && !sort.descending;
         *sort = Sort {
-            column: title,
+            column: column.name.clone(),
             descending,
         };
     }

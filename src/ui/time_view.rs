@@ -109,6 +109,7 @@ impl TimeView {
             TimeMove::TogglePlay => self.playing.toggle(),
             TimeMove::Step(samples) => self.step(samples),
             TimeMove::PutCursor(which) => self.put_cursor(which),
+            TimeMove::ToggleTable => self.cursors.toggle_table(),
         }
     }
 

@@ -76,7 +76,7 @@ impl Workspace {
                 let left = build.tabs(&[SETTINGS, RECORDINGS]);
                 let loops = build.tabs(&[LOOPS, METROLOGY, MODELS]);
                 let traces = build.tabs(&[TRACES, THRESHOLDS, ERRORS, CALIBRATION, NOTES]);
-                let right = build.column([loops, traces], 0.6);
+                let right = build.column([loops, traces], 0.5);
                 build.row([left, right], 0.26)
             }
             Preset::DemonstrateThresholds => {
@@ -87,7 +87,7 @@ impl Workspace {
                 let left = build.column([settings, others], 0.62);
                 let traces = build.tabs(&[TRACES, LOOPS, METROLOGY, MODELS]);
                 let map = build.tabs(&[THRESHOLDS]);
-                let right = build.column([traces, map], 0.42);
+                let right = build.column([traces, map], 0.5);
                 build.row([left, right], 0.34)
             }
         };
