@@ -94,7 +94,7 @@ pub fn plot(
     [drawing, print]: [&Figure<'_>; 2],
     zoom: &mut Zoom,
     out: &mut Vec<Command>,
-) {
+) -> Drawn {
     let (across, up) = (drawing.across.range, drawing.up.range);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
     let scaled = scales(
@@ -115,7 +115,8 @@ pub fn plot(
         .coordinates_formatter(
             Corner::LeftBottom,
             CoordinatesFormatter::new(|point, _| {
-                format!("{}, {}", significant(point.x, 4), significant(point.y, 4))
+                let (x, y) = (significant(point.x, 4), significant(point.y, 4));
+                format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
             }),
         )
         .set_margin_fraction(egui::Vec2::ZERO)
@@ -131,6 +132,35 @@ pub fn plot(
     follow_gestures(ui, &response, bounds, zoom);
     let part = with_labels(response.response.rect);
     picture::menu(&response.response, part, Some(&|| print.clone()), out);
+    Drawn {
+        response: response.response,
+        transform: response.transform,
+    }
+}
+
+/// A plot on screen, for whoever draws over it or asks what was pointed at.
+pub struct Drawn {
+    /// What was done to it.
+    pub response: egui::Response,
+    transform: PlotTransform,
+}
+
+impl Drawn {
+    /// Where a point of its scales is on screen.
+    pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
+        self.transform.position_from_point(&PlotPoint::new(x, y))
+    }
+
+    /// The range across.
+    pub fn across(&self) -> (f64, f64) {
+        let bounds = self.transform.bounds();
+        (bounds.min()[0], bounds.max()[0])
+    }
+
+    /// Draws over it, and not beside it.
+    pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
+        ui.painter_at(self.response.rect)
+    }
 }
 
 /// A plot's part of the window: its labels stand beside it.

@@ -116,6 +116,8 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
         true => played.or(hovered),
         false => hovered.or(played),
     };
+    let hovered = hovered.or(panes.pointed.take());
+    panes.drawn_in = ui.ctx().cumulative_pass_nr();
     panes.hovered = hovered;
     if hovered != hovered_before {
         // The panes drawn before the hovered one show the sample in the next frame.

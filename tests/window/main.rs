@@ -1194,3 +1194,29 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     type_number(&mut window, "Dead band Fx", "100");
     assert!(has(&window, "constant"), "no load comes back by 100 N");
 }
+
+#[test]
+fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.key_press(Key::F6);
+    settle(&mut window);
+    let plot = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Calc. [N]")
+        .rect();
+    // The pointer goes down the middle until a line is near.
+    let on_loop = (1..40).find_map(|step| {
+        let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
+        window.hover_at(at);
+        window.run_steps(4);
+        has(&window, "a press shows it alone").then_some(at)
+    });
+    let at = on_loop.expect("a loop passes the middle");
+    assert!(has(&window, "Fz error ") && has(&window, "cycle "));
+    assert_eq!(shell(&window).visible_time(), None);
+    window.drag_at(at);
+    window.drop_at(at);
+    settle(&mut window);
+    let (from, to) = shell(&window).visible_time().expect("one cycle");
+    assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
+}
