@@ -8,6 +8,8 @@ pub mod mean_hysteresis;
 pub(crate) mod metrics;
 pub mod metrology;
 pub mod numbers;
+#[cfg(test)]
+pub(crate) mod pixels;
 pub(crate) mod quantile;
 pub(crate) mod series;
 pub mod threshold_study;
