@@ -21,6 +21,11 @@ pub const COMPENSATED: [u8; 3] = BLUE;
 /// Factory on a light ground.
 pub const FACTORY: [u8; 3] = [160, 70, 120];
 
+/// The colour of the falling branches beside the rising ones, halfway to that of the ink.
+pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
+    [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
+}
+
 /// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share).as_array()
