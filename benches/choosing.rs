@@ -178,7 +178,6 @@ const SENSORS: &[Sensor] = &[
         noise: 0.02,
         n_train: 12,
         secs: 20.0,
-        ..PLAIN
     },
     Sensor {
         name: "slow gauges",
@@ -308,6 +307,10 @@ fn recording(
         })
         .collect();
     let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "the same sample of several axes"
+    )]
     for k in 0..before + n {
         for (gauge, memories) in memories.iter_mut().enumerate() {
             let strain: f64 = (0..q)

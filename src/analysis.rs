@@ -6,7 +6,9 @@
 //! regressors, a [`Study`] for thresholds.
 
 mod best;
+mod cautions;
 mod comparison;
+mod cross_validated;
 mod dataset;
 mod factory;
 mod fit;
@@ -34,8 +36,12 @@ use factory::Factory;
 use traces::FixedTraces;
 
 pub use best::{Best, Search, Tried, best_table, find_best};
+pub use cautions::{Caution, cautions};
 pub use comparison::compare;
-pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
+pub(crate) use comparison::{
+    Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
+};
+pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
@@ -44,7 +50,8 @@ pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use traces::View;
 pub(crate) use traces::{AxisTraces, Segment, TraceSet};
-pub use training::train;
+pub(crate) use training::train_unscored;
+pub use training::{Scored, TrainingStep, train, train_and_score};
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -94,6 +101,8 @@ pub struct Analysis {
     pub recordings: Vec<RecordingResult>,
     /// How the factory's matrix does; `None` without one.
     pub factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    pub cautions: Vec<Caution>,
     /// What the panes draw.
     pub traces: Arc<TraceSet>,
     /// How long it took.
@@ -133,6 +142,10 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
+    #[error(
+        "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
+    )]
+    OneProgramme,
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
     #[error(
@@ -212,7 +225,8 @@ impl Analyst {
             }
             errors
         } else {
-            data.fit(request.settings.ridge, &past, &mut calibration).0
+            let fit = data.fit(request.settings.ridge, &past, &mut calibration);
+            fit.errors
         };
         progress.check()?;
         let recordings = data
@@ -238,10 +252,12 @@ impl Analyst {
             .collect();
         let traces = self.traces(&data, request.view, &calibration, &past);
         let factory = self.factory.as_ref();
+        let fitted = request.calibration.is_none() || request.trained;
         Ok(Analysis {
+            cautions: data.cautions(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
-            fitted: request.calibration.is_none() || request.trained,
+            fitted,
             recordings,
             traces: Arc::new(traces),
             elapsed: start.elapsed(),

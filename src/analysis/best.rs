@@ -11,21 +11,25 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::analysis::study::Study;
-use crate::analysis::{AnalysisError, Datasets, Request, train};
+use crate::analysis::{AnalysisError, Datasets, Request, train_unscored};
 use crate::calibration::{
     Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
 };
 use crate::evaluation::cross_validation::are_left_out_whole;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
+use crate::export::bytes_in_float;
 use crate::features::{
     BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
 };
 use crate::progress::Progress;
-use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::recording::{Axis, Entry, RECORDING, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
 /// More folds than this are put together: each costs a whole search.
 const MAX_FOLDS: usize = 5;
+/// How much wider one standard error is that is known from 2, 3, 4, 5 folds only: Student's t at the share that lies within one
+/// standard deviation of a normal distribution.
+const OF_FOLDS: [f64; MAX_FOLDS - 1] = [1.837, 1.321, 1.197, 1.142];
 /// With fewer groups than can be left out, each recording is cut into so many.
 const SEGMENTS: usize = 4;
 /// Values of F_th and of t_th that are tried.
@@ -95,6 +99,7 @@ pub const RECIPES: &[Recipe] = &[
         &[&Play, &Creep, &Polynomial],
     ),
     linear("Everything", true, &[&FixedLag, &Creep, &Play, &Polynomial]),
+    learned("Linear + kernel", &[], Regressor::HybridKernel),
     learned("Linear + kernel on play", &[&Play], Regressor::HybridKernel),
     learned(
         "Linear + kernel on play and creep",
@@ -160,6 +165,8 @@ pub struct Tried {
 pub struct Cost {
     /// Numbers that it consists of.
     pub coefficients: usize,
+    /// Bytes of an export in single precision, its numbers and its state, at the rate of the recordings.
+    pub bytes: usize,
     /// Time of a sample on this machine (µs).
     pub micros_a_sample: f64,
 }
@@ -213,9 +220,10 @@ impl Best {
             .min_by(by_error)
             .map(|best| best.squares.clone());
         let best = best.unwrap_or_default();
+        let few = OF_FOLDS[fold_samples.len().clamp(2, MAX_FOLDS) - 2];
         for own in &mut self.tried {
             own.is_good = paired(&own.squares, &best, fold_samples, &weights)
-                .is_none_or(|found| found.is_within_one_standard_error());
+                .is_none_or(|found| found.difference <= few * found.standard_error);
         }
         let first = self.tried.iter().position(|own| own.is_good);
         for (at, own) in self.tried.iter_mut().enumerate() {
@@ -227,10 +235,24 @@ impl Best {
 /// One row per candidate: its error per axis on these samples, what it costs, and whether it is good.
 pub fn best_table(best: &Best, set: ScoreSet) -> Table {
     let axes = best.tried.first().map_or(&[][..], |tried| &tried.axes);
+    let folds = match set {
+        ScoreSet::Test => String::new(),
+        _ => format!("; {}", best.folds),
+    };
     let mut columns = vec![Column::words("")];
     columns.extend(["model", "features"].map(Column::words));
     columns.extend(axes.iter().map(|axis| Column::load(*axis)));
-    columns.extend(["of conventional", "±", "numbers", "µs a sample", "s"].map(Column::numbers));
+    columns.extend(
+        [
+            "of conventional",
+            "±",
+            "numbers",
+            "bytes",
+            "µs a sample",
+            "s",
+        ]
+        .map(Column::numbers),
+    );
     let cells = |own: &Tried| {
         let mark = match (own.is_proposed, own.is_good) {
             (true, _) => "→",
@@ -243,23 +265,39 @@ pub fn best_table(best: &Best, set: ScoreSet) -> Table {
             _ => Some(&own.cv_rmse),
         };
         cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
-        cells.push(Cell::digits(Some(own.relative), 3));
-        cells.push(Cell::digits(Some(own.spread), 2));
+        let (relative, spread) = match set {
+            ScoreSet::Test => (test_relative(own, &best.tried[0]), None),
+            _ => (Some(own.relative), Some(own.spread)),
+        };
+        cells.push(Cell::digits(relative, 3));
+        cells.push(Cell::digits(spread, 2));
         cells.push(Cell::number(
             own.cost.coefficients as f64,
             own.cost.coefficients.to_string(),
+        ));
+        cells.push(Cell::number(
+            own.cost.bytes as f64,
+            own.cost.bytes.to_string(),
         ));
         cells.push(Cell::digits(Some(own.cost.micros_a_sample), 2));
         cells.push(Cell::digits(Some(own.seconds), 2));
         cells
     };
     Table {
-        title: format!("RMSE, {}; {}", set.label(), best.folds),
+        title: format!("RMSE, {}{folds}", set.label()),
         rows: best.tried.iter().map(cells).collect(),
         columns,
         note: "→ proposed: the first within one standard error of the best; = within it, too"
             .to_owned(),
     }
+}
+
+/// The error on the test relative to that of the conventional calibration, each axis counting alike.
+fn test_relative(own: &Tried, conventional: &Tried) -> Option<f64> {
+    let [own, conventional] = [own, conventional].map(|tried| tried.test_rmse.as_ref());
+    let weights = weights(conventional?);
+    let squares: Vec<f64> = own?.iter().map(|rmse| rmse * rmse).collect();
+    Some(weighted(&squares, &weights).sqrt())
 }
 
 /// What makes each axis count alike: one over the conventional calibration's mean square.
@@ -542,7 +580,7 @@ impl Side {
             datasets: self.datasets.clone(),
             ..Request::fit(Arc::clone(&self.recordings), settings)
         };
-        train(&request, &progress.part(), &mut |_| {})
+        train_unscored(&request, &progress.part())
     }
 }
 
@@ -568,6 +606,7 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     });
     Cost {
         coefficients,
+        bytes: bytes_in_float(calibration),
         micros_a_sample: micros.unwrap_or(f64::NAN),
     }
 }
@@ -575,8 +614,19 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
 /// The training recordings with each fold in the test role in turn, and what a fold is.
 fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
     let groups = recordings.groups();
-    let training: Vec<(&Entry, usize)> = (recordings.entries().iter().zip(groups.of))
-        .filter(|(entry, _)| entry.role == Role::Train)
+    // Said, so that what is found among fewer recordings is the same.
+    let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
+        .filter(|(_, entry)| entry.role == Role::Train)
+        .map(|(at, entry)| {
+            let group = groups.name_of(at).map(str::to_owned);
+            (
+                Entry {
+                    group,
+                    ..entry.clone()
+                },
+                groups.of[at],
+            )
+        })
         .collect();
     if training.is_empty() {
         return Err(AnalysisError::NoTraining);
@@ -590,11 +640,15 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
         let n_folds = n_groups.min(MAX_FOLDS);
         let of_fold = training.iter().map(|(entry, group)| {
             let number = numbers.binary_search(group).unwrap_or_default();
-            (number % n_folds, (*entry).clone())
+            (number % n_folds, entry.clone())
         });
+        let noun = match groups.by == RECORDING {
+            true => "recordings".to_owned(),
+            false => format!("groups by {}", groups.by),
+        };
         let what = match n_groups == n_folds {
-            true => format!("nested, by {}: {n_folds} folds", groups.by),
-            false => format!("nested, by {}: {n_groups} in {n_folds} folds", groups.by),
+            true => format!("nested: {n_folds} {noun}, each left out in turn"),
+            false => format!("nested: {n_groups} {noun} in {n_folds} folds"),
         };
         (of_fold.collect::<Vec<_>>(), n_folds, what)
     } else {
@@ -675,6 +729,27 @@ mod tests {
         ));
     }
 
+    /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.
+    #[test]
+    fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
+        let all = simulated::recordings(1);
+        let mut set = RecordingSet::default();
+        for at in [0, 1, 15, 16, 30, 31] {
+            let recording = all.entries()[at].recording.decimated(20);
+            set.push(Entry::new(recording, Role::Train)).unwrap();
+        }
+        let (folds, what) = folds(&set).unwrap();
+        assert_eq!(what, "3 groups by path, each left out in turn");
+        for (fold, path) in folds.iter().zip(["path 1", "path 2", "path 3"]) {
+            for entry in fold.entries() {
+                let is_own = entry.group.as_deref() == Some(path);
+                assert_eq!(entry.role == Role::Test, is_own);
+            }
+            let groups = fold.groups();
+            assert_eq!(groups.by, "group");
+        }
+    }
+
     fn tried(name: &'static str, squares: &[f64]) -> Tried {
         let sum: f64 = squares.iter().sum();
         Tried {
@@ -689,6 +764,7 @@ mod tests {
             test_rmse: None,
             cost: Cost {
                 coefficients: 1,
+                bytes: 4,
                 micros_a_sample: 1.0,
             },
             seconds: 0.0,

@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::analysis::{AnalysisError, Request, train};
-use crate::calibration::{EpochReport, FitSettings, Learner, Regressor, Scores};
+use crate::analysis::{AnalysisError, Request, TrainingStep, cross_validation_cost, train};
+use crate::calibration::{FitSettings, Learner, Regressor, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::caught;
 use crate::progress::Progress;
-use crate::recording::{Axis, RecordingSet};
+use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
 /// One row of the table: a regressor on some blocks, trained on some of the samples.
@@ -24,15 +24,29 @@ pub struct Candidate {
     pub features: FeatureSettings,
     /// Every how many-th sample is used: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
+    /// Whether only the first programme's recordings are trained on: the paper has no such pattern, but little data in its
+    /// sense are few trajectories, not the same ones decimated.
+    pub few_trajectories: bool,
 }
 
 impl Candidate {
-    /// The paper's name of the amount of data.
+    /// The name of the amount of data: the paper's A and B, and C for few trajectories, decimated as B is.
     pub fn pattern(&self) -> String {
-        match self.decimation {
-            1 => "A".to_owned(),
-            10 => "B".to_owned(),
-            step => format!("1/{step}"),
+        match (self.few_trajectories, self.decimation) {
+            (false, 1) => "A".to_owned(),
+            (false, 10) => "B".to_owned(),
+            (false, step) => format!("1/{step}"),
+            (true, 10) => "C".to_owned(),
+            (true, step) => format!("C, 1/{step}"),
+        }
+    }
+
+    /// What the amount of data is.
+    pub fn data(&self) -> &'static str {
+        match (self.few_trajectories, self.decimation) {
+            (false, 1) => "All samples",
+            (false, _) => "Every tenth sample",
+            (true, _) => "Every tenth sample of the first programme (path) alone",
         }
     }
 
@@ -112,7 +126,7 @@ pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
 }
 
 /// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
-/// memoryless polynomial, both amounts of data.
+/// memoryless polynomial, all amounts of data.
 ///
 /// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
 pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec<Candidate> {
@@ -135,11 +149,12 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
             blocks.insert(1, polynomial.clone());
         }
         for features in blocks {
-            for decimation in [10, 1] {
+            for (decimation, few_trajectories) in [(10, true), (10, false), (1, false)] {
                 candidates.push(Candidate {
                     regressor,
                     features: features.clone(),
                     decimation,
+                    few_trajectories,
                 });
             }
         }
@@ -149,9 +164,26 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
         (
             learner.is_some(),
             learner.is_some() && candidate.decimation == 1,
+            candidate.few_trajectories,
         )
     });
     candidates
+}
+
+/// The recordings with the first group (programme, path) alone to train on; `None` where nothing is grouped, or there is but one
+/// group.
+pub(crate) fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
+    let groups = recordings.groups();
+    let training = recordings.entries().iter().zip(&groups.of).enumerate();
+    let training = training.filter(|(_, (entry, _))| entry.role == Role::Train);
+    let training: Vec<(usize, usize)> = training.map(|(at, (_, group))| (at, *group)).collect();
+    let (_, first) = *training.first()?;
+    let (own, others): (Vec<_>, Vec<_>) = (training.iter()).partition(|(_, group)| *group == first);
+    let mut few = recordings.clone();
+    for (at, _) in &others {
+        few.set_role(*at, Role::Off);
+    }
+    (own.len() > 1 && !others.is_empty()).then_some(few)
 }
 
 /// What is heard of a row while [`compare`] runs.
@@ -159,8 +191,8 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
 pub enum RowEvent {
     /// It has begun.
     Started,
-    /// Its network has passed over the samples once more.
-    Epoch(EpochReport),
+    /// Its network or its cross-validation is a step further.
+    Step(TrainingStep),
     /// It has ended; a row that was cancelled ends without a word.
     Ended(Result<ComparedRow, AnalysisError>),
 }
@@ -216,7 +248,12 @@ impl Candidate {
             Some(Learner::Kernel) => 50,
             Some(Learner::Network) => settings.network.epochs as u64,
         };
-        (1000 * passes / self.decimation.max(1) as u64).max(1)
+        let settings = FitSettings {
+            regressor: self.regressor,
+            ..settings.clone()
+        };
+        let passes = 1000.0 * passes as f64 * (1.0 + cross_validation_cost(&settings));
+        (passes / self.decimation.max(1) as f64).max(1.0) as u64
     }
 }
 
@@ -228,8 +265,12 @@ fn compare_one(
     tell: &dyn Fn(RowEvent),
 ) -> Result<ComparedRow, AnalysisError> {
     let start = Instant::now();
+    let recordings = match candidate.few_trajectories {
+        true => Arc::new(few_trajectories(recordings).ok_or(AnalysisError::OneProgramme)?),
+        false => Arc::clone(recordings),
+    };
     let request = Request::fit(
-        Arc::clone(recordings),
+        recordings,
         FitSettings {
             regressor: candidate.regressor,
             features: candidate.features.clone(),
@@ -238,12 +279,17 @@ fn compare_one(
         },
     );
     let weight = candidate.weight(settings);
+    let training = 1.0 / (1.0 + cross_validation_cost(&request.settings));
     let mut counted = 0;
-    let calibration = train(&request, &progress.part(), &mut |report| {
-        let done = weight * report.epoch as u64 / report.epochs.max(1) as u64;
+    let calibration = train(&request, &progress.part(), &mut |step| {
+        let done = match step {
+            TrainingStep::Epoch(_) => step.done() * training,
+            TrainingStep::CrossValidation { .. } => training + step.done() * (1.0 - training),
+        };
+        let done = ((weight as f64 * done) as u64).clamp(counted, weight);
         progress.advance(done - counted);
         counted = done;
-        tell(RowEvent::Epoch(report));
+        tell(RowEvent::Step(step));
     })?;
     // A network that was stopped half way is no row of a comparison.
     progress.check()?;
@@ -294,7 +340,7 @@ mod tests {
     fn every_row_of_the_whole_comparison_is_fitted() {
         let (set, settings) = quick();
         let candidates = paper_candidates(&settings, &Regressor::ALL);
-        assert_eq!(candidates.len(), 22);
+        assert_eq!(candidates.len(), 33);
         let rows = Mutex::new(vec![None; candidates.len()]);
         let progress = Progress::default();
         compare(&set, &settings, &candidates, &progress, &|at, event| {
@@ -308,11 +354,38 @@ mod tests {
             assert_eq!(row.candidate, *candidate);
             let rmse = row.scores.test_rmse.unwrap();
             assert!(rmse.iter().all(|rmse| *rmse > 0.0 && rmse.is_finite()));
+            let all = few_trajectories(&set).unwrap();
+            let few = all
+                .entries()
+                .iter()
+                .filter(|entry| entry.role == Role::Train);
+            let few: usize = few
+                .map(|entry| entry.recording.decimated(10).n_samples())
+                .sum();
+            assert_eq!(row.n_train == few as u64, candidate.few_trajectories);
             assert_eq!(
                 row.scores.cv_rmse.is_none(),
                 candidate.regressor.learner() == Some(Learner::Network)
             );
         }
+    }
+
+    #[test]
+    fn few_trajectories_are_the_first_of_several_programmes_that_are_repeated() {
+        let built_in = simulated::recordings(3);
+        let few = few_trajectories(&built_in).unwrap();
+        let of_role = |role| few.entries().iter().filter(move |entry| entry.role == role);
+        assert_eq!(
+            (of_role(Role::Train).count(), of_role(Role::Test).count()),
+            (15, 15)
+        );
+        assert!(of_role(Role::Train).all(|entry| entry.recording.name().contains("path1_")));
+        assert_eq!(few_trajectories(&few), None);
+        let mut single = RecordingSet::default();
+        for entry in built_in.entries().iter().step_by(15) {
+            single.push(entry.clone()).unwrap();
+        }
+        assert_eq!(few_trajectories(&single), None);
     }
 
     #[test]
@@ -334,6 +407,7 @@ mod tests {
             regressor: Regressor::Kernel,
             features: FeatureSettings::present(),
             decimation: 100,
+            few_trajectories: false,
         };
         let said = Mutex::new(String::new());
         compare(

@@ -2,7 +2,7 @@
 //!
 //! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
@@ -11,10 +11,11 @@ use crate::calibration::{
     Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
     loads_from_gauges, past_samples,
 };
+use crate::evaluation::coverage::Coverage;
 use crate::evaluation::metrics;
 use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::{Entry, Groups, Recording, RecordingSet, Role, full_scale_of};
+use crate::recording::{Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
@@ -66,6 +67,7 @@ pub(super) struct Dataset {
     pub loads: Vec<Vec<f64>>,
     /// Full scale of each axis over the training recordings, where none is entered.
     full_scale: Vec<f64>,
+    coverage: OnceLock<Coverage>,
     /// The newest searches, with the weights that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
 }
@@ -150,8 +152,15 @@ impl Dataset {
             conventional,
             map,
             loads,
+            coverage: OnceLock::new(),
             paths: Mutex::default(),
         })
+    }
+
+    /// What loads the recordings hold on these axes.
+    pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
+        self.coverage
+            .get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
     /// The searches for these weights of the axes.

@@ -10,6 +10,7 @@ use crate::calibration::{
 use crate::evaluation::cross_validation::{are_left_out_whole, folds};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::evaluation::metrics;
+use crate::evaluation::part_squares::PartSquares;
 use crate::features::Design;
 use crate::recording::{Recording, Role};
 
@@ -21,6 +22,16 @@ pub(super) struct Sums {
     pub test: NormalEquations,
     /// The training sums in the parts that cross-validation leaves out.
     pub parts: Vec<NormalEquations>,
+}
+
+/// What a linear fit leaves behind beside the calibration.
+pub(super) struct LinearFit {
+    /// Each recording's errors: conventional, compensated.
+    pub errors: Vec<Option<Errors>>,
+    /// The shares that each axis was shrunk with.
+    pub shares: Vec<Vec<f64>>,
+    /// What the fits without each part leave over of it; `None` where the others do not determine a fit.
+    pub left_out: Option<PartSquares>,
 }
 
 impl Dataset {
@@ -132,14 +143,13 @@ impl Dataset {
         (whole.len() == 2).then_some(whole) // two groups of more recordings are left out whole anyway
     }
 
-    /// Fits the compensated map from sums alone; returns each recording's errors (conventional, compensated), and the
-    /// shares that each axis was shrunk with.
+    /// Fits the compensated map from sums alone.
     pub fn fit(
         &self,
         ridge: RidgeChoice,
         past: &[Past],
         calibration: &mut Calibration,
-    ) -> (Vec<Option<Errors>>, Vec<Vec<f64>>) {
+    ) -> LinearFit {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums {
@@ -193,9 +203,11 @@ impl Dataset {
             test_rmse: metrics::rmse(&test, coefficients),
             cv_rmse,
         };
-        let compensated_cv = left_out_all.rmse(&strengths, || {
-            squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares))
+        let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
+            part_samples: parts.iter().map(NormalEquations::n_samples).collect(),
+            squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
+        let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
         let left_out_present = left_out(&parts, &present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
@@ -212,6 +224,7 @@ impl Dataset {
             },
             ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
+            ..Quality::default()
         };
         let errors = of_recordings
             .iter()
@@ -222,7 +235,11 @@ impl Dataset {
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
             .collect();
-        (errors, shares)
+        LinearFit {
+            errors,
+            shares,
+            left_out: left_out_squares,
+        }
     }
 }
 

@@ -70,7 +70,7 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     }
     drop(analyst);
     progress.advance(1);
-    let mut warnings = warnings(&applied.recordings, &analysis);
+    let mut warnings = warnings(&analysis);
     let thresholds = match analysis.fitted {
         true => thresholds(request, &progress.part(), &mut warnings)?,
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
@@ -170,49 +170,12 @@ fn measured_recordings(of: TableOf) -> String {
     words.to_owned()
 }
 
-fn warnings(set: &RecordingSet, analysis: &Analysis) -> Vec<String> {
-    let calibration = &analysis.calibration;
-    let quality = &calibration.quality;
-    let mut warnings = Vec::new();
-    if calibration.simulated {
-        warnings.push("Made from the built-in simulated sensor, not from a real one.".to_owned());
-    }
-    if !set.entries().iter().any(|entry| entry.role == Role::Test) {
-        warnings.push(
-            "No recording is in the test role, so nothing says how the calibration does on recordings it never saw, except cross-validation."
-                .to_owned(),
-        );
-    }
-    if let Some(undetermined) = calibration.undetermined().filter(|_| analysis.fitted) {
-        warnings.push(format!("{undetermined}."));
-    }
-    if let Some(reason) = calibration.why_not_left_out() {
-        warnings.push(format!("No cross-validation errors: {reason}."));
-    }
-    let n_features = calibration.feature_names().len();
-    if analysis.fitted && quality.rank < n_features && calibration.learned.is_none() {
-        warnings.push(format!(
-            "Only {} of {n_features} features are independent: some gauges or blocks repeat each other, or the past never differs from the present.",
-            quality.rank
-        ));
-    }
-    if let (Some(before), Some(after)) = (
-        &quality.conventional.test_rmse,
-        &quality.compensated.test_rmse,
-    ) {
-        let axes = calibration.axes.iter().zip(before.iter().zip(after));
-        let worse: Vec<&str> = axes
-            .filter(|(_, (before, after))| after > before)
-            .map(|(axis, _)| axis.symbol())
-            .collect();
-        if !worse.is_empty() {
-            warnings.push(format!(
-                "On the test recordings the compensated load is worse than the conventional one on {}.",
-                worse.join(", ")
-            ));
-        }
-    }
-    warnings
+fn warnings(analysis: &Analysis) -> Vec<String> {
+    let simulated = "Made from the built-in simulated sensor, not from a real one.";
+    let simulated = analysis.calibration.simulated.then(|| simulated.to_owned());
+    let cautions = analysis.cautions.iter();
+    let cautions = cautions.map(|caution| sentence(&caution.to_string()));
+    simulated.into_iter().chain(cautions).collect()
 }
 
 /// The errors over both thresholds through those of the fit; `Err` holds why there are none.
@@ -291,10 +254,11 @@ fn curves(
         let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
         let Thresholds { f_th, t_th_secs } = found.thresholds;
         about.push_str(&format!(
-            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}).",
+            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}; {}).",
             significant(found.left_out, 4),
             f_th_label(map.distance),
             significant(found.conventional, 4),
+            found.cross_validation,
         ));
         if !found.beats_conventional {
             warnings.push(

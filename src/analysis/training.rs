@@ -4,16 +4,22 @@
 //! single precision, since it draws them in a new order every epoch).
 
 use std::sync::Arc;
+use std::time::Duration;
 
+use crate::analysis::cross_validated::{
+    FOLDS, Moments, best_shares, cross_validated, cross_validation_steps, part_squares,
+};
 use crate::analysis::dataset::{Dataset, Key};
+use crate::analysis::fit::LinearFit;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, NetworkError, Samples};
 use crate::calibration::{
-    Calibration, EpochReport, Learned, LearnedError, Learner, LinearMap, Past, Piece,
+    Calibration, EpochReport, FitSettings, Learned, LearnedError, Learner, LinearMap, Past, Piece,
     SettingsError, learned_inputs, sample_row,
 };
 use crate::evaluation::metrics::root_mean;
+use crate::evaluation::part_squares::PartSquares;
 use crate::features::{Design, FeatureStream};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::{Entry, Recording, Role};
@@ -22,75 +28,244 @@ use crate::recording::{Entry, Recording, Role};
 const HELD_OUT: usize = 10;
 /// With fewer groups too little would be left to train on.
 const FEWEST_GROUPS: usize = 3;
-/// A kernel is cross-validated on no more parts than this.
+/// A kernel's strengths are chosen on no more parts than this.
 const MAX_PARTS: usize = 10;
 /// Rows that are made before they are passed on.
 const BLOCK: usize = 128;
+/// Standard deviations on each side of the load that its band reaches.
+const BAND_DEVIATIONS: f64 = 2.0;
+
+/// What is heard of a training while it runs.
+#[derive(Clone, Copy, Debug)]
+pub enum TrainingStep {
+    /// The network has passed over its samples once more.
+    Epoch(EpochReport),
+    /// So much of the cross-validation is done.
+    CrossValidation {
+        /// The share, 0 to 1.
+        done: f64,
+        /// Time since it began.
+        elapsed: Duration,
+    },
+}
+
+impl TrainingStep {
+    /// How far the step itself is, 0 to 1.
+    pub fn done(&self) -> f64 {
+        match self {
+            Self::Epoch(report) => report.epoch as f64 / report.epochs.max(1) as f64,
+            Self::CrossValidation { done, .. } => *done,
+        }
+    }
+
+    /// How long what it belongs to still takes, if it goes on as before.
+    pub fn time_left(&self) -> Duration {
+        match self {
+            Self::Epoch(report) => report.time_left(),
+            Self::CrossValidation { done, elapsed } => {
+                elapsed.mul_f64((1.0 - done).max(0.0) / done.max(1e-3))
+            }
+        }
+    }
+}
+
+/// A calibration, and what left-out parts say of it.
+#[derive(Clone, Debug)]
+pub struct Scored {
+    /// The calibration.
+    pub calibration: Calibration,
+    /// What fits without each part leave over of it; `None` where there is no such score.
+    pub left_out: Option<PartSquares>,
+}
 
 /// Fits what `request` asks for, its regressor included; test recordings only score it.
-///
-/// A network reports after each epoch and, when it is cancelled, keeps the best it had.
 ///
 /// # Errors
 /// [`AnalysisError`] where the request cannot be met.
 pub fn train(
     request: &Request,
     progress: &Progress,
-    on_epoch: &mut dyn FnMut(EpochReport),
+    on_step: &mut dyn FnMut(TrainingStep),
 ) -> Result<Calibration, AnalysisError> {
+    train_and_score(request, progress, on_step).map(|scored| scored.calibration)
+}
+
+/// Fits what `request` asks for, its regressor included, and says how it does on each part that it has not seen; test
+/// recordings only score it.
+///
+/// A network reports after each epoch and, when it is cancelled, keeps the best it had; a cross-validation that is cancelled
+/// leaves the calibration without its score.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub fn train_and_score(
+    request: &Request,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Result<Scored, AnalysisError> {
+    fit_and_score(request, true, progress, on_step)
+}
+
+/// [`train`] without cross-validation of a network, kernel or hybrid: for whoever leaves something out already.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub(crate) fn train_unscored(
+    request: &Request,
+    progress: &Progress,
+) -> Result<Calibration, AnalysisError> {
+    fit_and_score(request, false, progress, &mut |_| {}).map(|scored| scored.calibration)
+}
+
+fn fit_and_score(
+    request: &Request,
+    scores: bool,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Result<Scored, AnalysisError> {
     let settings = &request.settings;
     settings.validate()?;
     let data = request.datasets.get(&Key::of(request), progress)?;
-    let mut calibration = data.blank_calibration(settings)?;
-    let past = data.past(&calibration, progress)?;
-    let (_, shares) = data.fit(settings.ridge, &past, &mut calibration);
+    let steps = match scores {
+        true => cross_validation_steps(&data, settings),
+        false => 0,
+    };
+    progress.add_total(steps);
+    let fitted = fit_all(&data, settings, progress, &mut |report| {
+        on_step(TrainingStep::Epoch(report));
+    })?;
+    let Fitted {
+        past,
+        mut calibration,
+        linear,
+        held_out,
+    } = fitted;
     let Some(learner) = settings.regressor.learner() else {
-        return Ok(calibration);
+        return Ok(Scored {
+            calibration,
+            left_out: linear,
+        });
     };
-    calibration.regressor = settings.regressor;
-    if !settings.regressor.is_hybrid() {
-        calibration.compensated = None;
+    let is_hybrid = settings.regressor.is_hybrid();
+    // A linear stage that too few samples determine says nothing of what comes after it.
+    let moments = match steps > 0 && (linear.is_some() || !is_hybrid) {
+        true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
+        false => None,
+    };
+    // A kernel has chosen its shares when it was fitted, in every fold anew.
+    let has_shares = is_hybrid && learner == Learner::Network;
+    if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
+        learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
     }
-    let design = calibration.design();
-    let target = match (&calibration.compensated, learner) {
-        (None, _) => Target::Load,
-        (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
-            kinds: design.kinds(),
-            known: data.map.standardised(&design),
-            shares,
-        }),
-        (Some(map), Learner::Network) => Target::LeftOver(map),
-    };
-    let rows = TrainingRows::new(&data, &past, &design, target);
-    let mut cv_rmse = None;
-    let learned = match learner {
-        Learner::Kernel => {
-            let found =
-                Kernel::fit(&rows, &settings.kernel, progress).map_err(LearnedError::from)?;
-            let n = rows.n_samples_in_all() as u64;
-            if let Some(own) = &mut calibration.quality.cross_validation {
-                own.parts = own.parts.min(MAX_PARTS);
-            }
-            cv_rmse = found
-                .left_out_squares
-                .and_then(|squares| root_mean(&squares, n));
-            Learned::Kernel(found.kernel)
-        }
-        Learner::Network => {
-            let (train, held_out) = rows.samples(progress)?;
-            let held_out = (held_out.n_samples() > 0).then_some(&held_out);
-            let trained = Network::train(&train, held_out, &settings.network, progress, on_epoch)
-                .map_err(LearnedError::from)?;
-            Learned::Network(trained.network)
-        }
-    };
-    calibration.learned = Some(learned);
+    let left_out = moments.map(|moments| part_squares(&moments, has_shares));
     // Cancelled or not, what was learned is scored.
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
-    calibration.quality.compensated.cv_rmse = cv_rmse;
-    Ok(calibration)
+    if let (true, Some(own)) = (
+        left_out.is_some(),
+        &mut calibration.quality.cross_validation,
+    ) {
+        own.parts = own.parts.min(FOLDS);
+    }
+    calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
+    calibration.quality.band = band(&data, &past, &calibration);
+    Ok(Scored {
+        calibration,
+        left_out,
+    })
+}
+
+/// A fit to all training recordings of a dataset.
+pub(super) struct Fitted {
+    pub past: Vec<Past>,
+    /// What a network has learned is not yet scaled to the share that is added.
+    pub calibration: Calibration,
+    /// What the linear fits without each part leave over of it.
+    linear: Option<PartSquares>,
+    /// By recording that was held out of a network's training: what the linear stage leaves over there, and what it adds.
+    held_out: Vec<Moments>,
+}
+
+/// Everything that is fitted, on the training recordings of `data`.
+pub(super) fn fit_all(
+    data: &Dataset,
+    settings: &FitSettings,
+    progress: &Progress,
+    on_epoch: &mut dyn FnMut(EpochReport),
+) -> Result<Fitted, AnalysisError> {
+    let mut calibration = data.blank_calibration(settings)?;
+    let past = data.past(&calibration, progress)?;
+    let LinearFit {
+        shares, left_out, ..
+    } = data.fit(settings.ridge, &past, &mut calibration);
+    let mut held_out = Vec::new();
+    if let Some(learner) = settings.regressor.learner() {
+        calibration.regressor = settings.regressor;
+        if !settings.regressor.is_hybrid() {
+            calibration.compensated = None;
+        }
+        let design = calibration.design();
+        let target = match (&calibration.compensated, learner) {
+            (None, _) => Target::Load,
+            (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
+                kinds: design.kinds(),
+                known: data.map.standardised(&design),
+                shares,
+            }),
+            (Some(map), Learner::Network) => Target::LeftOver(map),
+        };
+        let mut rows = TrainingRows::new(data, &past, &design, target);
+        rows.holds_out = settings.network.early_stopping;
+        calibration.learned = Some(match learner {
+            Learner::Kernel => {
+                let found = Kernel::fit(&rows, &settings.kernel, progress);
+                let found = found.map_err(LearnedError::from)?;
+                calibration.quality.kernel_ridge_edge = found.edge;
+                Learned::Kernel(found.kernel)
+            }
+            Learner::Network => {
+                let (train, kept_back) = rows.samples(progress)?;
+                let kept_back = (kept_back.n_samples() > 0).then_some(&kept_back);
+                let trained =
+                    Network::train(&train, kept_back, &settings.network, progress, on_epoch);
+                let network = trained.map_err(LearnedError::from)?.network;
+                held_out = rows.moments_held_out(&network);
+                Learned::Network(network)
+            }
+        });
+    }
+    Ok(Fitted {
+        past,
+        calibration,
+        linear: left_out,
+        held_out,
+    })
+}
+
+/// How far the load may be around the compensated one, as far as the regressor knows: see
+/// [`Quality::band`](crate::calibration::Quality::band).
+fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
+    let has = |role| data.entries.iter().any(|entry| entry.role == role);
+    let role = if has(Role::Test) {
+        Role::Test
+    } else {
+        Role::Train
+    };
+    let mut squares = vec![0.0; calibration.axes.len()];
+    let mut n = 0;
+    for (entry, past) in data.entries.iter().zip(past) {
+        if entry.role == role {
+            let deviations = calibration.deviations(&entry.recording, past)?;
+            for row in deviations.chunks_exact(squares.len()) {
+                for (square, deviation) in squares.iter_mut().zip(row) {
+                    *square += (BAND_DEVIATIONS * deviation).powi(2);
+                }
+            }
+            n += entry.recording.n_samples() as u64;
+        }
+    }
+    root_mean(&squares, n)
 }
 
 impl From<NetworkError> for AnalysisError {
@@ -114,6 +289,8 @@ struct TrainingRows<'a> {
     target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
+    /// Whether some of them say when a network was best, and are not learned from.
+    holds_out: bool,
 }
 
 /// What is learned.
@@ -154,6 +331,7 @@ impl<'a> TrainingRows<'a> {
             target,
             n_axes: runs.first().map_or(0, |run| run.recording.axes().len()),
             runs,
+            holds_out: false,
         }
     }
 
@@ -161,18 +339,29 @@ impl<'a> TrainingRows<'a> {
         self.runs.iter().map(|run| run.recording.n_samples()).sum()
     }
 
-    /// What a network trains on, and what is held out to say when it was best: whole groups of recordings, or with few of
-    /// them the last tenth of all samples.
+    /// Whether a network does not learn from sample `at` (over all) of a run, so that it can say when it was best: whole
+    /// groups of recordings, or with few of them the last tenth of all samples.
+    fn is_held_out(&self, run: usize, at: usize) -> bool {
+        if !self.holds_out {
+            return false;
+        }
+        let pieces = self.runs.iter().flat_map(|run| &run.pieces);
+        let n_folds = pieces.map(|piece| piece.fold + 1).max().unwrap_or(0);
+        let are_whole = self.runs.iter().all(|run| run.pieces.len() == 1);
+        if are_whole && n_folds >= FEWEST_GROUPS {
+            let fold = self.runs[run].pieces[0].fold;
+            return fold % HELD_OUT == HELD_OUT / 2 || n_folds < HELD_OUT && fold == 1;
+        }
+        let n = self.n_samples_in_all();
+        at >= n - n / HELD_OUT
+    }
+
+    /// What a network trains on, and what is held out to say when it was best.
     fn samples(&self, progress: &Progress) -> Result<(Samples, Samples), AnalysisError> {
         let (n_inputs, n_axes) = self.widths();
         let mut train = Samples::new(n_inputs, n_axes);
         let mut held_out = Samples::new(n_inputs, n_axes);
-        let n = self.n_samples_in_all();
-        train.reserve(n);
-        let pieces = self.runs.iter().flat_map(|run| &run.pieces);
-        let n_folds = pieces.map(|piece| piece.fold + 1).max().unwrap_or(0);
-        let are_whole = self.runs.iter().all(|run| run.pieces.len() == 1);
-        let by_group = are_whole && n_folds >= FEWEST_GROUPS;
+        train.reserve(self.n_samples_in_all());
         let mut at = 0;
         for run in 0..self.runs.len() {
             progress.check()?;
@@ -181,15 +370,9 @@ impl<'a> TrainingRows<'a> {
                 if pushed.is_err() {
                     return;
                 }
-                let fold = self.runs[run].pieces[0].fold;
-                let is_held_out = match by_group {
-                    true => fold % HELD_OUT == HELD_OUT / 2 || n_folds < HELD_OUT && fold == 1,
-                    false => at >= n - n / HELD_OUT,
-                };
-                let samples = if is_held_out {
-                    &mut held_out
-                } else {
-                    &mut train
+                let samples = match self.is_held_out(run, at) {
+                    true => &mut held_out,
+                    false => &mut train,
                 };
                 pushed = samples.push_rows(block.inputs, block.targets);
                 at += block.targets.len() / n_axes;
@@ -197,6 +380,25 @@ impl<'a> TrainingRows<'a> {
             pushed?;
         }
         Ok((train, held_out))
+    }
+
+    /// What a network makes of what it did not learn from, recording by recording.
+    fn moments_held_out(&self, network: &Network) -> Vec<Moments> {
+        let mut at = 0;
+        let mut answers = Vec::new();
+        let moments = (0..self.runs.len()).map(|run| {
+            let mut moments = Moments::new(self.n_axes);
+            self.pass(run, &mut |block| {
+                if self.is_held_out(run, at) {
+                    answers.resize(block.targets.len(), 0.0);
+                    network.predict_rows(block.inputs, &mut answers);
+                    moments.add(block.targets, &answers);
+                }
+                at += block.targets.len() / self.n_axes;
+            });
+            moments
+        });
+        moments.filter(|moments| moments.n_samples > 0).collect()
     }
 }
 
@@ -267,7 +469,7 @@ impl Rows for TrainingRows<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::{FitSettings, KernelSettings, Regressor};
+    use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::random::Random;
     use crate::recording::{Axis, RecordingSet, Source};
@@ -311,6 +513,12 @@ mod tests {
                     landmarks: 20,
                     length_scale: Some(1.0),
                 },
+                network: NetworkSettings {
+                    hidden: vec![10],
+                    epochs: 20,
+                    cross_validate: true,
+                    ..NetworkSettings::default()
+                },
                 ..FitSettings::default()
             };
             let request = Request::fit(Arc::clone(&set), settings);
@@ -324,8 +532,12 @@ mod tests {
             )
         };
         let (by_heart, linear) = scores(Regressor::Linear);
-        let (_, hybrid) = scores(Regressor::HybridKernel);
         assert!(by_heart < 0.8 && linear > 1.3, "{by_heart} {linear}");
-        assert!((hybrid / linear - 1.0).abs() < 0.2, "{hybrid} {linear}");
+        for regressor in [Regressor::HybridKernel, Regressor::HybridNetwork] {
+            let (train, hybrid) = scores(regressor);
+            assert!((hybrid / linear - 1.0).abs() < 0.2, "{hybrid} {linear}");
+            // There is nothing to learn after the linear stage, so it stands alone.
+            assert!((train / by_heart - 1.0).abs() < 1e-6, "{train} {by_heart}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
 use crate::recording::{Axis, RECORDING, Recording, Tare};
@@ -63,6 +63,13 @@ pub struct Quality {
     pub condition: Option<f64>,
     /// The strength of the linear fit's ridge, per axis; empty where each block has its own.
     pub ridge: Vec<f64>,
+    /// Whether the kernel's ridge stands at an end of what is tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kernel_ridge_edge: Option<GridEdge>,
+    /// Two standard deviations of the load around the compensated one, as far as the regressor knows them: root mean square
+    /// over the test samples, or without any over the training samples, per axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<Vec<f64>>,
     /// Where each block has a ridge of its own: what was chosen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ridge_by_block: Vec<BlockRidge>,
@@ -299,12 +306,34 @@ impl Calibration {
         }
         Some(match self.learned {
             Some(Learned::Network(_)) => {
-                "a network would have to be trained anew for every recording that is left out"
+                "the network was not cross-validated: nobody asked for it, or it was stopped, or too little is left without a \
+                 part"
             }
-            _ => {
+            Some(Learned::Kernel(_)) => {
+                "the cross-validation was stopped, or too little is left to fit without a part"
+            }
+            None => {
                 "there are too few training samples: without a part of them, fewer remain than there are coefficients"
             }
         })
+    }
+
+    /// The kernel's ridge and where it stands, if that is at an end of what is tried.
+    pub(crate) fn kernel_ridge_at_edge(&self) -> Option<(GridEdge, f64)> {
+        let Some(Learned::Kernel(kernel)) = &self.learned else {
+            return None;
+        };
+        Some((self.quality.kernel_ridge_edge?, kernel.band.strength))
+    }
+
+    /// The axes on which a second stage adds nothing to the linear one.
+    pub(crate) fn linear_alone(&self) -> Vec<Axis> {
+        let Some(learned) = self.learned.as_ref().filter(|_| self.regressor.is_hybrid()) else {
+            return Vec::new();
+        };
+        let axes = self.axes.iter().enumerate();
+        let silent = axes.filter(|(at, _)| learned.is_silent(*at));
+        silent.map(|(_, axis)| *axis).collect()
     }
 
     /// Checks that a recording has the gauges that the calibration was made for.

@@ -11,4 +11,4 @@ mod fitting;
 mod model;
 
 pub use fitting::{KernelFit, LinearStage, RowBlock, Rows, TakeRows};
-pub use model::{Band, Kernel, KernelError, KernelScratch, KernelSettings, LANDMARKS};
+pub use model::{Band, GridEdge, Kernel, KernelError, KernelScratch, KernelSettings, LANDMARKS};

@@ -116,6 +116,25 @@ impl Learned {
         }
     }
 
+    /// Multiplies the answers with these shares, one per axis; without any it stays what it is.
+    pub fn scale(&mut self, shares: &[f64]) {
+        match self {
+            Self::Kernel(kernel) => kernel.scale(shares),
+            Self::Network(network) => network.scale(shares),
+        }
+    }
+
+    /// Whether the answer on an axis is zero whatever the row: after a linear stage it stands alone there.
+    pub fn is_silent(&self, axis: usize) -> bool {
+        let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
+        match self {
+            Self::Kernel(kernel) => is_zero(&kernel.weights[axis]) && kernel.offset[axis] == 0.0,
+            Self::Network(network) => {
+                is_zero(&[network.target_shift[axis], network.target_scale[axis]])
+            }
+        }
+    }
+
     /// Whether [`Learned::deviations`] has an answer.
     pub fn knows_deviation(&self) -> bool {
         matches!(self, Self::Kernel(_))

@@ -16,6 +16,7 @@ pub mod linear;
 mod linear_map;
 pub mod network;
 mod normal_equations;
+mod one_standard_error;
 mod settings;
 mod sums;
 mod used_recording;
@@ -31,6 +32,7 @@ pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub(crate) use conventional::Conventional;
 pub use estimator::{Estimator, Taken};
 pub(crate) use estimator::{LEAP_SECS, STRAYS};
+pub(crate) use kernel::GridEdge;
 pub(crate) use kernel::LANDMARKS;
 pub use kernel::{Kernel, KernelSettings};
 pub(crate) use learned::{Learned, LearnedError};
@@ -38,9 +40,14 @@ pub use linear::{Fit, fit};
 pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
 pub(crate) use linear_map::LinearMap;
 pub(crate) use linear_map::loads_from_gauges;
-pub(crate) use network::{EPOCHS, EpochReport, SEED};
+pub(crate) use network::{
+    CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED,
+};
 pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;
+pub(crate) use one_standard_error::{
+    SHARES, best_share, is_within_one_standard_error, simplest_good,
+};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::sample_row;

@@ -8,8 +8,8 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
 use crate::calibration::{
-    DECIMATION, EPOCHS, FitSettings, KernelSettings, LANDMARKS, Learner, NetworkSettings, OFFSET,
-    RIDGE, Regressor, RidgeChoice, SEED,
+    CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
+    LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
@@ -323,6 +323,12 @@ pub struct FitChoices {
     pub epochs: usize,
     #[arg(long = SEED.option, help = SEED.help(), value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
     pub seed: u64,
+    #[arg(long = CONSTANT_RATE.option, help = CONSTANT_RATE.help(), help_heading = "Regressor")]
+    pub constant_rate: bool,
+    #[arg(long = EARLY_STOPPING.option, help = format!("Train without: {}", EARLY_STOPPING.help()), help_heading = "Regressor")]
+    pub no_early_stopping: bool,
+    #[arg(long = CROSS_VALIDATE.option, help = CROSS_VALIDATE.help(), help_heading = "Regressor")]
+    pub cross_validate: bool,
     #[arg(long = LANDMARKS.option, help = LANDMARKS.help(), value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
     pub landmarks: usize,
 }
@@ -398,6 +404,9 @@ impl FitChoices {
             network: NetworkSettings {
                 epochs: self.epochs,
                 seed: self.seed,
+                constant_rate: self.constant_rate,
+                early_stopping: !self.no_early_stopping,
+                cross_validate: self.cross_validate,
                 ..NetworkSettings::default()
             },
             kernel: KernelSettings {
@@ -555,7 +564,17 @@ mod tests {
     #[test]
     fn the_guide_lists_every_setting_and_the_method_every_block() {
         let blocks = BLOCKS.iter().map(|block| block.setting());
-        let others = [&RIDGE, &EPOCHS, &SEED, &LANDMARKS, &OFFSET, &DECIMATION];
+        let others = [
+            &RIDGE,
+            &EPOCHS,
+            &SEED,
+            &CONSTANT_RATE,
+            &EARLY_STOPPING,
+            &CROSS_VALIDATE,
+            &LANDMARKS,
+            &OFFSET,
+            &DECIMATION,
+        ];
         let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain(others);
         let rows = rows.map(|setting| {
             format!(

@@ -10,7 +10,8 @@ use super::choices::{FitChoices, RecordingArgs, regressor};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
 use crate::analysis::{
-    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
+    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, few_trajectories,
+    paper_candidates,
 };
 use crate::calibration::Regressor;
 use crate::evaluation::threshold_study::ScoreSet;
@@ -33,7 +34,8 @@ pub struct CompareArgs {
         help_heading = "Regressor"
     )]
     regressors: Vec<Regressor>,
-    /// Only this amount of data: 1 is the paper's pattern A, 10 its pattern B [default: both].
+    /// Only every so many-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings repeat
+    /// several programmes (paths), rows with the first alone stand beside: few trajectories (C).
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     decimate: Option<usize>,
     /// Also write the table as CSV.
@@ -56,6 +58,9 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
     };
     let settings = args.choices.settings(&recordings, Regressor::Linear, 1);
     let mut candidates = paper_candidates(&settings, regressors);
+    if few_trajectories(&recordings).is_none() {
+        candidates.retain(|candidate| !candidate.few_trajectories);
+    }
     if let Some(step) = args.decimate {
         for candidate in &mut candidates {
             candidate.decimation = step;

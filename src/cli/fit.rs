@@ -11,10 +11,13 @@ use super::choices::{ModelArgs, RecordingArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
-use crate::analysis::{Request, analyse, read_factory, train};
+use crate::analysis::{
+    Caution, Request, TrainingStep, analyse, cautions, cross_validation_cost, read_factory, train,
+};
 use crate::calibration::{
     BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, Scores,
 };
+use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     Outline, WriteError, check_targets, listed_targets, target_for, with_sources, write_calibration,
@@ -80,15 +83,23 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     };
     args.traces.check_stretches(all(), args.model.decimate)?;
     let mut line = ProgressLine::default();
-    let calibration = train(&request, &Progress::default(), &mut |report| {
-        line.say(&epoch_text(&report))
+    let cost = cross_validation_cost(&request.settings);
+    let calibration = train(&request, &Progress::default(), &mut |step| {
+        line.say(&step_text(&step, cost));
     })?;
     line.end();
-    if let Some(undetermined) = calibration.undetermined() {
-        if !args.export.is_empty() && !args.force {
-            return Err(JobError::Undetermined { undetermined });
-        }
-        tell(&format_args!("warning: {undetermined}"));
+    if let Some(undetermined) = calibration.undetermined()
+        && !args.export.is_empty()
+        && !args.force
+    {
+        return Err(JobError::Undetermined { undetermined });
+    }
+    let cautions = cautions(&request, &calibration, &Progress::default())?;
+    // Whoever reads the figures alone must hear of what leaves them without meaning.
+    let is_grave =
+        |caution: &&Caution| matches!(caution, Caution::Undetermined(_) | Caution::NotLeftOut(_));
+    for caution in cautions.iter().filter(is_grave) {
+        tell(&format_args!("warning: {caution}"));
     }
     if !args.export.is_empty() {
         let told = with_sources(&calibration, &request.recordings);
@@ -102,19 +113,27 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
-    if let Some(reason) = calibration.why_not_left_out() {
-        tell(&format_args!("note: no cross-validation figures: {reason}"));
-    }
     let mut out = io::stdout().lock();
     if args.json {
         let report = FitReport {
             factory,
+            cautions: cautions.iter().map(ToString::to_string).collect(),
             ..FitReport::new(&calibration, n_recordings)
         };
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
         print_fit(&calibration, factory.as_ref(), n_recordings, &mut out)?;
+        let mut others = cautions
+            .iter()
+            .filter(|caution| !is_grave(caution))
+            .peekable();
+        if others.peek().is_some() {
+            writeln!(out, "\nTo know beside these figures:")?;
+        }
+        for caution in others {
+            writeln!(out, "* {caution}")?;
+        }
     }
     Ok(())
 }
@@ -135,7 +154,15 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-fn epoch_text(report: &EpochReport) -> String {
+/// How far a training is; its cross-validation, if any, takes `cost` times as long.
+fn step_text(step: &TrainingStep, cost: f64) -> String {
+    let TrainingStep::Epoch(report) = step else {
+        let left = step.time_left().as_secs_f64();
+        return format!(
+            "cross-validation {:.0} %, {left:.0} s left",
+            100.0 * step.done()
+        );
+    };
     let held_out = report
         .held_out_loss
         .map_or_else(String::new, |loss| format!(", held out {loss:.5}"));
@@ -145,7 +172,16 @@ fn epoch_text(report: &EpochReport) -> String {
         train_loss,
         ..
     } = report;
-    format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}")
+    let left = report.time_left();
+    let then = match cost {
+        0.0 => String::new(),
+        cost => {
+            let secs = (report.elapsed + left).as_secs_f64() * cost;
+            format!(", then {secs:.0} s of cross-validation")
+        }
+    };
+    let left = left.as_secs_f64();
+    format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}, {left:.0} s left{then}")
 }
 
 /// What `fit --json` prints.
@@ -165,6 +201,9 @@ struct FitReport<'a> {
     distance: Distance,
     blocks: &'a FeatureSettings,
     ridge: &'a [f64],
+    /// Two standard deviations, where the regressor knows them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    band: Option<&'a [f64]>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     ridge_by_block: &'a [BlockRidge],
     offset: bool,
@@ -177,6 +216,8 @@ struct FitReport<'a> {
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    cautions: Vec<String>,
 }
 
 impl<'a> FitReport<'a> {
@@ -197,6 +238,7 @@ impl<'a> FitReport<'a> {
             distance: calibration.features.distance,
             blocks: &calibration.features,
             ridge: &quality.ridge,
+            band: quality.band.as_deref(),
             ridge_by_block: &quality.ridge_by_block,
             offset: calibration.offset,
             decimation: calibration.decimation,
@@ -207,6 +249,7 @@ impl<'a> FitReport<'a> {
             cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
             factory: None,
+            cautions: Vec::new(),
         }
     }
 }
@@ -245,6 +288,27 @@ fn print_fit(
     )?;
     if let Some(ridge) = quality.ridge_in_words(&calibration.axes) {
         writeln!(out, "ridge {ridge}")?;
+    }
+    if let Some(learned) = &calibration.learned {
+        writeln!(out, "{}", learned.describe())?;
+    }
+    if let Some(band) = &quality.band {
+        let widths: Vec<String> = (calibration.axes.iter().zip(band))
+            .map(|(axis, width)| {
+                let width = significant(*width, 4);
+                format!("{} {width} {}", axis.symbol(), axis.unit())
+            })
+            .collect();
+        let samples = if quality.n_test > 0 {
+            "test"
+        } else {
+            "training"
+        };
+        writeln!(
+            out,
+            "band of ±2 SD, root mean square over the {samples} samples: ±{}",
+            widths.join(", ±")
+        )?;
     }
     for set in ScoreSet::ALL {
         if let Ok(table) = errors(calibration, factory, set, Shown::Units) {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::analysis::{Candidate, ComparedRow, paper_candidates};
-use crate::calibration::{EpochReport, FitSettings, Learner, Regressor};
+use crate::analysis::{Candidate, ComparedRow, TrainingStep, paper_candidates};
+use crate::calibration::{FitSettings, Learner, Regressor};
 use crate::engine::Project;
 use crate::engine::questions::{Compare, RowState};
 use crate::recording::RecordingSet;
@@ -15,8 +15,8 @@ pub struct Row {
     pub candidate: Candidate,
     /// Whether the next run fits it.
     pub ticked: bool,
-    /// Whether it is being fitted, and how far its network is.
-    pub running: Option<Option<EpochReport>>,
+    /// Whether it is being fitted, and how far it is.
+    pub running: Option<Option<TrainingStep>>,
     /// What came out of the last run, with what it was made of.
     pub outcome: Option<Outcome>,
 }
@@ -70,7 +70,7 @@ fn kind(candidate: &Candidate) -> impl PartialEq + use<> {
         candidate.regressor,
         candidate.features.has_history(),
         candidate.features.without_history().blocks,
-        candidate.decimation,
+        (candidate.decimation, candidate.few_trajectories),
     )
 }
 
@@ -88,9 +88,10 @@ impl Comparison {
                     ..old.swap_remove(at)
                 },
                 None => Row {
-                    ticked: candidate.regressor.learner().is_none()
-                        || candidate.regressor.learner() == Some(Learner::Network)
-                            && candidate.decimation > 1,
+                    ticked: !candidate.few_trajectories
+                        && (candidate.regressor.learner().is_none()
+                            || candidate.regressor.learner() == Some(Learner::Network)
+                                && candidate.decimation > 1),
                     candidate,
                     running: None,
                     outcome: None,
@@ -102,7 +103,8 @@ impl Comparison {
     /// Ticks the rows that the paper compares, and no others.
     pub fn tick_paper(&mut self) {
         for row in &mut self.rows {
-            row.ticked = row.candidate.regressor.learner() != Some(Learner::Kernel);
+            row.ticked = row.candidate.regressor.learner() != Some(Learner::Kernel)
+                && !row.candidate.few_trajectories;
         }
     }
 
@@ -127,7 +129,7 @@ impl Comparison {
                 continue;
             };
             row.running = match state {
-                RowState::Runs(report) if is_running => Some(*report),
+                RowState::Runs(step) if is_running => Some(*step),
                 _ => None,
             };
             if let RowState::Ended(result) = state {

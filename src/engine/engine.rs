@@ -285,11 +285,13 @@ impl Engine {
         self.training.answer()
     }
 
-    /// What was trained for just these recordings and settings.
+    /// What was trained for just these recordings and settings, be it cross-validated or not.
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
         let (Train(of), trained) = self.training.whole()?;
+        let mut settings = of.settings.clone();
+        settings.network.cross_validate = self.project.settings.network.cross_validate;
         let holds = Arc::ptr_eq(&of.recordings, &self.project.recordings)
-            && of.settings == self.project.settings;
+            && settings == self.project.settings;
         trained.calibration.as_ref().filter(|_| holds)
     }
 

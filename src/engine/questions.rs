@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, BlockSuggestion, Candidate, ComparedRow, Datasets,
-    HistoryBlock, Request, RowEvent, Study, StudyEvent, compare, train,
+    HistoryBlock, Request, RowEvent, Study, StudyEvent, TrainingStep, compare, train,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Query, Unanswered};
@@ -85,8 +85,18 @@ pub struct Train(pub Request);
 pub struct Trained {
     /// The network's reports, epoch by epoch.
     pub epochs: Vec<EpochReport>,
+    /// How far it is.
+    pub step: Option<TrainingStep>,
     /// What came of it.
     pub calibration: Option<Arc<Calibration>>,
+}
+
+impl Trained {
+    /// Whether what came of it was scored on left-out parts.
+    pub fn is_cross_validated(&self) -> bool {
+        let calibration = self.calibration.as_ref();
+        calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())
+    }
 }
 
 impl Query for Train {
@@ -109,8 +119,11 @@ impl Query for Train {
     ) -> Result<Trained, Unanswered> {
         let mut trained = Trained::default();
         show(trained.clone());
-        let calibration = train(&self.0, progress, &mut |report| {
-            trained.epochs.push(report);
+        let calibration = train(&self.0, progress, &mut |step| {
+            trained.step = Some(step);
+            if let TrainingStep::Epoch(report) = step {
+                trained.epochs.push(report);
+            }
             show(trained.clone());
         })?;
         trained.calibration = Some(Arc::new(calibration));
@@ -136,7 +149,7 @@ pub enum RowState {
     #[default]
     Waits,
     /// It is fitted; a network has passed over its samples so often.
-    Runs(Option<EpochReport>),
+    Runs(Option<TrainingStep>),
     /// It has ended.
     Ended(Result<ComparedRow, String>),
 }
@@ -171,7 +184,7 @@ impl Query for Compare {
             let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
             rows[at] = match event {
                 RowEvent::Started => RowState::Runs(None),
-                RowEvent::Epoch(report) => RowState::Runs(Some(report)),
+                RowEvent::Step(step) => RowState::Runs(Some(step)),
                 RowEvent::Ended(row) => RowState::Ended(row.map_err(|error| error.to_string())),
             };
             show(rows.clone());

@@ -9,7 +9,7 @@
 //! The trigger of the look-back stays the conventional calibration of *all* training recordings: it only says where to
 //! look, not what to answer.
 
-use crate::calibration::Piece;
+use crate::calibration::{Piece, simplest_good};
 
 /// With fewer training recordings than this, blocks are left out instead.
 pub const FEWEST_RECORDINGS: usize = 3;
@@ -81,38 +81,10 @@ pub const RIDGE_STRENGTHS: [f64; 12] = [
     0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9,
 ];
 
-/// Where only one of two parts tells the strengths apart, mean and standard error are equal, and rounding must not decide.
-const TIE: f64 = 1e-9;
-
 /// The position of the strongest ridge whose squared errors exceed those of the best by no more than one standard error
 /// of the difference over the parts; `square(at, part)` is the sum of squares of a part at a strength.
 pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
-    let tried = 0..RIDGE_STRENGTHS.len();
-    let sum = |at: usize| (0..n_parts).map(|part| square(at, part)).sum::<f64>();
-    let best = tried
-        .clone()
-        .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
-        .unwrap_or(0);
-    let chosen = tried.rev().find(|&at| {
-        let differences = (0..n_parts).map(|part| square(at, part) - square(best, part));
-        is_within_one_standard_error(differences)
-    });
-    chosen.unwrap_or(best)
-}
-
-/// Whether the mean of these differences, one a part, is no larger than its standard error.
-pub(crate) fn is_within_one_standard_error(differences: impl Iterator<Item = f64> + Clone) -> bool {
-    let (mean, error) = mean_and_standard_error(differences);
-    mean <= error * (1.0 + TIE)
-}
-
-/// The mean of some values and its standard error; zero for a single value.
-fn mean_and_standard_error(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / n;
-    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-    let variance = squares / (n - 1.0).max(1.0);
-    (mean, (variance / n).sqrt())
+    simplest_good(RIDGE_STRENGTHS.len(), n_parts, square)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! How good a calibration is, and what to draw of it.
 
+pub(crate) mod coverage;
 pub mod cross_validation;
 pub mod holds;
 pub mod left_out;
@@ -8,6 +9,7 @@ pub mod mean_hysteresis;
 pub(crate) mod metrics;
 pub mod metrology;
 pub mod numbers;
+pub mod part_squares;
 #[cfg(test)]
 pub(crate) mod pixels;
 pub(crate) mod quantile;

@@ -89,6 +89,8 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
         ("trained on", recordings),
         ("recorded at", rate),
     ];
+    let how = quality.cross_validation.as_ref();
+    settings.extend(how.map(|how| ("cross-validation", how.to_string())));
     settings.extend(calibration.tare.map(|tare| {
         let text = format!("the gauges less their mean over {tare}; tare before use");
         ("tared", text)

@@ -109,7 +109,7 @@ impl fmt::Display for Range {
         match self {
             Self::Positive => write!(f, "a number above zero"),
             Self::NotNegative => write!(f, "a number from zero up"),
-            Self::NotNegativeOrAuto => write!(f, "a number from zero up, or auto"),
+            Self::NotNegativeOrAuto => write!(f, "a number from zero up, auto, or by-block"),
             Self::UpTo(max) => write!(f, "a number above zero and at most {max}"),
             Self::Whole(0, u64::MAX) => write!(f, "a whole number from zero up"),
             Self::Whole(min, max) => write!(f, "a whole number from {min} to {max}"),

@@ -219,6 +219,11 @@ mod tests {
     }
 
     #[test]
+    fn packets_with_short_pauses_are_one_recording_and_nothing_to_tell() {
+        assert_eq!(cuts(&runs(40, 50, 0.001, 0.004), None), Cuts::default());
+    }
+
+    #[test]
     fn presses_one_after_the_other_are_recordings() {
         for (samples, step, pause) in [(30, 0.01, 10.0), (30, 0.05, 1.5), (15, 0.0004, 3.0)] {
             let found = cuts(&runs(690, samples, step, pause), None);

@@ -65,7 +65,7 @@ pub enum Finding {
     NewRecording { from_secs: f64, to_secs: f64 },
     /// Pauses that are taken for a logger's own, so that no new recording starts.
     #[error(
-        "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, set \"gap_secs\" in a column map"
+        "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, say in the import window after what pause a new recording starts, or set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     /// Two samples of one time.

@@ -9,7 +9,8 @@ const ONE_WAY: f64 = 0.1;
 /// **Units** that of the load.
 pub fn full_scale_of((low, high): (f64, f64)) -> f64 {
     let (up, down) = (high.max(0.0), (-low).max(0.0));
-    if !(high > low) {
+    let changes = high > low;
+    if !changes {
         0.0
     } else if up.min(down) < ONE_WAY * up.max(down) {
         up.max(down)

@@ -19,7 +19,7 @@ pub mod units;
 pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
-pub use groups::{GroupPattern, Groups};
+pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
 pub(crate) use recording::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};

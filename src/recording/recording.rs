@@ -3,6 +3,7 @@
 //! Guarantees, checked at construction: at least one sample and one gauge, every number finite, times that never go
 //! back, axes in [`Axis`] order without repeats.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::recording::{Axis, Tare};
@@ -252,6 +253,11 @@ impl Recording {
                 self.picked(cut..n, format!("{} (rest)", self.name)),
             )
         })
+    }
+
+    /// These samples as a recording of their own; history does not cross its ends.
+    pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
+        self.picked(samples, self.name.clone())
     }
 
     /// Cuts the recording in time into so many segments, as even as whole samples allow; fewer where it is shorter.

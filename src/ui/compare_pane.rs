@@ -3,7 +3,7 @@
 use egui::{Color32, RichText};
 use egui_plot::{Bar, BarChart, Plot};
 
-use crate::analysis::comparison_table;
+use crate::analysis::{TrainingStep, comparison_table};
 use crate::calibration::Regressor;
 use crate::engine::{Action, Engine, Existing, FileContent, Row};
 use crate::evaluation::metrics::Group;
@@ -179,10 +179,7 @@ fn table_row(
     let history = candidate.history();
     ui.label(shortened(&history, 30)).on_hover_text(&history);
     ui.label(candidate.pattern())
-        .on_hover_text(match candidate.decimation {
-            1 => "All samples",
-            _ => "Every tenth sample",
-        });
+        .on_hover_text(candidate.data());
     let stale = row.is_stale(engine.project());
     row_state(ui, row, stale);
     let axes = engine.project().axes();
@@ -206,14 +203,15 @@ fn table_row(
 /// Whether the row runs, holds, or failed.
 fn row_state(ui: &mut egui::Ui, row: &Row, stale: bool) {
     match (&row.running, &row.outcome) {
-        (Some(report), _) => {
-            ui.label(match report {
-                Some(report) => format!(
+        (Some(step), _) => {
+            ui.label(match step {
+                Some(TrainingStep::Epoch(report)) => format!(
                     "{} of {}, {}",
                     report.epoch,
                     report.epochs,
                     duration(report.time_left())
                 ),
+                Some(step) => format!("cross-validation, {}", duration(step.time_left())),
                 None => "runs".to_owned(),
             });
         }
@@ -261,7 +259,7 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, on: ScoreSet, out: &mut Vec<Command>
             chart(ui, group, axes, &rows, width, out);
         }
     });
-    ui.weak("Pale bars: without the past. Colours: the regressor, as in the table. Broad bars: all samples (A); narrow: every tenth (B).");
+    ui.weak("Pale bars: without the past. Colours: the regressor, as in the table. Broad bars: all samples (A); narrow: every tenth (B); narrowest: few trajectories (C).");
 }
 
 fn chart(
@@ -296,10 +294,10 @@ fn chart(
                     candidate.history(),
                     candidate.pattern()
                 );
-                let share = if candidate.decimation == 1 {
-                    0.95
-                } else {
-                    0.55
+                let share = match (candidate.few_trajectories, candidate.decimation) {
+                    (false, 1) => 0.95,
+                    (false, _) => 0.55,
+                    (true, _) => 0.3,
                 };
                 Bar::new(x, rmse[*column])
                     .width(share * slot)

@@ -45,20 +45,15 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             ui.weak("of the applied calibration on these recordings");
             return;
         }
-        if let Some(undetermined) = analysis.calibration.undetermined() {
-            let color = ui.visuals().warn_fg_color;
-            let counts = format!(
-                "only {} samples for {} coefficients",
-                undetermined.samples, undetermined.coefficients
-            );
-            ui.colored_label(color, counts)
-                .on_hover_text(undetermined.to_string());
-        }
-        if let Some(how) = &analysis.calibration.quality.cross_validation {
+        let quality = &analysis.calibration.quality;
+        if let Some(how) = &quality.cross_validation
+            && quality.compensated.cv_rmse.is_some()
+        {
             ui.weak(format!("CV {how}"));
         }
-        if let Some(reason) = analysis.calibration.why_not_left_out() {
-            ui.weak(format!("no cross-validation: {reason}"));
+        for caution in &analysis.cautions {
+            ui.colored_label(ui.visuals().warn_fg_color, caution.short())
+                .on_hover_text(caution.to_string());
         }
     });
     let Some(analysis) = engine.analysis() else {

@@ -3,14 +3,16 @@
 use egui::ComboBox;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 
+use crate::analysis::{TrainingStep, cross_validation_cost};
 use crate::calibration::{
-    EPOCHS, EpochReport, FitSettings, LANDMARKS, Learner, RIDGE, Regressor, RidgeChoice, SEED,
+    CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
+    Learner, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::engine::{Action, Engine};
 use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
-use crate::ui::setting::number;
+use crate::ui::setting::{number, switch};
 use crate::ui::{picture, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
@@ -40,7 +42,7 @@ pub fn regressor(
             Learner::Network => network(ui, settings),
             Learner::Kernel => kernel(ui, settings),
         }
-        training(ui, engine, learner, out);
+        training(ui, engine, settings, learner, out);
     }
 }
 
@@ -75,9 +77,13 @@ fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
 }
 
 fn network(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    ui.horizontal(|ui| {
-        number(ui, &EPOCHS, &mut settings.network.epochs);
-        number(ui, &SEED, &mut settings.network.seed);
+    let network = &mut settings.network;
+    ui.horizontal_wrapped(|ui| {
+        number(ui, &EPOCHS, &mut network.epochs);
+        number(ui, &SEED, &mut network.seed);
+        switch(ui, &CONSTANT_RATE, &mut network.constant_rate);
+        switch(ui, &EARLY_STOPPING, &mut network.early_stopping);
+        switch(ui, &CROSS_VALIDATE, &mut network.cross_validate);
     });
 }
 
@@ -85,7 +91,13 @@ fn kernel(ui: &mut egui::Ui, settings: &mut FitSettings) {
     ui.horizontal(|ui| number(ui, &LANDMARKS, &mut settings.kernel.landmarks));
 }
 
-fn training(ui: &mut egui::Ui, engine: &Engine, learner: Learner, out: &mut Vec<Command>) {
+fn training(
+    ui: &mut egui::Ui,
+    engine: &Engine,
+    settings: &FitSettings,
+    learner: Learner,
+    out: &mut Vec<Command>,
+) {
     let trained = engine.trained();
     let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
     let fits = engine.fitting().is_some();
@@ -96,21 +108,30 @@ fn training(ui: &mut egui::Ui, engine: &Engine, learner: Learner, out: &mut Vec<
             if stop.on_hover_text("Keeps the best so far").clicked() {
                 out.push(Action::StopTraining.into());
             }
-            ui.label(match epochs.last() {
-                Some(report) => format!(
-                    "epoch {} of {}, {} left",
-                    report.epoch,
-                    report.epochs,
-                    duration(report.time_left())
-                ),
+            ui.label(match trained.and_then(|trained| trained.step) {
+                Some(step @ TrainingStep::Epoch(report)) => {
+                    let left = duration(step.time_left());
+                    let text = format!("epoch {} of {}, {left} left", report.epoch, report.epochs);
+                    match cross_validation_cost(settings) {
+                        0.0 => text,
+                        cost => {
+                            let whole = report.elapsed + report.time_left();
+                            format!("{text}, then {} of cross-validation", duration(whole.mul_f64(cost)))
+                        }
+                    }
+                }
+                Some(step) => format!("cross-validation, {} left", duration(step.time_left())),
                 None => "training".to_owned(),
             });
         } else {
+            let wants_score = learner == Learner::Network && settings.network.cross_validate;
+            let lacks_score = wants_score && trained.is_none_or(|own| !own.is_cross_validated());
             let label = match learner {
-                Learner::Network => "Train the network",
-                Learner::Kernel => "Train the kernel",
+                Learner::Network if wants_score => cost_text(settings, epochs.last()),
+                Learner::Network => "Train the network".to_owned(),
+                Learner::Kernel => "Train the kernel".to_owned(),
             };
-            let train = ui.add_enabled(!fits, egui::Button::new(label));
+            let train = ui.add_enabled(!fits || lacks_score, egui::Button::new(label));
             let train = train.on_hover_text(
                 "In the background, on the training recordings with the settings of now; it can be stopped at any time",
             );
@@ -134,6 +155,19 @@ fn training(ui: &mut egui::Ui, engine: &Engine, learner: Learner, out: &mut Vec<
     if learner == Learner::Network && !epochs.is_empty() {
         loss_curve(ui, epochs, out);
     }
+}
+
+/// What the button says where the network is cross-validated: how long that takes, as far as the last training tells.
+fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
+    let cost = 1.0 + cross_validation_cost(settings);
+    let cost = match last {
+        Some(report) => {
+            let of_epoch = report.elapsed.div_f64(report.epoch.max(1) as f64);
+            duration(of_epoch.mul_f64(cost * settings.network.epochs as f64))
+        }
+        None => format!("{cost:.1} times as long"),
+    };
+    format!("Train and cross-validate the network (about {cost})")
 }
 
 /// Loss over epochs, on a logarithmic scale.

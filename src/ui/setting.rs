@@ -16,3 +16,8 @@ pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
     let field = ui.add(field).labelled_by(label.id);
     field.on_hover_text(setting.help());
 }
+
+/// Draws a switch.
+pub fn switch(ui: &mut egui::Ui, setting: &Setting, on: &mut bool) {
+    ui.checkbox(on, setting.label).on_hover_text(setting.help());
+}

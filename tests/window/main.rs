@@ -972,7 +972,7 @@ fn the_comparison_fills_in_and_says_what_is_stale() {
     click(&mut window, Role::Button, "Compare");
     assert!(has(&window, "not fitted"));
     let rows = state(&window).comparison.rows.len();
-    assert_eq!(rows, 22);
+    assert_eq!(rows, 33);
     click(&mut window, Role::CheckBox, "Network, none, B");
     click(
         &mut window,

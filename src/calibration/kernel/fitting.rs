@@ -6,8 +6,9 @@ use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
-use super::model::{Band, Kernel, KernelError, KernelSettings, square_distance};
+use super::model::{Band, GridEdge, Kernel, KernelError, KernelSettings, square_distance};
 use crate::calibration::{NormalEquations, Ridge, Terms, fit, fit_targets};
+use crate::calibration::{SHARES, best_share, simplest_good};
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
@@ -17,6 +18,11 @@ const JITTER: f64 = 1e-6;
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 /// Ridge strengths that are tried: variance of the noise over that of the function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
+/// The strength where nothing can be left out to choose it.
+const UNTUNED_STRENGTH: f64 = 1e-3;
+/// Weights larger than so many standard deviations of what is learned say little: the answer is a small difference of large
+/// numbers, which a single-precision controller rounds and a slight drift of a gauge upsets.
+const LARGEST_WEIGHT: f64 = 1e4;
 /// The length scale is chosen on about so many samples.
 const TUNING_SAMPLES: usize = 20_000;
 /// Landmarks are picked among about so many samples.
@@ -66,17 +72,21 @@ pub trait Rows: Sync {
     }
 }
 
-/// A kernel regression with how it did.
+/// A kernel regression, and what is to be said of it.
 #[derive(Clone, Debug)]
 pub struct KernelFit {
     /// The regression.
     pub kernel: Kernel,
-    /// Sum of squared errors per axis, each part scored by a fit to the others; `None` with fewer than two parts.
-    pub left_out_squares: Option<Vec<f64>>,
+    /// Whether its ridge stands at an end of what is tried.
+    pub edge: Option<GridEdge>,
 }
 
 impl Kernel {
-    /// Fits `rows`; ridge and, unless it is given, length scale are those that left-out parts are predicted best with.
+    /// Fits `rows`; ridge and, unless it is given, length scale are chosen on left-out parts, and so is after a linear stage
+    /// how much of the kernel is added to it.
+    ///
+    /// The ridge is the strongest that does no worse than the best within one standard error over the parts, among those
+    /// that keep the weights below [`LARGEST_WEIGHT`].
     ///
     /// # Errors
     /// [`KernelError`] if the settings make no sense for these rows.
@@ -113,8 +123,8 @@ impl Kernel {
                 };
                 let parts = whitened.sums(rows, step, progress)?;
                 progress.advance(rows.n_runs() as u64);
-                let error =
-                    tuned(&parts, &columns, progress)?.map_or(f64::INFINITY, |tuned| tuned.error);
+                let tuned = whitened.tuned(&parts, &columns, progress)?;
+                let error = tuned.map_or(f64::INFINITY, |tuned| tuned.least_error);
                 if best.is_none_or(|(_, least)| error < least) {
                     best = Some((*scale, error));
                 }
@@ -128,18 +138,11 @@ impl Kernel {
             Whitened::new(&standardised, &landmarks, scale * root).ok_or(KernelError::Singular)?;
         let parts = whitened.sums(rows, 1, progress)?;
         let total = summed(&parts);
-        let tuned = tuned(&parts, &columns, progress)?;
-        let strength = tuned.as_ref().map_or(1e-3, |tuned| tuned.strength);
+        let tuned = whitened.tuned(&parts, &columns, progress)?;
         progress.advance(tries.max(1) as u64 * rows.n_runs() as u64);
-        let kernel = whitened.finish(
-            &columns.left_over(&total),
-            &columns,
-            strength,
-            tuned.as_ref(),
-        );
         Ok(KernelFit {
-            kernel,
-            left_out_squares: tuned.map(|tuned| tuned.squares),
+            edge: tuned.as_ref().and_then(|tuned| tuned.edge),
+            kernel: whitened.finish(&columns.left_over(&total), &columns, tuned),
         })
     }
 }
@@ -344,26 +347,20 @@ impl<'a> Whitened<'a> {
     }
 
     /// The kernel from the sums of all samples, whose targets are what is left to learn.
-    fn finish(
-        &self,
-        total: &NormalEquations,
-        columns: &Columns,
-        strength: f64,
-        tuned: Option<&Tuned>,
-    ) -> Kernel {
+    fn finish(&self, total: &NormalEquations, columns: &Columns, tuned: Option<Tuned>) -> Kernel {
         let (m, q) = (self.landmarks.len(), total.n_targets());
+        let strength = (tuned.as_ref()).map_or(UNTUNED_STRENGTH, |tuned| tuned.strength);
         let beta = columns.kernel(total, strength);
-        let on_phi = Mat::from_fn(q, m, |axis, i| beta[i * q + axis]);
-        let on_k = on_phi * &self.whitening;
+        let on_k = self.weights(&beta, q);
         let posterior = Mat::from_fn(m, m, |i, j| {
             total.feature_product(i, j) + if i == j { strength } else { 0.0 }
         });
         let n = total.n_samples().max(1) as f64;
-        let squares = match tuned {
-            Some(tuned) => tuned.squares.clone(),
-            None => total.squared_residuals(&beta),
+        let (squares, shares) = match tuned {
+            Some(tuned) => (tuned.squares, tuned.shares),
+            None => (total.squared_residuals(&beta), vec![1.0; q]),
         };
-        Kernel {
+        let mut kernel = Kernel {
             input_shift: self.standardised.shift.clone(),
             input_scale: self.standardised.scale.clone(),
             length_scale: self.length_scale,
@@ -381,7 +378,108 @@ impl<'a> Whitened<'a> {
                     &inverse_factor(&posterior).unwrap_or_else(|| Mat::zeros(m, m)),
                 ),
             },
+        };
+        kernel.scale(&shares);
+        kernel
+    }
+
+    /// What the similarities are multiplied with, `q × m`, from the coefficients of the columns.
+    fn weights(&self, beta: &[f64], q: usize) -> Mat<f64> {
+        Mat::from_fn(q, self.landmarks.len(), |axis, i| beta[i * q + axis]) * &self.whitening
+    }
+
+    /// Whether no weight is beyond [`LARGEST_WEIGHT`] deviations of its target; `total` are the sums of what is learned.
+    fn is_sane(&self, beta: &[f64], total: &NormalEquations) -> bool {
+        let q = total.n_targets();
+        let weights = self.weights(beta, q);
+        (0..q).all(|axis| {
+            let deviation = (total.target_square(axis) / total.n_samples().max(1) as f64).sqrt();
+            let largest = (0..self.landmarks.len()).map(|i| weights[(axis, i)].abs());
+            largest.fold(0.0, f64::max) <= LARGEST_WEIGHT * deviation
+        })
+    }
+
+    /// What left-out parts ask for; `None` with fewer than two.
+    fn tuned(
+        &self,
+        parts: &[NormalEquations],
+        columns: &Columns,
+        progress: &Progress,
+    ) -> Result<Option<Tuned>, Cancelled> {
+        let has_samples = |part: &&NormalEquations| part.n_samples() > 0;
+        let parts: Vec<NormalEquations> = parts.iter().filter(has_samples).cloned().collect();
+        if parts.len() < 2 {
+            return Ok(None);
         }
+        let total = summed(&parts);
+        let q = total.n_targets();
+        let left_over = columns.left_over(&total);
+        let is_sane =
+            |strength: &f64| self.is_sane(&columns.kernel(&left_over, *strength), &left_over);
+        let weakest = STRENGTHS.iter().position(is_sane);
+        let strengths = &STRENGTHS[weakest.unwrap_or(STRENGTHS.len() - 1)..];
+        // The kernel on its own is all there is.
+        let shares: &[f64] = match columns.of_linear.is_empty() {
+            true => &[1.0],
+            false => &SHARES,
+        };
+        // Of each part, by strength, share and axis.
+        let squares = NormalEquations::each_without(
+            &parts,
+            |_| true,
+            |at, rest| {
+                let linear = columns.linear(rest);
+                let (rest, part) = (
+                    less(rest, linear.as_deref()),
+                    less(&parts[at], linear.as_deref()),
+                );
+                let mut squares = Vec::new();
+                for &strength in strengths {
+                    progress.check()?;
+                    let beta = columns.kernel(&rest, strength);
+                    for share in shares {
+                        let beta: Vec<f64> = beta.iter().map(|beta| share * beta).collect();
+                        squares.extend(part.squared_residuals(&beta));
+                    }
+                }
+                Ok(squares)
+            },
+        );
+        let squares = (squares.into_iter().map(|(_, squares)| squares))
+            .collect::<Result<Vec<_>, Cancelled>>()?;
+        let of = |part: usize, strength: usize, share: usize, axis: usize| {
+            squares[part][(strength * shares.len() + share) * q + axis]
+        };
+        let whole = |strength: usize, part: usize| -> f64 {
+            let scale = |axis| left_over.target_square(axis).max(f64::MIN_POSITIVE);
+            (0..q)
+                .map(|axis| of(part, strength, 0, axis) / scale(axis))
+                .sum()
+        };
+        let n = parts.len();
+        let chosen = simplest_good(strengths.len(), n, whole);
+        let of_strength = |at| (0..n).map(|part| whole(at, part)).sum::<f64>();
+        let taken: Vec<usize> = (0..q)
+            .map(|axis| match shares {
+                [_] => 0,
+                _ => best_share(n, |share, part| of(part, chosen, share, axis)),
+            })
+            .collect();
+        Ok(Some(Tuned {
+            strength: strengths[chosen],
+            edge: match chosen {
+                0 => Some(GridEdge::Weakest),
+                _ if chosen + 1 == strengths.len() => Some(GridEdge::Strongest),
+                _ => None,
+            },
+            least_error: (0..strengths.len())
+                .map(of_strength)
+                .fold(f64::INFINITY, f64::min),
+            squares: (0..q)
+                .map(|axis| (0..n).map(|part| of(part, chosen, taken[axis], axis)).sum())
+                .collect(),
+            shares: taken.iter().map(|at| shares[*at]).collect(),
+        }))
     }
 }
 
@@ -471,61 +569,16 @@ fn summed(parts: &[NormalEquations]) -> NormalEquations {
     total
 }
 
-/// The ridge that predicts left-out parts best.
+/// What left-out parts ask for.
 struct Tuned {
     strength: f64,
-    /// Sum over axes of squared errors, each over that axis' squared targets.
-    error: f64,
+    edge: Option<GridEdge>,
+    /// Of the best strength: sum over axes of squared errors, each over that axis' squared targets.
+    least_error: f64,
+    /// How much of the kernel is added, per axis.
+    shares: Vec<f64>,
+    /// Sum of squared errors with it, per axis.
     squares: Vec<f64>,
-}
-
-fn tuned(
-    parts: &[NormalEquations],
-    columns: &Columns,
-    progress: &Progress,
-) -> Result<Option<Tuned>, Cancelled> {
-    let has_samples = |part: &&NormalEquations| part.n_samples() > 0;
-    let parts: Vec<NormalEquations> = parts.iter().filter(has_samples).cloned().collect();
-    if parts.len() < 2 {
-        return Ok(None);
-    }
-    let total = summed(&parts);
-    let q = total.n_targets();
-    let left_over = columns.left_over(&total);
-    let squares = NormalEquations::each_without(
-        &parts,
-        |_| true,
-        |at, rest| {
-            let linear = columns.linear(rest);
-            let (rest, part) = (
-                less(rest, linear.as_deref()),
-                less(&parts[at], linear.as_deref()),
-            );
-            STRENGTHS
-                .iter()
-                .map(|&strength| {
-                    progress.check()?;
-                    Ok(part.squared_residuals(&columns.kernel(&rest, strength)))
-                })
-                .collect::<Result<Vec<_>, Cancelled>>()
-        },
-    );
-    let squares =
-        (squares.into_iter().map(|(_, squares)| squares)).collect::<Result<Vec<_>, Cancelled>>()?;
-    let candidates = STRENGTHS.iter().enumerate().map(|(at, &strength)| {
-        let squares: Vec<f64> = (0..q)
-            .map(|axis| squares.iter().map(|part| part[at][axis]).sum())
-            .collect();
-        let error = (0..q)
-            .map(|axis| squares[axis] / left_over.target_square(axis).max(f64::MIN_POSITIVE))
-            .sum();
-        Tuned {
-            strength,
-            error,
-            squares,
-        }
-    });
-    Ok(candidates.min_by(|a, b| a.error.total_cmp(&b.error)))
 }
 
 #[cfg(test)]
@@ -661,6 +714,29 @@ mod tests {
                 "{x}: {deviation}"
             );
         }
+    }
+
+    /// A pole beside the samples, without noise: left-out parts ask for no ridge at all, which huge weights would answer.
+    #[test]
+    fn weights_stay_small_and_a_ridge_at_the_end_of_what_is_tried_is_said() {
+        let fitted = |target: &dyn Fn(f64) -> f64| {
+            let rows = Function::new(target, 9.0);
+            let settings = KernelSettings {
+                landmarks: 60,
+                length_scale: Some(8.0),
+            };
+            Kernel::fit(&rows, &settings, &Progress::default()).unwrap()
+        };
+        let steep = fitted(&|x| 1.0 / (2.05 - x));
+        assert_eq!(steep.edge, Some(GridEdge::Weakest));
+        assert!(steep.kernel.band.strength > STRENGTHS[0]);
+        let weights = steep.kernel.weights[0].iter();
+        let largest = weights.fold(0.0_f64, |most, weight| most.max(weight.abs()));
+        assert!(largest < 4.0 * LARGEST_WEIGHT, "{largest}"); // the targets deviate by 2.6
+        let mut random = crate::random::Random::new(1, &[]);
+        let noise: Vec<f64> = (0..1000).map(|_| random.normal()).collect();
+        let noisy = fitted(&|x| noise[((x + 2.0) * 150.0) as usize]);
+        assert_eq!(noisy.edge, Some(GridEdge::Strongest));
     }
 
     #[test]

@@ -50,6 +50,16 @@ impl Default for KernelSettings {
     }
 }
 
+/// A kernel's ridge that stands at an end of what is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GridEdge {
+    /// None that is weaker keeps the weights sane, or is tried.
+    Weakest,
+    /// None that is stronger is tried.
+    Strongest,
+}
+
 /// Why there is no kernel fit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -186,6 +196,15 @@ impl Kernel {
             LENGTH_SCALE.check(scale)?;
         }
         Ok(())
+    }
+
+    /// Multiplies the answers with these shares, one per axis; the band stays.
+    pub(crate) fn scale(&mut self, shares: &[f64]) {
+        let axes = self.weights.iter_mut().zip(&mut self.offset).zip(shares);
+        for ((weights, offset), share) in axes {
+            weights.iter_mut().for_each(|weight| *weight *= share);
+            *offset *= share;
+        }
     }
 
     /// Adds the answer for one row of standardised features to `load`.

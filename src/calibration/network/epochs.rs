@@ -159,7 +159,11 @@ impl<'a> Training<'a> {
             self.progress.check()?;
             let done = epoch as f64 + at as f64 / n_batches as f64;
             let fraction = done / self.settings.epochs as f64;
-            let rate = self.settings.learning_rate * 0.5 * (1.0 + (PI * fraction).cos());
+            let share = match self.settings.constant_rate {
+                true => 1.0,
+                false => 0.5 * (1.0 + (PI * fraction).cos()),
+            };
+            let rate = self.settings.learning_rate * share;
             loss += self.step(start, (start + capacity).min(n), rate);
             self.progress.advance(1);
         }
@@ -286,13 +290,13 @@ mod tests {
         assert_eq!(biases, [0.0; 100]);
     }
 
-    /// A rate that falls along half a cosine moves the weights ever less.
-    #[test]
-    fn the_last_epoch_hardly_moves_the_weights() {
+    /// How far weights move in the first epoch of a hundred, and in the last, done right after it.
+    fn moved(constant_rate: bool) -> (f32, f32) {
         let (samples, inputs, targets) = parabola();
         let settings = NetworkSettings {
             hidden: vec![4],
             epochs: 100,
+            constant_rate,
             ..NetworkSettings::default()
         };
         let progress = Progress::default();
@@ -304,7 +308,19 @@ mod tests {
                 .map(|(before, after)| (after - before).abs())
                 .fold(0.0, f32::max)
         };
-        let (first, last) = (moved(0), moved(99));
+        (moved(0), moved(99))
+    }
+
+    #[test]
+    fn a_constant_rate_moves_the_weights_in_the_last_epoch_as_in_the_first() {
+        let (first, last) = moved(true);
+        assert!(last > 0.3 * first, "{first} {last}");
+    }
+
+    /// A rate that falls along half a cosine moves the weights ever less.
+    #[test]
+    fn the_last_epoch_hardly_moves_the_weights() {
+        let (first, last) = moved(false);
         // Adam's first step is the rate itself, for every weight that has a slope.
         assert!(
             (first / 0.003 - 1.0).abs() < 1e-3 && last < 1e-3 * first,

@@ -59,6 +59,15 @@ impl Network {
         self.layers.iter().map(count).sum()
     }
 
+    /// Multiplies the answers with these shares, one per target.
+    pub(crate) fn scale(&mut self, shares: &[f64]) {
+        let targets = self.target_shift.iter_mut().zip(&mut self.target_scale);
+        for ((shift, scale), share) in targets.zip(shares) {
+            *shift *= share;
+            *scale *= share;
+        }
+    }
+
     /// Checks everything that a file could have wrong.
     ///
     /// # Errors

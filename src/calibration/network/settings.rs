@@ -64,6 +64,49 @@ const LEARNING_RATE: Setting = Setting {
     ..EPOCHS
 };
 
+/// The paper says nothing of a rate that falls.
+pub const CONSTANT_RATE: Setting = Setting {
+    key: "constant_rate",
+    option: "constant-rate",
+    label: "Constant rate",
+    what: "the constant rate",
+    default: &[0.0],
+    range: Range::Switch,
+    explanation: "The learning rate stays what it is at the first step. Without, it falls to zero along half a cosine, which \
+                  needs fewer epochs",
+    source: "",
+    ..EPOCHS
+};
+
+/// The paper trains for a fixed number of epochs.
+pub const EARLY_STOPPING: Setting = Setting {
+    key: "early_stopping",
+    option: "no-early-stopping",
+    label: "Early stopping",
+    what: "early stopping",
+    default: &[1.0],
+    range: Range::Switch,
+    explanation: "Training recordings are held out, and the network of the epoch that predicts them best is kept. Without, all \
+                  are learned from, and the last epoch's network is kept, as in the paper",
+    source: "",
+    ..EPOCHS
+};
+
+/// It takes longer than the training itself, so it is asked for.
+pub const CROSS_VALIDATE: Setting = Setting {
+    key: "cross_validate",
+    option: "cross-validate",
+    label: "Cross-validate",
+    what: "cross-validation",
+    default: &[0.0],
+    range: Range::Switch,
+    explanation: "Trains the network anew without each fifth of the recordings, and scores it on them: the figure to compare \
+                  networks with others by. Takes two to four times as long as the training alone, two networks at a time; stopped, it \
+                  keeps the network",
+    source: "",
+    ..EPOCHS
+};
+
 /// Decides the first weights and the order of samples.
 pub const SEED: Setting = Setting {
     key: "seed",
@@ -93,6 +136,12 @@ pub struct NetworkSettings {
     pub learning_rate: f64,
     /// Decides the first weights and the order of samples.
     pub seed: u64,
+    /// [`CONSTANT_RATE`].
+    pub constant_rate: bool,
+    /// [`EARLY_STOPPING`].
+    pub early_stopping: bool,
+    /// [`CROSS_VALIDATE`].
+    pub cross_validate: bool,
 }
 
 impl Default for NetworkSettings {
@@ -103,6 +152,9 @@ impl Default for NetworkSettings {
             epochs: EPOCHS.number() as usize,
             learning_rate: LEARNING_RATE.number(),
             seed: SEED.number() as u64,
+            constant_rate: CONSTANT_RATE.number() > 0.0,
+            early_stopping: EARLY_STOPPING.number() > 0.0,
+            cross_validate: CROSS_VALIDATE.number() > 0.0,
         }
     }
 }

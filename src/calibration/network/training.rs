@@ -1,6 +1,7 @@
 //! Training from the outside: what goes in, what is reported, and which network comes out.
 //!
-//! Guarantees: the network that comes out is the best of the epochs that were done, also after a cancel; a loss that
+//! Guarantees: the network that comes out is the best of the epochs that were done (without early stopping the last), also
+//! after a cancel; a loss that
 //! is not finite ends the training with an error.
 
 use std::time::{Duration, Instant};
@@ -49,7 +50,8 @@ pub enum Stopped {
 /// What a training leaves behind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trained {
-    /// The network of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss.
+    /// The network of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss; without
+    /// early stopping that of the last.
     pub network: Network,
     /// Why the training ended.
     pub stopped: Stopped,
@@ -67,7 +69,7 @@ impl Network {
     /// Trains a network on one thread.
     ///
     /// He's first weights, rectified hidden units, a linear output, the squared error of the standardised targets,
-    /// Adam under a rate that falls along half a cosine. `on_epoch` is called after every epoch; `progress` counts
+    /// Adam under a rate that falls along half a cosine, or stays. `on_epoch` is called after every epoch; `progress` counts
     /// batches.
     ///
     /// **Source** section 4.2.1; He et al. 2015; Kingma and Ba 2015; Loshchilov and Hutter 2017 without restarts.
@@ -97,7 +99,10 @@ impl Network {
             };
             epochs_done += 1;
             training.check(losses, epochs_done)?;
-            Best::update(&mut best, losses, epochs_done, &training.parameters);
+            match settings.early_stopping {
+                true => Best::update(&mut best, losses, epochs_done, &training.parameters),
+                false => best = Some(Best::new(losses, epochs_done, &training.parameters)),
+            }
             on_epoch(EpochReport {
                 epoch: epochs_done,
                 epochs: settings.epochs,
@@ -159,6 +164,14 @@ struct Best {
 }
 
 impl Best {
+    fn new(losses: Losses, epoch: usize, parameters: &[f32]) -> Self {
+        Self {
+            epoch,
+            losses,
+            parameters: parameters.to_vec(),
+        }
+    }
+
     fn update(best: &mut Option<Self>, losses: Losses, epoch: usize, parameters: &[f32]) {
         let judged = |losses: Losses| losses.held_out.unwrap_or(losses.train);
         match best {
@@ -167,13 +180,7 @@ impl Best {
                 best.parameters.copy_from_slice(parameters);
             }
             Some(_) => {}
-            None => {
-                *best = Some(Self {
-                    epoch,
-                    losses,
-                    parameters: parameters.to_vec(),
-                });
-            }
+            None => *best = Some(Self::new(losses, epoch, parameters)),
         }
     }
 }
@@ -295,6 +302,15 @@ mod tests {
         assert!(trained.best_epoch < 40, "the test must be able to fail");
         let again = train(&learned, Some(&held_out), &settings(40));
         assert_eq!(again, trained);
+        let to_the_end = NetworkSettings {
+            early_stopping: false,
+            ..settings(40)
+        };
+        let last = train(&learned, Some(&held_out), &to_the_end);
+        assert_eq!(
+            (last.best_epoch, last.held_out_loss),
+            (40, losses.last().copied())
+        );
     }
 
     /// The reported loss, computed anew from predictions: mean of (error / standard deviation)².

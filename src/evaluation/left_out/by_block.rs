@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::LeftOut;
-use crate::evaluation::cross_validation::is_within_one_standard_error;
+use crate::calibration::is_within_one_standard_error;
 
 /// Strengths that are tried, stronger ones first; before them stands "not at all".
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
@@ -46,7 +46,7 @@ impl LeftOut<'_> {
         tried.add(vec![none.clone()]);
         let mut standing = vec![Some(none); q];
         while standing.iter().any(Option::is_some) {
-            let asked = standing.iter().flatten().flat_map(|own| further(own));
+            let asked = standing.iter().flatten().flat_map(further);
             tried.add(asked.collect());
             for (target, own) in standing.iter_mut().enumerate() {
                 let Some(levels) = own else { continue };

@@ -109,7 +109,8 @@ fn alone(measured: &Measured<'_>, loaded: usize) -> Alone {
             found.reached = found.reached.max(load);
         }
     }
-    if !(full_scale > 0.0) || found.count < FEWEST_SAMPLES {
+    let is_scaled = full_scale > 0.0;
+    if !is_scaled || found.count < FEWEST_SAMPLES {
         return found;
     }
     for output in 0..OUTPUTS {

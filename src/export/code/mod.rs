@@ -241,6 +241,13 @@ fn rate_hz(calibration: &Calibration) -> u64 {
     }
 }
 
+/// The bytes that the calibration takes on a robot in single precision, its numbers and its state, at the rate of its recordings.
+pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
+    let program = Program::new(calibration);
+    let state = state_bytes(&program, rate_hz(calibration), 4);
+    4 * calibration.n_coefficients() + state
+}
+
 /// How large a state is in C with numbers of `real` bytes: what the template declares, at this rate.
 fn state_bytes(program: &Program, rate_hz: u64, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
