@@ -39,9 +39,7 @@ use traces::FixedTraces;
 pub use best::{Best, Cost, Search, Tried, best_table, find_best};
 pub use cautions::{Caution, cautions};
 pub use comparison::compare;
-pub(crate) use comparison::{
-    Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
-};
+pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub(crate) use factory::read_factory;

@@ -7,7 +7,9 @@ mod program;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use loopscope::analysis::loops::{Look, LookRequest, LoopQuestion, Question, Span, Up, Viewer};
+use loopscope::analysis::loops::{
+    Look, LookRequest, LoopQuestion, Question, Span, TableOf, TableQuestion, Up, Viewer,
+};
 use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::FitSettings;
 use loopscope::evaluation::loops::Frame;
@@ -15,7 +17,7 @@ use loopscope::evaluation::metrology::MetrologySettings;
 use loopscope::import::map::ColumnMap;
 use loopscope::import::read;
 use loopscope::progress::Progress;
-use loopscope::recording::{Axis, Entry, RecordingSet, Role};
+use loopscope::recording::{Entry, RecordingSet, Role};
 use program::{fit, numbers};
 use serde_json::Value;
 
@@ -111,98 +113,252 @@ fn look_back_does_little_for_a_metal_sensor() {
     assert_test_rmse(&report, "compensated", &compensated);
 }
 
-/// How far each of these places (pixels) is from the nearest of the steps, at most.
-fn farthest(places: &[[f64; 2]], steps: &[[[f64; 2]; 2]]) -> f64 {
-    let distance = |place: &[f64; 2]| {
-        let from = |[a, b]: &[[f64; 2]; 2]| {
-            let (way, off) = (
-                [b[0] - a[0], b[1] - a[1]],
-                [place[0] - a[0], place[1] - a[1]],
-            );
+/// The recordings of files, read by one of the maps beside this test.
+fn recordings_by(map: &str, folder: &Path, files: &[&str]) -> RecordingSet {
+    let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
+    let map = ColumnMap::read(&maps.join(map)).unwrap();
+    let mut set = RecordingSet::default();
+    for file in files {
+        let loaded = read(&folder.join(file), Some(&map), &[], &Progress::default()).unwrap();
+        for recording in loaded.recordings {
+            set.push(Entry::new(recording, Role::Train)).unwrap();
+        }
+    }
+    set
+}
+
+/// All real recordings at hand, by sensor.
+fn all_real() -> Vec<(&'static str, RecordingSet)> {
+    let mut all = Vec::new();
+    if let Some(folder) = recordings_of("stretch") {
+        for file in ["multisine_600s_1.csv", "rand_sawtooth.csv"] {
+            let set = recordings_by("two_clocks_in_one_file.json", &folder, &[file]);
+            all.push((file, set));
+        }
+    }
+    if let Some(folder) = recordings_of("eflesh") {
+        let files = ["014340", "015037", "015717"].map(|run| format!("20250401_{run}/sensor.csv"));
+        let files: Vec<&str> = files.iter().map(String::as_str).collect();
+        let set = recordings_by("reference_in_its_own_file.json", &folder, &files);
+        all.push(("eflesh", set));
+    }
+    if let Some(folder) = recordings_of("ft6") {
+        for (name, n) in [("directional", 4), ("eps", 3)] {
+            let files: Vec<String> = (1..=n).map(|k| format!("{name}_{k}.txt")).collect();
+            let files: Vec<&str> = files.iter().map(String::as_str).collect();
+            all.push((name, recordings_by("headerless.json", &folder, &files)));
+        }
+    }
+    all
+}
+
+type Step = [[f64; 2]; 2];
+
+/// Steps by the squares of pixels that they come near.
+struct Near(std::collections::HashMap<[i64; 2], Vec<Step>>);
+
+impl Near {
+    fn of(steps: impl Iterator<Item = Step>) -> Self {
+        let mut near = Self(std::collections::HashMap::new());
+        for step @ [a, b] in steps {
+            let n = (a[0] - b[0]).hypot(a[1] - b[1]).ceil().max(1.0);
+            let mut last = None;
+            for k in 0..=n as usize {
+                let share = k as f64 / n;
+                let square = [0, 1].map(|i| ((a[i] + share * (b[i] - a[i])) / 4.0).floor() as i64);
+                if last.replace(square) != Some(square) {
+                    near.0.entry(square).or_default().push(step);
+                }
+            }
+        }
+        near
+    }
+
+    /// How far the place is from the nearest step, if that is nearer than a square.
+    fn distance(&self, place: [f64; 2]) -> f64 {
+        let square = place.map(|at| (at / 4.0).floor() as i64);
+        let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [square[0] + x, square[1] + y]));
+        let steps = around.filter_map(|square| self.0.get(&square)).flatten();
+        let from = |[a, b]: &Step| {
+            let way = [b[0] - a[0], b[1] - a[1]];
+            let off = [place[0] - a[0], place[1] - a[1]];
             let square = (way[0] * way[0] + way[1] * way[1]).max(f64::MIN_POSITIVE);
             let share = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);
             (off[0] - share * way[0]).hypot(off[1] - share * way[1])
         };
-        steps.iter().map(from).fold(f64::INFINITY, f64::min)
-    };
-    places.iter().map(distance).fold(0.0, f64::max)
+        steps.map(from).fold(f64::INFINITY, f64::min)
+    }
 }
 
-/// Of 5,000 noisy samples, on the whole picture and on a tenth of it across and up.
+/// Loops of every axis of every real recording, on the whole picture and on a tenth of it across and up.
 #[test]
-fn loops_of_a_stretch_sensor_are_drawn_to_the_pixel() {
-    let Some(folder) = recordings_of("stretch") else {
-        return;
-    };
-    let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
-    let map = ColumnMap::read(&maps.join("two_clocks_in_one_file.json")).unwrap();
-    let path = folder.join("multisine_600s_1.csv");
-    let mut loaded = read(&path, Some(&map), &[], &Progress::default()).unwrap();
-    let recording = loaded.recordings.remove(0);
-    let mut set = RecordingSet::default();
-    set.push(Entry::new(recording, Role::Train)).unwrap();
-    let recordings = Arc::new(set);
-    let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
-    let analysis = analyse(&request, &Progress::default()).unwrap();
-    let recording = &recordings.entries()[0].recording;
-    let outputs = analysis.calibration.apply(recording).unwrap().conventional;
-    let errors = outputs.iter().zip(recording.loads());
-    let measured: Vec<[f64; 2]> = errors.map(|(own, load)| [*load, own - load]).collect();
+fn loops_of_real_recordings_are_drawn_to_the_pixel() {
+    let pixels = [300.0, 220.0];
+    for (name, set) in all_real() {
+        let recordings = Arc::new(set);
+        let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
+        let analysis = analyse(&request, &Progress::default()).unwrap();
+        let axes = analysis.calibration.axes.clone();
+        let mut viewer = Viewer::default();
+        let outputs: Vec<Vec<f64>> = (recordings.entries().iter())
+            .map(|entry| {
+                analysis
+                    .calibration
+                    .apply(&entry.recording)
+                    .unwrap()
+                    .conventional
+            })
+            .collect();
+        for (at, axis) in axes.iter().enumerate() {
+            let measured: Vec<Vec<[f64; 2]>> = (recordings.entries().iter().zip(&outputs))
+                .map(|(entry, outputs)| {
+                    let column = |values: &[f64]| -> Vec<f64> {
+                        values
+                            .iter()
+                            .skip(at)
+                            .step_by(axes.len())
+                            .copied()
+                            .collect()
+                    };
+                    let (loads, outputs) = (column(entry.recording.loads()), column(outputs));
+                    loads
+                        .iter()
+                        .zip(outputs)
+                        .map(|(load, own)| [*load, own - load])
+                        .collect()
+                })
+                .collect();
+            let mut question = LoopQuestion {
+                axis: *axis,
+                up: Up::Error,
+                span: Span::All,
+                frame: None,
+                pixels,
+            };
+            for _ in 0..2 {
+                let request = LookRequest {
+                    calibration: Arc::clone(&analysis.calibration),
+                    recordings: Arc::clone(&recordings),
+                    decimation: 1,
+                    traces: Arc::clone(&analysis.traces),
+                    visible: None,
+                    measuring: MetrologySettings::default(),
+                    question: Question::Loops(question.clone()),
+                };
+                let Ok(Look::Loops(picture)) = viewer.look(&request, &Progress::default()) else {
+                    panic!("no loops of {name}")
+                };
+                let frame = question.frame.unwrap_or(picture.whole);
+                let ranges = [frame.loads, frame.outputs];
+                let place = |point: &[f64; 2]| {
+                    [0, 1]
+                        .map(|i| pixels[i] * (point[i] - ranges[i].0) / (ranges[i].1 - ranges[i].0))
+                };
+                let inside = |at: &[f64; 2]| (0..2).all(|i| (0.0..=pixels[i]).contains(&at[i]));
+                let steps = |points: &[[f64; 2]]| -> Vec<Step> {
+                    points
+                        .windows(2)
+                        .map(|pair| [place(&pair[0]), place(&pair[1])])
+                        .collect()
+                };
+                let own = &picture.curves[0].drawn;
+                let mut drawn: Vec<Step> = own
+                    .strokes
+                    .iter()
+                    .flat_map(|one| steps(&one.points))
+                    .collect();
+                for cloud in &own.clouds {
+                    // A cell is half a pixel: its two diagonals.
+                    drawn.extend(cloud.density.touched().flat_map(|(middle, _)| {
+                        let [x, y] = place(&middle);
+                        [0.25, -0.25].map(|up| [[x - 0.25, y - up], [x + 0.25, y + up]])
+                    }));
+                }
+                let whole: Vec<Step> = measured.iter().flat_map(|own| steps(own)).collect();
+                let (near_drawn, near_measured) = (
+                    Near::of(drawn.iter().copied()),
+                    Near::of(whole.iter().copied()),
+                );
+                let ends = |steps: &[Step]| -> Vec<[f64; 2]> {
+                    steps
+                        .iter()
+                        .flatten()
+                        .filter(|at| inside(at))
+                        .copied()
+                        .collect()
+                };
+                let (samples, points) = (ends(&whole), ends(&drawn));
+                for (what, places, near) in [
+                    ("measured", samples, &near_drawn),
+                    ("drawn", points, &near_measured),
+                ] {
+                    let far = places
+                        .iter()
+                        .map(|at| near.distance(*at))
+                        .fold(0.0, f64::max);
+                    assert!(far <= 1.0, "{name} {axis:?}: {what} {far} pixels beside");
+                }
+                let middle =
+                    |(low, high): (f64, f64)| (0.55 * low + 0.45 * high, 0.45 * low + 0.55 * high);
+                question.frame = Some(Frame {
+                    loads: middle(frame.loads),
+                    outputs: middle(frame.outputs),
+                });
+            }
+        }
+    }
+}
 
-    let pixels = [700.0, 500.0];
-    let mut question = LoopQuestion {
-        axis: Axis::Fz,
-        up: Up::Error,
-        span: Span::All,
-        frame: None,
-        pixels,
-    };
-    for _ in 0..2 {
+/// What the default dead band makes of each real recording; half and twice of it change little.
+#[test]
+fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
+    for (name, set) in all_real() {
+        let recordings = Arc::new(set);
+        let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
+        let analysis = analyse(&request, &Progress::default()).unwrap();
         let request = LookRequest {
             calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&recordings),
+            recordings,
             decimation: 1,
             traces: Arc::clone(&analysis.traces),
             visible: None,
             measuring: MetrologySettings::default(),
-            question: Question::Loops(question.clone()),
+            question: Question::Table(TableQuestion { of: TableOf::All }),
         };
-        let look = Viewer::default().look(&request, &Progress::default());
-        let Ok(Look::Loops(picture)) = look else {
-            panic!("no loops: {look:?}")
+        let Ok(Look::Table(table, _)) = Viewer::default().look(&request, &Progress::default())
+        else {
+            panic!("no table of {name}")
         };
-        let frame = question.frame.unwrap_or(picture.whole);
-        let ranges = [frame.loads, frame.outputs];
-        let place = |point: &[f64; 2]| {
-            [0, 1].map(|i| pixels[i] * (point[i] - ranges[i].0) / (ranges[i].1 - ranges[i].0))
-        };
-        let steps = |points: &[[f64; 2]]| -> Vec<[[f64; 2]; 2]> {
-            let pairs = points.windows(2);
-            pairs
-                .map(|pair| [place(&pair[0]), place(&pair[1])])
-                .collect()
-        };
-        let on_screen = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
-            let inside = |at: &[f64; 2]| (0..2).all(|i| (0.0..=pixels[i]).contains(&at[i]));
-            points.into_iter().filter(inside).collect()
-        };
-        let strokes = &picture.curves[0].strokes;
-        let drawn: Vec<_> = strokes
-            .iter()
-            .flat_map(|stroke| steps(&stroke.points))
-            .collect();
-        let samples = on_screen(measured.iter().map(place).collect());
-        assert!(samples.len() > 50, "{}", samples.len());
-        assert!(farthest(&samples, &drawn) <= 1.0);
-        let points = strokes
-            .iter()
-            .flat_map(|stroke| stroke.points.iter().map(place));
-        assert!(farthest(&on_screen(points.collect()), &steps(&measured)) <= 1.0);
-
-        let middle = |(low, high): (f64, f64)| (0.55 * low + 0.45 * high, 0.45 * low + 0.55 * high);
-        question.frame = Some(Frame {
-            loads: middle(frame.loads),
-            outputs: middle(frame.outputs),
-        });
+        for row in &table.rows {
+            for cell in &row.cells {
+                for figure in [&cell.conventional, &cell.compensated] {
+                    let Some((value, basis)) =
+                        figure.as_ref().ok().and_then(|own| Some((own, own.basis?)))
+                    else {
+                        continue;
+                    };
+                    println!(
+                        "{name} {:?} {}: {:.3} % FS, {} cycles over {:.2}, {:?} {:?}",
+                        cell.axis,
+                        row.definition.id,
+                        value.percent_fs.unwrap_or(f64::NAN),
+                        basis.n_cycles,
+                        basis.range_share,
+                        basis.dead_band_halved.map(|other| other / value.value),
+                        basis.dead_band_doubled.map(|other| other / value.value),
+                    );
+                    // The ends of the largest cycle can be taken from another one, which a mean does not notice.
+                    if row.definition.id == "hysteresis_mean_width" {
+                        for other in [basis.dead_band_halved, basis.dead_band_doubled]
+                            .into_iter()
+                            .flatten()
+                        {
+                            let off = (other / value.value - 1.0).abs();
+                            assert!(off < 0.15, "{name} {:?}: {off}", cell.axis);
+                        }
+                    }
+                }
+            }
+        }
     }
 }

@@ -799,7 +799,7 @@ mod tests {
             set.push(Entry::new(recording, Role::Train)).unwrap();
         }
         let (folds, what) = folds(&set).unwrap();
-        assert_eq!(what, "3 groups by path, each left out in turn");
+        assert_eq!(what, "nested: 3 groups by path, each left out in turn");
         for (fold, path) in folds.iter().zip(["path 1", "path 2", "path 3"]) {
             for entry in fold.entries() {
                 let is_own = entry.group.as_deref() == Some(path);

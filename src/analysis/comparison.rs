@@ -133,10 +133,14 @@ pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
 }
 
 /// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
-/// memoryless polynomial, all amounts of data.
+/// memoryless polynomial, all amounts of data that the recordings have.
 ///
 /// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
-pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec<Candidate> {
+pub fn paper_candidates(
+    recordings: &RecordingSet,
+    settings: &FitSettings,
+    regressors: &[Regressor],
+) -> Vec<Candidate> {
     let history = match settings.features.has_history() {
         true => settings.features.clone(),
         false => FeatureSettings {
@@ -166,6 +170,9 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
             }
         }
     }
+    if few_trajectories(recordings).is_none() {
+        candidates.retain(|candidate| !candidate.few_trajectories);
+    }
     candidates.sort_by_key(|candidate| {
         let learner = candidate.regressor.learner();
         (
@@ -179,7 +186,7 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
 
 /// The recordings with the first group (programme, path) alone to train on; `None` where nothing is grouped, or there is but one
 /// group.
-pub(crate) fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
+fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();
     let training = training.filter(|(_, (entry, _))| entry.role == Role::Train);
@@ -348,7 +355,7 @@ mod tests {
     #[test]
     fn every_row_of_the_whole_comparison_is_fitted() {
         let (set, settings) = quick();
-        let candidates = paper_candidates(&settings, &Regressor::ALL);
+        let candidates = paper_candidates(&set, &settings, &Regressor::ALL);
         assert_eq!(candidates.len(), 33);
         let rows = Mutex::new(vec![None; candidates.len()]);
         let progress = Progress::default();
@@ -389,18 +396,17 @@ mod tests {
             (15, 15)
         );
         assert!(of_role(Role::Train).all(|entry| entry.recording.name().contains("path1_")));
-        assert_eq!(few_trajectories(&few), None);
         let mut single = RecordingSet::default();
         for entry in built_in.entries().iter().step_by(15) {
             single.push(entry.clone()).unwrap();
         }
-        assert_eq!(few_trajectories(&single), None);
+        assert!(few_trajectories(&single).is_none());
     }
 
     #[test]
     fn a_cancelled_comparison_begins_no_further_row() {
         let (set, settings) = quick();
-        let candidates = paper_candidates(&settings, &[Regressor::Linear]);
+        let candidates = paper_candidates(&set, &settings, &[Regressor::Linear]);
         let progress = Progress::default();
         progress.cancel();
         compare(&set, &settings, &candidates, &progress, &|_, event| {

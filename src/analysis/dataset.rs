@@ -200,6 +200,13 @@ impl Dataset {
                 entered.unwrap_or(*measured)
             })
             .collect();
+        let is_entered = |axis| settings.full_scale.get(axis).is_some_and(Option::is_some);
+        let rated: Vec<bool> = (0..layout.axes.len()).map(is_entered).collect();
+        let rated = if rated.contains(&true) {
+            rated
+        } else {
+            Vec::new()
+        };
         let mut features = settings.features.clone();
         features.distance = features.distance.effective(&layout.axes);
         let conventional = self.conventional.as_ref().expect("fitting has prepared it");
@@ -216,6 +223,7 @@ impl Dataset {
                 .map(|axis| axis.unit().to_owned())
                 .collect(),
             full_scale,
+            rated,
             offset: settings.offset,
             decimation: settings.decimation,
             features,

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use crate::analysis::loops::{
     Look, LookError, LookRequest, LoopCurve, LoopPlot, LoopQuestion, Output, Question, Span,
-    TableOf, TableQuestion, Up, Viewer,
+    TableOf, TableQuestion, Up, Viewer, clouds,
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
@@ -26,8 +26,10 @@ use crate::report::figure::{self, Figure, Line, Scale, color};
 
 /// F_th and t_th that the curves are computed at, beside those of the fit.
 const CURVE_POINTS: (usize, usize) = (29, 9);
-/// A trace is drawn with about so many pairs of least and greatest value.
-const TRACE_BUCKETS: usize = 900;
+/// A trace is drawn in so many columns, more than the page is wide in its own units.
+const TRACE_COLUMNS: f64 = 1200.0;
+/// Loops are drawn to this width and height, more than their plots have on the page in its own units.
+const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
 /// What a picture leaves free above and below.
 const MARGIN: f64 = 0.05;
 
@@ -309,7 +311,7 @@ impl<'a> Looker<'a> {
             up: Up::Error,
             span: Span::Of(self.of),
             frame: None,
-            pixels: figure::STANDS_ALONE.into(),
+            pixels: LOOP_PIXELS,
         });
         let look = self.look(question)?;
         Ok(look.and_then(|look| match look {
@@ -361,7 +363,11 @@ fn loop_figure(picture: &LoopPlot) -> Figure<'static> {
         curves.filter_map(|curve| Some((curve.output?, curve)))
     };
     let branches = curves().map(|(output, curve)| {
-        let pieces = curve.strokes.iter().map(|stroke| stroke.points.clone());
+        let pieces = curve
+            .drawn
+            .strokes
+            .iter()
+            .map(|stroke| stroke.points.clone());
         Line {
             opacity: 0.25,
             width: 0.8,
@@ -399,6 +405,11 @@ fn loop_figure(picture: &LoopPlot) -> Figure<'static> {
         title: format!("{}{of}", axis.symbol()),
         across: Scale::new(label("Calc."), picture.whole.loads),
         up: Scale::new(label("error"), picture.whole.outputs),
+        clouds: curves()
+            .flat_map(|(output, curve)| {
+                clouds(&curve.drawn, line(output, "", Vec::new()).color, [0; 3])
+            })
+            .collect(),
         lines: branches.chain(loops).collect(),
         ..Figure::default()
     }
@@ -437,12 +448,19 @@ fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>>
     })
 }
 
-/// A trace as few points as the page can show.
+/// A trace in columns of a unit of the page.
 fn points(traces: &TraceSet, series: &Series) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
-    let last = traces.times.len() - 1;
-    series.reduce(0..series.len(), TRACE_BUCKETS, |at, value| {
-        points.push([traces.times[(at as usize).min(last)], value]);
-    });
+    let (first, last) = (traces.times.first(), traces.times.last());
+    let secs = first.zip(last).map_or(0.0, |(first, last)| last - first);
+    let column_secs = secs / TRACE_COLUMNS;
+    series.draw(
+        &traces.times,
+        0..series.len(),
+        column_secs,
+        |time, value| {
+            points.push([time, value]);
+        },
+    );
     points
 }

@@ -186,6 +186,9 @@ pub struct Calibration<M = LinearMap> {
     pub units: Vec<String>,
     /// The full scale of each axis, in its unit.
     pub full_scale: Vec<f64>,
+    /// Whether that of each axis is the rated load, which somebody entered; empty where nobody did.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rated: Vec<bool>,
     /// Whether the model has an offset term.
     pub offset: bool,
     /// Every how many-th sample was fitted.

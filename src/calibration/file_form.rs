@@ -102,6 +102,7 @@ impl<M> Calibration<M> {
             axes: self.axes,
             units: self.units,
             full_scale: self.full_scale,
+            rated: self.rated,
             offset: self.offset,
             decimation: self.decimation,
             features: self.features,

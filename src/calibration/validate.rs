@@ -90,6 +90,9 @@ impl Calibration {
         let (n_axes, n_gauges) = (self.axes.len(), self.gauges.len());
         length("units", n_axes, self.units.len())?;
         length("full_scale", n_axes, self.full_scale.len())?;
+        if !self.rated.is_empty() {
+            length("rated", n_axes, self.rated.len())?;
+        }
         for (axis, unit) in self.axes.iter().zip(&self.units) {
             if unit != axis.unit() {
                 return Err(CalibrationError::Unit {

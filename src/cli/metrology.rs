@@ -29,7 +29,7 @@ pub struct MetrologyArgs {
     #[command(flatten)]
     read: ReadArgs,
     /// Recordings to measure, with their reference load; without any, the built-in simulated sensor is fitted to its
-    /// training recordings and measured on its test recordings.
+    /// training recordings and measured on its test and bench recordings.
     #[arg(value_name = "FILE", value_parser = named_file())]
     files: Vec<PathBuf>,
     /// The calibration (JSON) to measure; without it, one is fitted to the same files.
@@ -157,7 +157,7 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
 /// Fits with the settings that `fit` has by default.
 fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
     let (set, on) = if args.files.is_empty() {
-        let set = simulated::recordings(simulated::DEFAULT_SEED);
+        let set = simulated::demonstration(simulated::DEFAULT_SEED);
         (set, "its training recordings, measured on the others")
     } else {
         (

@@ -11,6 +11,7 @@ use super::{JobError, named_file, print_path};
 use crate::analysis::{Request, read_factory, report};
 use crate::export::{check_targets, write_report};
 use crate::progress::Progress;
+use crate::recording::simulated;
 
 /// Arguments of `report`.
 #[derive(Debug, Args)]
@@ -40,9 +41,14 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let inputs = args.recordings.inputs().chain(&args.factory);
     check_targets(inputs, outputs, args.force)?;
     let mut heard = Vec::new();
-    let recordings = args
+    let mut recordings = args
         .recordings
         .read_hearing(&mut |warning| heard.push(warning.to_string()))?;
+    if recordings.is_simulated() {
+        for entry in simulated::bench(simulated::DEFAULT_SEED) {
+            recordings.push(entry)?;
+        }
+    }
     let settings = args.model.settings(&recordings);
     let factory = match &args.factory {
         Some(path) => {

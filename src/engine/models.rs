@@ -207,7 +207,7 @@ impl Models {
             decimation: candidate.decimation,
             ..settings.clone()
         };
-        let mut candidates = paper_candidates(&project.settings, &LEARNERS);
+        let mut candidates = paper_candidates(&project.recordings, &project.settings, &LEARNERS);
         let holds = |row: &Row, candidate: &Candidate| {
             matches!(row.origin, Origin::Paper(..))
                 && row.model().is_some()

@@ -244,6 +244,7 @@ impl Project {
                         loaded: loaded.clone(),
                     });
                 }
+                self.take_rated_loads(&applied.calibration);
                 self.applied = Some(applied);
             }
             Edit::Apply(None) => self.applied = None,
@@ -455,6 +456,9 @@ impl Project {
         }
         self.recordings = Arc::new(set);
         self.split = None;
+        if let Some(applied) = self.applied.clone() {
+            self.take_rated_loads(&applied.calibration);
+        }
         self.name_factory_gauges()
     }
 
@@ -513,6 +517,21 @@ impl Project {
         self.recordings = Arc::new(cut);
         self.show_first_test();
         Ok(())
+    }
+
+    /// Takes the rated loads that a calibration was saved with where none are entered, so that they are asked for once.
+    fn take_rated_loads(&mut self, calibration: &Calibration) {
+        let axes = self.recordings.layout().axes.clone();
+        let own = &mut self.settings.full_scale;
+        own.resize(axes.len(), None);
+        for (own, axis) in own.iter_mut().zip(&axes) {
+            let at = calibration.axes.iter().position(|other| other == axis);
+            let rated = at.filter(|at| calibration.rated.get(*at) == Some(&true));
+            *own = own.or_else(|| rated.map(|at| calibration.full_scale[at]));
+        }
+        if own.iter().all(Option::is_none) {
+            own.clear();
+        }
     }
 
     /// Gives the factory's matrix the loaded gauges' names where it knows them by their order only; one for other gauges goes.
@@ -778,6 +797,30 @@ mod tests {
         fitted(&project);
         assert!(project.settings.full_scale.is_empty());
         assert!(project.measuring.dead_bands.is_empty());
+    }
+
+    #[test]
+    fn a_rated_load_is_saved_with_the_sensor_and_asked_for_once() {
+        let mut project = with_files();
+        project.settings.full_scale = vec![None, Some(12.0), None];
+        let calibration = Calibration::clone(&fitted(&project));
+        assert_eq!(calibration.rated, [false, true, false]);
+        let saved = serde_json::to_vec(&calibration.in_file()).unwrap();
+        let read = Calibration::from_json(&saved).unwrap();
+        let mut other = with_files();
+        other.edit(Edit::Apply(Some(applied(read)))).unwrap();
+        other.edit(Edit::Apply(None)).unwrap();
+        assert_eq!(fitted(&other).full_scale, calibration.full_scale);
+        assert_eq!(other.settings.full_scale, [None, Some(12.0), None]);
+        // What is entered stays.
+        other.settings.full_scale = vec![None, Some(7.0), None];
+        other.edit(Edit::Apply(Some(applied(calibration)))).unwrap();
+        assert_eq!(other.settings.full_scale, [None, Some(7.0), None]);
+        // Without a rated load there is nothing to take.
+        let mut plain = with_files();
+        let calibration = Calibration::clone(&fitted(&plain));
+        plain.edit(Edit::Apply(Some(applied(calibration)))).unwrap();
+        assert!(plain.settings.full_scale.is_empty());
     }
 
     #[test]

@@ -115,7 +115,7 @@ impl Query for Task {
                 Done::Tared(Arc::clone(recordings), tared(recordings, which, *tare))
             }
             Self::Simulate(replaced) => {
-                let made = simulated::recordings(simulated::DEFAULT_SEED);
+                let made = simulated::demonstration(simulated::DEFAULT_SEED);
                 progress.check()?;
                 Done::Simulated(Arc::clone(replaced), made)
             }

@@ -10,6 +10,8 @@ pub(crate) mod metrics;
 pub mod metrology;
 pub mod numbers;
 pub mod part_squares;
+#[cfg(test)]
+pub(crate) mod pixels;
 pub(crate) mod quantile;
 pub(crate) mod series;
 pub mod threshold_study;

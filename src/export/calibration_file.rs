@@ -101,6 +101,7 @@ mod tests {
             axes: vec![Axis::Fz, Axis::Mx],
             units: vec!["N".to_owned(), "N·m".to_owned()],
             full_scale: vec![12.0, 0.25],
+            rated: vec![true, false],
             offset,
             decimation: 1,
             gauge_scale: GaugeScale::identity(2),

@@ -49,8 +49,14 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
     let units: Vec<String> = axes()
         .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
         .collect();
-    let full_scale: Vec<String> = (axes().zip(&calibration.full_scale))
-        .map(|((axis, unit), full)| format!("{} {} {unit}", axis.symbol(), significant(*full, 5)))
+    let full_scale: Vec<String> = (axes().zip(&calibration.full_scale).enumerate())
+        .map(|(at, ((axis, unit), full))| {
+            let rated = match calibration.rated.get(at) {
+                Some(true) => " (rated)",
+                _ => "",
+            };
+            format!("{} {} {unit}{rated}", axis.symbol(), significant(*full, 5))
+        })
         .collect();
     let named = calibration.trained_on.len().min(NAMED_RECORDINGS);
     let mut recordings = calibration.trained_on[..named].join(", ");

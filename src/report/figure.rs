@@ -1,9 +1,12 @@
 //! A figure as plain data: two scales, and the lines or the cells that stand on them.
 
+mod cloud;
 pub mod color;
 mod svg;
 
 use std::borrow::Cow;
+
+pub use cloud::{Cloud, CloudPicture};
 
 /// Width and height of a figure that stands alone, in its own units.
 pub const STANDS_ALONE: (f64, f64) = (800.0, 600.0);
@@ -23,6 +26,8 @@ pub struct Figure<'a> {
     pub up: Scale,
     /// Colours under the lines.
     pub heat_map: Option<HeatMap>,
+    /// Densities under the lines.
+    pub clouds: Vec<Cloud>,
     /// In the order of drawing.
     pub lines: Vec<Line<'a>>,
     /// A interval of the scale across that is shaded.

@@ -1,7 +1,7 @@
 //! The figures of a certificate as tables.
 
 use super::loops::{MOVES, moves};
-use super::table::{Cell, Column, Table};
+use super::table::{self, Cell, Column, Table};
 use super::trace::{Shown, Trace};
 use crate::evaluation::metrology::{self, Basis, Figure, Metrology, Quantity, Reason, Row, Value};
 use crate::evaluation::numbers::significant;
@@ -113,9 +113,9 @@ fn figure_cells(cell: &metrology::Cell, figure: &Figure, shown: Shown) -> Vec<Ce
     shown
         .both(in_units, in_percent)
         .into_iter()
-        .map(|cell| match cell.reason() {
-            None => cell.about(&about),
-            Some(_) => cell,
+        .map(|cell| match cell.value {
+            table::Value::Number(_) => cell.about(&about),
+            _ => cell,
         })
         .collect()
 }

@@ -195,6 +195,8 @@ impl LoopsPane {
             Mode::Dwells => Question::Dwells(DwellQuestion {
                 axis: self.axis,
                 rest: self.rest,
+                frame,
+                pixels: self.pixels,
             }),
         }
     }

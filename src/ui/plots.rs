@@ -1,14 +1,19 @@
 //! What all plots share: marks at round numbers, zoom by wheel and drag, and lines in many pieces.
 
-use egui::{AsIdSalt, Color32, EventFilter, Key, Modifiers, Shape, Stroke};
+use std::sync::Arc;
+
+use egui::{
+    AsIdSalt, Color32, ColorImage, EventFilter, Key, Modifiers, Shape, Stroke, TextureFilter,
+    TextureHandle, TextureOptions,
+};
 use egui_plot::{
     AxisHints, CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry,
-    PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
+    PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
 };
 
 use crate::evaluation::loops::Frame;
 use crate::evaluation::numbers::{three_ticks, tick_text};
-use crate::report::figure::{Figure, Line};
+use crate::report::figure::{Cloud, CloudPicture, Figure, Line};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
@@ -96,6 +101,7 @@ pub fn plot(
     out: &mut Vec<Command>,
 ) -> Drawn {
     let (across, up) = (drawing.across.range, drawing.up.range);
+    let clouds = clouds(ui, id, &drawing.clouds);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
     let scaled = scales(
         Plot::new(id),
@@ -122,6 +128,13 @@ pub fn plot(
         .set_margin_fraction(egui::Vec2::ZERO)
         .show(ui, |plot| {
             plot.set_plot_bounds(bounds);
+            for (frame, texture) in &clouds.textures {
+                let middle = |(low, high): (f64, f64)| 0.5 * (low + high);
+                let size = |(low, high): (f64, f64)| (high - low) as f32;
+                let centre = PlotPoint::new(middle(frame.loads), middle(frame.outputs));
+                let size = [size(frame.loads), size(frame.outputs)];
+                plot.image(PlotImage::new("", texture, centre, size).allow_hover(false));
+            }
             for line in &drawing.lines {
                 plot.add(Pieces::of(line));
             }
@@ -161,6 +174,48 @@ impl Drawn {
     pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
         ui.painter_at(self.response.rect)
     }
+}
+
+/// Densities as textures, kept from frame to frame.
+#[derive(Clone, Default)]
+struct Clouds {
+    of: Vec<Cloud>,
+    textures: Vec<(Frame, TextureHandle)>,
+}
+
+/// The textures of these densities: made anew where these are others than in the frame before.
+fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
+    let key = ui.scope_id().with(("clouds", id));
+    let kept: Clouds = ui.data(|data| data.get_temp(key)).unwrap_or_default();
+    let is_same = |(one, other): (&Cloud, &Cloud)| {
+        Arc::ptr_eq(&one.density, &other.density) && one.color == other.color
+    };
+    if kept.of.len() == clouds.len() && kept.of.iter().zip(clouds).all(is_same) {
+        return kept;
+    }
+    let most = ui.input(|input| input.max_texture_side);
+    let widest = clouds.iter().flat_map(|cloud| cloud.density.cells).max();
+    // A pixel has two cells across and up; a texture has a limit.
+    let cells_per_pixel = widest.unwrap_or(0).div_ceil(most.max(1)).max(2);
+    let textures = CloudPicture::of(clouds, cells_per_pixel)
+        .into_iter()
+        .map(|picture| {
+            let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
+            let sampled = TextureOptions {
+                magnification: TextureFilter::Nearest,
+                ..TextureOptions::LINEAR
+            };
+            (
+                picture.frame,
+                ui.ctx().load_texture("clouds", image, sampled),
+            )
+        });
+    let made = Clouds {
+        textures: textures.collect(),
+        of: clouds.to_vec(),
+    };
+    ui.data_mut(|data| data.insert_temp(key, made.clone()));
+    made
 }
 
 /// A plot's part of the window: its labels stand beside it.

@@ -260,7 +260,7 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
     let calibration = &analysis.calibration;
     ui.collapsing("Full scale", |ui| {
         ui.label(
-            "The rated load of each axis. Where none is entered: half of what lies between the least and the greatest training \
+            "The rated load of each axis, saved with the calibration and the session. Where none is entered: half of what lies between the least and the greatest training \
              reference, or its largest magnitude where it goes one way only.",
         );
         egui::Grid::new("full scale").num_columns(3).show(ui, |ui| {

@@ -14,6 +14,7 @@ mod export;
 mod fit;
 mod inspect;
 mod metrology;
+mod one_session;
 mod outputs;
 mod refusals;
 mod report;

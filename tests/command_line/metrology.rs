@@ -166,10 +166,16 @@ fn the_table_shows_notes_and_definitions() {
 fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() {
     let report = metrology(Path::new("."), &[]);
     assert_eq!(report["simulated"], true);
+    // 15 test recordings, 40,500 samples, and six of the bench with 6,841 each.
     assert_eq!(
         (&report["n_recordings"], &report["n_samples"]),
-        (&15.into(), &40_500.into())
+        (&21.into(), &(40_500 + 6 * 6_841).into())
     );
+    each_figure(&report, |row, figure| {
+        let reason = figure["reason"].as_str().unwrap_or_default();
+        let is_there = figure["reason"].is_null() || reason.contains("is the loaded axis");
+        assert!(is_there, "{}: {reason}", row["id"]);
+    });
     for id in ["hysteresis", "hysteresis_mean_width"] {
         for cell in row(&report, id)["cells"].as_array().unwrap() {
             let of = |output: &str| cell[output]["value"].as_f64().unwrap();

@@ -187,7 +187,15 @@ def figures(recordings, outputs, others, full_scales):
         worst = None
         for r, x in enumerate(recordings):
             large = [Branch(r, x, [], np.arange(a, b + 1), x[b] > x[a]) for a, b in reversals(x, 0.5 * span(largest))]
-            near = lambda a, b: max(abs(a.low - b.low), abs(a.high - b.high)) <= ALIKE * span(largest)
+            for branch, end in ((large[0], False), (large[-1], True)) if large else ():
+                # Where the first begins and the last ends, the load may have gone the other way by up to the dead band.
+                highest = branch.rising == end
+                k = int(np.argmax(branch.x[::-1] if highest else -branch.x[::-1]))
+                k = len(branch.x) - 1 - k
+                branch.own = branch.own[: k + 1] if end else branch.own[k:]
+            near = lambda a, b: max(abs(a.low - b.low), abs(a.high - b.high)) <= ALIKE * span(largest) and (
+                b.span >= FULL * span(largest)
+            )
             start = 0
             while start < len(large):
                 same = [large[start]]

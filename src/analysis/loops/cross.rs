@@ -1,9 +1,9 @@
 //! Any channel over any other.
 
-use super::picture::strokes;
+use super::picture::{Drawn, drawn};
 use super::source::{Part, Source};
 use super::{LookError, Output, Span, column_of, frame_around};
-use crate::evaluation::loops::{Frame, Stroke, range};
+use crate::evaluation::loops::{Frame, range};
 use crate::evaluation::metrology::{check_numbers, joined};
 use crate::progress::Progress;
 use crate::recording::Axis;
@@ -53,7 +53,7 @@ pub struct CrossPlot {
     /// What holds everything.
     pub whole: Frame,
     /// One or more for each recording.
-    pub strokes: Vec<Stroke>,
+    pub drawn: Drawn,
 }
 
 pub(super) fn picture(
@@ -70,7 +70,7 @@ pub(super) fn picture(
     Ok(CrossPlot {
         question: question.clone(),
         n_samples: across.iter().map(Vec::len).sum(),
-        strokes: strokes(&across, &up, &none, canvas, progress)?,
+        drawn: drawn(&across, &up, &none, canvas, progress)?,
         whole,
     })
 }

@@ -10,8 +10,6 @@ use crate::evaluation::metrology::{
 };
 use crate::recording::Axis;
 
-/// About so many pairs of extremes are drawn of one rest.
-const BUCKETS: usize = 500;
 /// So many points a fitted curve has.
 const FIT_POINTS: usize = 200;
 
@@ -23,6 +21,10 @@ pub struct DwellQuestion {
     /// Which rest, in the order of recordings and time; beyond the last one, the last. `None` takes the longest under
     /// load, else the longest.
     pub rest: Option<usize>,
+    /// What is looked at; `None` shows all.
+    pub frame: Option<Frame>,
+    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    pub pixels: [f64; 2],
 }
 
 /// All dwells, and one of them ready to be drawn.
@@ -75,7 +77,7 @@ pub(super) fn picture(
         secs: measuring.hold_secs,
     })?;
     let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
-    let curve = curve(source, &found[chosen], question.axis, column);
+    let curve = curve(source, &found[chosen], question, column);
     Ok(DwellPlot {
         question: question.clone(),
         hold_secs: measuring.hold_secs,
@@ -99,7 +101,13 @@ fn longest(dwells: &[Dwell]) -> usize {
     longest.map_or(0, |(at, _)| at)
 }
 
-fn curve(source: &Source, rest: &Dwell, axis: Axis, column: usize) -> Result<DwellCurve, Reason> {
+fn curve(
+    source: &Source,
+    rest: &Dwell,
+    question: &DwellQuestion,
+    column: usize,
+) -> Result<DwellCurve, Reason> {
+    let axis = question.axis;
     let part = Part {
         recording: rest.place.recording,
         samples: rest.place.samples.clone(),
@@ -124,16 +132,22 @@ fn curve(source: &Source, rest: &Dwell, axis: Axis, column: usize) -> Result<Dwe
     let (first, last) = (rest.place.from_secs, rest.place.to_secs);
     Ok(DwellCurve {
         whole: frame_around((0.0, last - first), ranges.unwrap_or((0.0, 0.0))),
-        outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values)),
+        outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values, question)),
     })
 }
 
-fn output_of(times: &[f64], errors: &[f64]) -> DwellOutput {
-    let since = |k: usize| times[k.min(times.len() - 1)] - times[0];
+fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOutput {
+    let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
+    let all = (0.0, since.last().copied().unwrap_or(0.0));
+    let (from, to) = question.frame.map_or(all, |frame| frame.loads);
+    // What is looked at, and a sample to each side.
+    let start = since.partition_point(|time| *time < from).saturating_sub(1);
+    let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
+    let column_secs = (to - from) / question.pixels[0].max(1.0);
     let mut points = Vec::new();
     let series = Series::new(errors.into());
-    series.reduce(0..errors.len(), BUCKETS, |at, value| {
-        points.push([since(at as usize), value]);
+    series.draw(&since, start..end.max(start), column_secs, |time, value| {
+        points.push([time, value])
     });
     let drift = Drift::of(times, errors);
     let fit = drift.iter().flat_map(|drift| {

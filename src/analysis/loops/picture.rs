@@ -1,13 +1,14 @@
 //! Loops of one axis: its load across, an output of the sensor up, and what they measure.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::source::{Part, Source};
 use super::{LookError, MAX_POINTS, Output, Span, column_of, frame_around};
 use crate::evaluation::loops::{
-    Branch, Cycle, Frame, Loop, Loops, Stroke, common_loads, outline, range,
+    Branch, Cycle, Density, Frame, Loop, Loops, Outline, Stroke, common_loads, outline, range,
 };
 use crate::evaluation::metrology::{Basis, MetrologySettings, Reason, check_numbers, joined};
 use crate::progress::{Cancelled, Progress};
@@ -73,7 +74,7 @@ pub struct LoopCurve {
     /// Which; `None` for a gauge.
     pub output: Option<Output>,
     /// The branches.
-    pub strokes: Vec<Stroke>,
+    pub drawn: Drawn,
     /// The mean loop of the full cycles, or why there is none.
     pub mean: Result<LoopFigures, Reason>,
     /// The loop of the largest cycle, or why there is none.
@@ -176,7 +177,7 @@ pub(super) fn picture(
         ((high - low) / (load_range.1 - load_range.0)).clamp(0.0, 1.0)
     };
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
-    let drawn = (curves.par_iter()).map(|(output, outputs)| {
+    let curves = (curves.par_iter()).map(|(output, outputs)| {
         let figures = |of: fn(&Cycles) -> &Result<Vec<Cycle>, Reason>| {
             let own = of(&cycles).as_ref().map_err(Clone::clone)?;
             let mean = |cycles: &Vec<Cycle>| {
@@ -190,12 +191,12 @@ pub(super) fn picture(
         };
         Ok(LoopCurve {
             output: *output,
-            strokes: strokes(&loads, outputs, cycles.loops.branches(), canvas, progress)?,
+            drawn: drawn(&loads, outputs, cycles.loops.branches(), canvas, progress)?,
             mean: figures(|own| &own.mean),
             largest: figures(|own| &own.largest),
         })
     });
-    let drawn = drawn.collect::<Result<_, Cancelled>>()?;
+    let curves = curves.collect::<Result<_, Cancelled>>()?;
     Ok(LoopPlot {
         question: question.clone(),
         dead_band,
@@ -217,7 +218,7 @@ pub(super) fn picture(
             .collect(),
         n_full_cycles: cycles.loops.full_cycles().len(),
         whole,
-        curves: drawn,
+        curves,
     })
 }
 
@@ -298,14 +299,32 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
     Loop::of(cycle, &loads[cycle.recording], &outputs[cycle.recording])
 }
 
+/// The branches as they are drawn.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// Branches as lines.
+    pub strokes: Vec<Stroke>,
+    /// How densely they lie, where they are more than can be drawn as lines.
+    pub clouds: Vec<Cloud>,
+}
+
+/// How densely the rising or the falling branches lie.
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    /// Which.
+    pub rising: bool,
+    /// How densely.
+    pub density: Arc<Density>,
+}
+
 /// What is drawn of all recordings: rising and falling branches each by themselves; what never turns counts as rising.
-pub(super) fn strokes(
+pub(super) fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],
     branches: &[Vec<Branch>],
     (frame, pixels): (Frame, [f64; 2]),
     progress: &Progress,
-) -> Result<Vec<Stroke>, Cancelled> {
+) -> Result<Drawn, Cancelled> {
     let ways = [true, false].into_par_iter().map(|rising| {
         let paths =
             (loads.iter().zip(outputs).zip(branches)).flat_map(|((loads, outputs), own)| {
@@ -318,11 +337,20 @@ pub(super) fn strokes(
                     points.take_while(|_| !progress.is_cancelled())
                 })
             });
-        let lines = outline(paths, frame, pixels, MAX_POINTS).into_iter();
-        lines
-            .map(|points| Stroke { rising, points })
-            .collect::<Vec<_>>()
+        (rising, outline(paths, frame, pixels, MAX_POINTS))
     });
-    let strokes = ways.collect::<Vec<_>>().concat();
-    progress.check().map(|()| strokes)
+    let mut drawn = Drawn::default();
+    for (rising, outline) in ways.collect::<Vec<_>>() {
+        match outline {
+            Outline::Lines(lines) => {
+                let strokes = lines.into_iter().map(|points| Stroke { rising, points });
+                drawn.strokes.extend(strokes);
+            }
+            Outline::Density(density) => drawn.clouds.push(Cloud {
+                rising,
+                density: Arc::new(density),
+            }),
+        }
+    }
+    progress.check().map(|()| drawn)
 }

@@ -32,7 +32,7 @@ pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
 pub(crate) use cycle::even_loads;
 pub(crate) use outline::Stroke;
-pub use outline::{Frame, outline};
+pub use outline::{Density, Frame, Outline, outline};
 pub(crate) use turns::{Branch, NOISE_FACTOR, range};
 pub use turns::{LoadExtent, branches, default_dead_band};
 

@@ -1,7 +1,7 @@
-//! Paths as few enough points to draw.
+//! Paths as few enough points to draw, or how densely they lie where they are too many.
 //!
 //! Guarantees: nothing drawn is further than a pixel from what was measured, and nothing measured is further than a pixel
-//! from what is drawn; the number of points depends on the picture, not on the number of samples.
+//! from what is drawn; the size of what is drawn depends on the picture, not on the number of samples.
 
 use super::raster::Raster;
 
@@ -10,7 +10,7 @@ const CELLS_PER_PIXEL: f64 = 2.0;
 /// A sample this near to the last one that was kept, across and up, is passed over (cells).
 const REACH: f64 = 0.4;
 /// No screen has more cells across or up; a question may ask for any number.
-const MAX_CELLS: f64 = 32_768.0;
+const MAX_CELLS: f64 = 16_384.0;
 
 /// A part of the plane that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,30 +30,55 @@ pub struct Stroke {
     pub points: Vec<[f64; 2]>,
 }
 
+/// How densely paths lie, in cells of half a pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Density {
+    /// What it covers.
+    pub frame: Frame,
+    /// Cells across and up.
+    pub cells: [usize; 2],
+    /// Row by row from the least output up: 0 where no path comes, 1 where one passes from sample to sample, and one more for
+    /// each doubling of the number of samples in the cell: 2 for one, 3 for two or three, …
+    pub levels: Vec<u8>,
+}
+
+/// What is drawn of paths.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outline {
+    /// The paths themselves.
+    Lines(Vec<Vec<[f64; 2]>>),
+    /// Where they are and how often, since there are too many of them.
+    Density(Density),
+}
+
 /// What is drawn of paths on a picture of `frame` that is so many pixels wide and high.
 ///
 /// A path goes straight from sample to sample; it ends at what is not finite and is cut off at the frame. Samples are
 /// passed over while they lie within a fifth of a pixel of the last one that was kept. Where that leaves more than `most`
-/// points, a step of a path is drawn only if it touches a cell of half a pixel that no step before it has touched; and
-/// where lines along the touched cells, all across or all up, are fewer points still, these are drawn instead.
+/// points, it is the density that is drawn: every cell that a path touches, by the number of samples in it.
 pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     paths: impl IntoIterator<Item = P>,
     frame: Frame,
     pixels: [f64; 2],
     most: usize,
-) -> Vec<Vec<[f64; 2]>> {
+) -> Outline {
     let grid = Grid::of(frame, pixels);
+    let n = grid.cells.map(|cells| cells as usize);
     let mut drawn = Drawn {
-        raster: Raster::new(grid.cells.map(|cells| cells as usize)),
+        raster: Raster::new(n),
+        counts: vec![0; n[0] * n[1]],
         all: Lines::default(),
-        needed: Lines::default(),
         grid,
         most,
     };
     for path in paths {
         drawn.add(path);
     }
-    drawn.lines()
+    if drawn.all.n_points <= most {
+        Outline::Lines(drawn.all.lines)
+    } else {
+        Outline::Density(drawn.density(frame))
+    }
 }
 
 /// Where a point lies on the picture, in cells.
@@ -160,17 +185,16 @@ impl Lines {
 struct Drawn {
     grid: Grid,
     raster: Raster,
+    /// How many samples lie in each cell, up to the most that there is a number for.
+    counts: Vec<u16>,
     /// Every step, while they are few.
     all: Lines,
-    /// The steps that touch a new cell.
-    needed: Lines,
     most: usize,
 }
 
 impl Drawn {
     fn add(&mut self, path: impl IntoIterator<Item = [f64; 2]>) {
         self.all.open = false;
-        self.needed.open = false;
         // The last sample that was kept, whether a step led to it, and the last one that was passed over since.
         let mut kept: Option<(Place, bool)> = None;
         let mut passed: Option<Place> = None;
@@ -180,6 +204,7 @@ impl Drawn {
                 self.end(kept.take(), passed.take());
                 continue;
             }
+            self.count(cell);
             let place = Place { point, cell };
             match kept {
                 Some((last, _)) if last.is_near(&place) => passed = Some(place),
@@ -191,6 +216,15 @@ impl Drawn {
             }
         }
         self.end(kept, passed);
+    }
+
+    fn count(&mut self, cell: [f64; 2]) {
+        let [across, up] = self.grid.cells;
+        let inside = |at: f64, n: f64| (0.0..=n).contains(&at).then_some(at.min(n - 1.0) as usize);
+        if let (Some(column), Some(row)) = (inside(cell[0], across), inside(cell[1], up)) {
+            let count = &mut self.counts[row * across as usize + column];
+            *count = count.saturating_add(1);
+        }
     }
 
     /// The end of a path is kept; one that never moves is a dash of a pixel.
@@ -209,45 +243,59 @@ impl Drawn {
             _ => {}
         }
         self.all.open = false;
-        self.needed.open = false;
     }
 
     fn step(&mut self, from: &Place, to: &Place) {
         let Some((start, end)) = self.grid.on_picture(from.cell, to.cell) else {
             self.all.open = false;
-            self.needed.open = false;
             return;
         };
         let [from, to] = [start, end].map(|share| from.towards(to, share));
         if self.all.n_points <= self.most {
             self.all.step(from.point, to.point);
         }
-        if self.raster.past_ages(from.cell, to.cell) {
-            self.needed.step(from.point, to.point);
-        } else {
-            self.needed.open = false;
-        }
+        self.raster.touch(from.cell, to.cell);
     }
 
-    fn lines(self) -> Vec<Vec<[f64; 2]>> {
-        if self.all.n_points <= self.most {
-            return self.all.lines;
+    fn density(self, frame: Frame) -> Density {
+        let cells = self.grid.cells.map(|cells| cells as usize);
+        let level = |(at, count): (usize, u16)| match count.checked_ilog2() {
+            Some(doublings) => doublings as u8 + 2,
+            None => u8::from(self.raster.is_touched([at % cells[0], at / cells[0]])),
+        };
+        Density {
+            frame,
+            cells,
+            levels: self.counts.iter().copied().enumerate().map(level).collect(),
         }
-        let along = [true, false].map(|across| self.raster.runs(across));
-        let shorter = along.into_iter().min_by_key(Vec::len);
-        match shorter {
-            Some(runs) if 2 * runs.len() < self.needed.n_points => {
-                let ends = |run: [[f64; 2]; 2]| run.map(|end| self.grid.point_at(end)).to_vec();
-                runs.into_iter().map(ends).collect()
-            }
-            _ => self.needed.lines,
-        }
+    }
+}
+
+impl Density {
+    /// The middles of the cells that a path touches, with their levels.
+    pub fn touched(&self) -> impl Iterator<Item = ([f64; 2], u8)> {
+        let Frame { loads, outputs } = self.frame;
+        let [across, up] = self.cells;
+        let middle = move |(low, high): (f64, f64), at: usize, n: usize| {
+            low + (high - low) * (at as f64 + 0.5) / n as f64
+        };
+        let levels = self.levels.iter().copied().enumerate();
+        levels
+            .filter(|(_, level)| *level > 0)
+            .map(move |(at, level)| {
+                let place = [
+                    middle(loads, at % across, across),
+                    middle(outputs, at / across, up),
+                ];
+                (place, level)
+            })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::pixels::distance;
 
     const FRAME: Frame = Frame {
         loads: (-1.0, 1.0),
@@ -353,6 +401,17 @@ mod tests {
         steps.map(|step| step.map(place)).collect()
     }
 
+    /// The cells of a density on a picture in pixels, each by its two diagonals.
+    fn cells(density: &Density) -> Vec<[[f64; 2]; 2]> {
+        let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
+        let touched = density.touched().map(|(middle, _)| place(middle));
+        let diagonals = |[x, y]: [f64; 2]| {
+            let half = 0.5 / CELLS_PER_PIXEL;
+            [half, -half].map(|up| [[x - half, y - up], [x + half, y + up]])
+        };
+        touched.flat_map(diagonals).collect()
+    }
+
     /// Places along steps that lie on the picture, a fifth of a pixel apart.
     fn places(steps: &[[[f64; 2]; 2]]) -> Vec<[f64; 2]> {
         let mut places = Vec::new();
@@ -367,26 +426,16 @@ mod tests {
         places
     }
 
-    /// How far the place is from the nearest step.
-    fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
-        let from = |[a, b]: &[[f64; 2]; 2]| {
-            let way = [b[0] - a[0], b[1] - a[1]];
-            let off = [place[0] - a[0], place[1] - a[1]];
-            let square = way[0] * way[0] + way[1] * way[1];
-            let share = (off[0] * way[0] + off[1] * way[1]) / square.max(f64::MIN_POSITIVE);
-            let share = share.clamp(0.0, 1.0);
-            (off[0] - share * way[0]).hypot(off[1] - share * way[1])
-        };
-        steps.iter().map(from).fold(f64::INFINITY, f64::min)
-    }
-
     #[test]
     fn nothing_drawn_or_measured_is_further_than_a_pixel_from_the_other() {
         for (name, paths) in kinds() {
             let measured = steps(&paths);
             for most in [0, 100, usize::MAX] {
                 let all = paths.iter().map(|path| path.iter().copied());
-                let drawn = steps(&outline(all, FRAME, PIXELS, most));
+                let drawn = match outline(all, FRAME, PIXELS, most) {
+                    Outline::Lines(lines) => steps(&lines),
+                    Outline::Density(density) => cells(&density),
+                };
                 let worst = |of: &[[[f64; 2]; 2]], to: &[[[f64; 2]; 2]]| {
                     let places = places(of);
                     let every = places.len().div_ceil(3000).max(1);
@@ -403,20 +452,45 @@ mod tests {
         }
     }
 
-    /// Whatever the number of samples: at most a line along every row or column of cells for noise that fills the picture.
+    /// Whatever the number of samples: as many cells as the picture has, and the same ones are touched.
     #[test]
-    fn the_number_of_points_depends_on_the_picture() {
+    fn the_size_of_a_density_depends_on_the_picture_and_its_levels_on_how_often() {
         for (name, paths) in kinds() {
-            let n = |repeats: usize, most| -> usize {
+            let density = |repeats: usize| {
                 let again = paths.iter().flat_map(|path| vec![path; repeats]);
-                let lines = outline(again.map(|path| path.iter().copied()), FRAME, PIXELS, most);
-                lines.iter().map(Vec::len).sum()
+                let all = again.map(|path| path.iter().copied());
+                match outline(all, FRAME, PIXELS, 0) {
+                    Outline::Lines(lines) => {
+                        assert!(lines.is_empty(), "{name}");
+                        Vec::new()
+                    }
+                    Outline::Density(density) => {
+                        assert_eq!(density.cells, [120, 80]);
+                        density.levels
+                    }
+                }
             };
-            assert!(n(1, 0) <= n(1, usize::MAX).max(2), "{name}");
-            assert_eq!(n(5, 0), n(1, 0), "{name}");
+            let (once, often) = (density(1), density(4));
+            assert_eq!(once.len(), often.len(), "{name}");
+            for (one, four) in once.iter().zip(often) {
+                // Four times as many samples are two doublings.
+                let expected = if *one > 1 { one + 2 } else { *one };
+                assert_eq!(four, expected, "{name}");
+            }
         }
-        let noise = path(200_000, |k| [uniform(2 * k), 2.0 * uniform(2 * k + 1)]);
-        assert!(outline([noise], FRAME, PIXELS, 500).len() < 100);
+    }
+
+    /// One sample in the lower left corner, and seven more in the middle, which a line leads to.
+    #[test]
+    fn levels_count_samples() {
+        let corner = [-0.999, -1.99];
+        let path = std::iter::once(corner).chain(std::iter::repeat_n([0.001, 0.01], 7));
+        let Outline::Density(density) = outline([path], FRAME, PIXELS, 0) else {
+            panic!("no point is allowed")
+        };
+        let at = |column: usize, row: usize| density.levels[row * 120 + column];
+        assert_eq!((at(0, 0), at(60, 40), at(30, 20)), (2, 4, 1));
+        assert_eq!(at(119, 0), 0);
     }
 
     #[test]
@@ -425,7 +499,9 @@ mod tests {
             let angle = k as f64 * std::f64::consts::TAU / 10_000.0;
             [angle.sin(), angle.cos()]
         });
-        let lines = outline([circle.clone()], FRAME, PIXELS, 5000);
+        let Outline::Lines(lines) = outline([circle.clone()], FRAME, PIXELS, 5000) else {
+            panic!("few points are lines")
+        };
         let [line] = &lines[..] else {
             panic!("one path is one line")
         };
@@ -438,6 +514,6 @@ mod tests {
     fn what_is_outside_is_cut_off_and_what_crosses_is_not() {
         let across = vec![[-9.0, 0.0], [9.0, 0.0], [9.0, 5.0], [9.0, 9.0]];
         let lines = outline([across], FRAME, PIXELS, 100);
-        assert_eq!(lines, [[[-1.0, 0.0], [1.0, 0.0]]]);
+        assert_eq!(lines, Outline::Lines(vec![vec![[-1.0, 0.0], [1.0, 0.0]]]));
     }
 }

@@ -70,11 +70,16 @@ impl Raster {
         }
     }
 
-    /// Touches every cell between two places on the picture; whether one of them was new.
-    pub(super) fn past_ages(&mut self, from: [f64; 2], to: [f64; 2]) -> bool {
+    /// Touches every cell between two places on the picture.
+    pub(super) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = [0, 1].map(|i| to[i] - from[i]);
         let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
-        self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0))
+        self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0));
+    }
+
+    /// Whether this cell was touched.
+    pub(super) fn is_touched(&self, cell: [usize; 2]) -> bool {
+        self.levels[0].has(cell)
     }
 
     /// Goes through the blocks of a level within these limits, from one share of the step to another.
@@ -84,13 +89,12 @@ impl Raster {
         limits: [(usize, usize); 2],
         step: Step,
         (mut share, end): (f64, f64),
-    ) -> bool {
+    ) {
         let size = SIDE.pow(level as u32) as f64;
         let mut at = [0, 1].map(|i| {
             let block = ((step.from[i] + share * step.way[i]) / size).max(0.0) as usize;
             block.clamp(limits[i].0, limits[i].1)
         });
-        let mut any = false;
         loop {
             let leaves = [0, 1].map(|i| {
                 let edge = size * (at[i] + usize::from(step.way[i] > 0.0)) as f64;
@@ -101,14 +105,14 @@ impl Raster {
             });
             let first = usize::from(leaves[1] < leaves[0]);
             let next = leaves[first].clamp(share, end);
-            any |= self.touch_block(level, at, step, (share, next));
+            self.touch_block(level, at, step, (share, next));
             if leaves[first] >= end {
-                return any;
+                return;
             }
             let (low, high) = limits[first];
             let forward = step.way[first] > 0.0;
             match at[first] {
-                last if last == if forward { high } else { low } => return any,
+                last if last == if forward { high } else { low } => return,
                 _ if forward => at[first] += 1,
                 _ => at[first] -= 1,
             }
@@ -116,15 +120,9 @@ impl Raster {
         }
     }
 
-    fn touch_block(
-        &mut self,
-        level: usize,
-        at: [usize; 2],
-        step: Step,
-        shares: (f64, f64),
-    ) -> bool {
+    fn touch_block(&mut self, level: usize, at: [usize; 2], step: Step, shares: (f64, f64)) {
         if self.levels[level].has(at) {
-            return false;
+            return;
         }
         if level > 0 {
             let below = self.levels[level - 1].n;
@@ -138,36 +136,5 @@ impl Raster {
             }
             filled = filled.map(|at| at / SIDE);
         }
-        true
-    }
-
-    /// The touched cells as lines through their middles, across or up, from end to end (cells).
-    pub(super) fn runs(&self, across: bool) -> Vec<[[f64; 2]; 2]> {
-        let cells = &self.levels[0];
-        fn turned<T>(across: bool, along: T, aside: T) -> [T; 2] {
-            if across {
-                [along, aside]
-            } else {
-                [aside, along]
-            }
-        }
-        let [length, width] = turned(across, cells.n[0], cells.n[1]);
-        let mut runs = Vec::new();
-        for aside in 0..width {
-            let mut start = None;
-            for along in 0..=length {
-                let touched = along < length && cells.has(turned(across, along, aside));
-                match start {
-                    None if touched => start = Some(along),
-                    Some(from) if !touched => {
-                        let middle = aside as f64 + 0.5;
-                        runs.push([from, along].map(|end| turned(across, end as f64, middle)));
-                        start = None;
-                    }
-                    _ => {}
-                }
-            }
-        }
-        runs
     }
 }

@@ -6,7 +6,7 @@ use super::measured::{AxisRun, AxisView};
 use super::reason::Reason;
 use super::{Basis, Found, Place, Result};
 use crate::evaluation::loops::{
-    Branch, Curve, Cycle, Loop, Loops, branches, common_loads, even_loads,
+    Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, branches, common_loads, even_loads,
 };
 use crate::recording::Axis;
 
@@ -186,7 +186,8 @@ impl<'a> LoopRows<'a> {
         let mut worst: Option<Found> = None;
         for run in &self.view.runs {
             // What does not go through half the range is on the way.
-            let large = branches(run.loads, 0.5 * span);
+            let mut large = branches(run.loads, 0.5 * span);
+            trim(&mut large, run.loads);
             if large.len() >= FEWEST_REPEATS {
                 why_not = Reason::NotRepeated { axis };
             }
@@ -247,11 +248,32 @@ impl<'a> LoopRows<'a> {
     }
 }
 
-/// The longest rows of neighbouring branches that turn at the same loads up to a share of this range: two each way at
-/// least.
+/// Lets the first branch begin, and the last one end, where it is farthest: before and after, the load may have gone the other
+/// way by up to the dead band.
+fn trim(branches: &mut [Branch], loads: &[f64]) {
+    let farthest = |branch: &Branch, highest: bool| {
+        let order = |a: &usize, b: &usize| match highest {
+            true => loads[*a].total_cmp(&loads[*b]),
+            false => loads[*b].total_cmp(&loads[*a]),
+        };
+        branch.samples.clone().max_by(order)
+    };
+    if let Some(first) = branches.first_mut() {
+        let start = farthest(first, !first.rising);
+        first.samples.start = start.unwrap_or(first.samples.start);
+    }
+    if let Some(last) = branches.last_mut() {
+        let end = farthest(last, last.rising);
+        last.samples.end = end.map_or(last.samples.end, |end| end + 1);
+    }
+}
+
+/// The longest rows of neighbouring branches over most of this range that turn at the same loads up to a share of it: two
+/// each way at least.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
-        (a.low - b.low).abs() <= ALIKE * span && (a.high - b.high).abs() <= ALIKE * span
+        let apart = (a.low - b.low).abs().max((a.high - b.high).abs());
+        apart <= ALIKE * span && b.span() >= FULL_SHARE * span
     };
     let mut found = Vec::new();
     let mut start = 0;

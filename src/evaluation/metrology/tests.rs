@@ -557,6 +557,24 @@ fn repeatability_is_only_of_cycles_that_repeat() {
         Reason::NotRepeated { axis }
     );
 
+    // A rest and a way to the first turn belong to no cycle that repeats, whatever the output does there.
+    let late = path(&[0.0, 5.0, -5.0, 5.0, -5.0, 5.0, -5.0, 0.0], 100);
+    let off = |(k, load): (usize, &f64)| if k < 100 { load + 3.0 } else { *load };
+    let output = late.iter().enumerate().map(off).collect();
+    let table = One::new(late, output).table(5.0);
+    let found = fz(&table, Quantity::Repeatability)
+        .conventional
+        .clone()
+        .unwrap();
+    assert!(found.value < 1e-9, "{found:?}");
+    // Small cycles are alike by chance.
+    let small = path(&[0.0, 10.0, 2.0, 8.0, 2.0, 8.0, 2.0, 8.0, 0.0], 100);
+    let table = One::new(small.clone(), small).table(10.0);
+    assert_eq!(
+        reason(&table, Quantity::Repeatability),
+        Reason::NotRepeated { axis }
+    );
+
     let cycles = path(&[0.0, 10.0, 0.0, 10.0, 0.0, 10.0, 0.0], 100);
     let one = One::new(cycles.clone(), cycles);
     let both: Vec<f64> = (one.load.iter().enumerate())

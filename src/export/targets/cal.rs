@@ -264,6 +264,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         gauges,
         axes: Axis::ALL.to_vec(),
         units: Axis::ALL.map(|axis| axis.unit().to_owned()).to_vec(),
+        rated: vec![true; full_scale.len()],
         full_scale,
         offset: false,
         decimation: 1,

@@ -7,6 +7,7 @@
 //! and on nothing else; reference loads are exact.
 
 mod arm;
+mod bench;
 #[cfg(test)]
 mod mean_hysteresis;
 mod sensor;
@@ -25,6 +26,9 @@ const RATE_HZ: f64 = 20.0;
 
 /// The last of the six paths tests, the others train.
 const N_PATHS: u64 = 6;
+
+/// What the bench's noise is drawn by, where the arm's has the number of a path.
+const BENCH: u64 = 1000;
 
 /// Speeds and how many samples they last: 95 s, 135 s and 175 s.
 const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3500)];
@@ -58,6 +62,30 @@ pub fn recordings(seed: u64) -> RecordingSet {
     set
 }
 
+/// Those of a calibration bench, `bench_Fx` to `bench_Mz`, which nothing is fitted to.
+///
+/// Each loads one axis alone: a rest, four cycles to the rated load and back each way, a rest, a staircase up to 80 % and down
+/// again with dwells, a rest. So there is something to measure zero return, creep, repeatability and crosstalk by.
+pub fn bench(seed: u64) -> Vec<Entry> {
+    let axes = Axis::ALL.into_iter().enumerate();
+    axes.map(|(at, axis)| {
+        let loads = bench::loads(axis, RATE_HZ);
+        let mut random = Random::new(seed, &[BENCH, at as u64]);
+        let name = format!("bench_{}", axis.symbol());
+        Entry::new(recording(name, loads, &mut random), Role::Off)
+    })
+    .collect()
+}
+
+/// The [recordings] and, after them, those of the [bench].
+pub fn demonstration(seed: u64) -> RecordingSet {
+    let mut set = recordings(seed);
+    for entry in bench(seed) {
+        set.push(entry).expect("all have the same columns");
+    }
+    set
+}
+
 fn entry(seed: u64, path: u64, mount: usize, speed: usize) -> Entry {
     let (pace, n_samples) = SPEEDS[speed];
     let (role, part) = if path == N_PATHS {
@@ -67,18 +95,22 @@ fn entry(seed: u64, path: u64, mount: usize, speed: usize) -> Entry {
     };
     let loads = Path::new(seed, path).loads(n_samples, MOUNTS_M[mount]);
     let mut random = Random::new(seed, &[path, mount as u64 + 1, speed as u64 + 1]);
-    let gauges = sensor::gauges_from_loads(&loads, RATE_HZ, &mut random);
-    let recording = Recording::new(
-        format!("{part}_path{path}_mount{}_{pace}", mount + 1),
+    let name = format!("{part}_path{path}_mount{}_{pace}", mount + 1);
+    Entry::new(recording(name, loads, &mut random), role)
+}
+
+fn recording(name: String, loads: Vec<[f64; 6]>, random: &mut Random) -> Recording {
+    let gauges = sensor::gauges_from_loads(&loads, RATE_HZ, random);
+    Recording::new(
+        name,
         Source::Simulated,
-        (0..n_samples).map(|k| k as f64 / RATE_HZ).collect(),
+        (0..loads.len()).map(|k| k as f64 / RATE_HZ).collect(),
         (1..=6).map(|gauge| format!("S{gauge}")).collect(),
         gauges,
         Axis::ALL.to_vec(),
         loads.into_iter().flatten().collect(),
     )
-    .expect("simulated numbers make a recording");
-    Entry::new(recording, role)
+    .expect("simulated numbers make a recording")
 }
 
 #[cfg(test)]
@@ -102,6 +134,26 @@ mod tests {
         assert_eq!(name(89), "test_path6_mount5_slow");
         let slow = &set.entries()[89].recording;
         assert_eq!((slow.times()[0], slow.times()[3499]), (0.0, 3499.0 / 20.0));
+    }
+
+    #[test]
+    fn the_bench_comes_after_the_papers_recordings_and_is_off() {
+        let (all, paper) = (demonstration(DEFAULT_SEED), recordings(DEFAULT_SEED));
+        assert_eq!(all.entries()[..90], paper.entries()[..]);
+        let bench = &all.entries()[90..];
+        assert_eq!(bench.len(), 6);
+        for (at, entry) in bench.iter().enumerate() {
+            assert_eq!(entry.role, Role::Off);
+            assert_eq!(
+                entry.recording.name(),
+                format!("bench_{}", Axis::ALL[at].symbol())
+            );
+            for load in entry.recording.loads().chunks(6) {
+                assert!((0..6).all(|axis| axis == at || load[axis] == 0.0));
+                assert!(load[at].abs() <= sensor::RATED_LOAD[at] * (1.0 + 1e-12));
+            }
+            assert!(entry.recording.gauges().iter().all(|s| s.abs() < 2.5));
+        }
     }
 
     #[test]

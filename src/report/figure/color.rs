@@ -24,6 +24,11 @@ pub const FACTORY: [u8; 3] = [160, 70, 120];
 /// Scores of every kind on a light ground: colours tell loads apart, so these go by their dashes.
 pub const SCORE: [u8; 3] = [60, 60, 60];
 
+/// The colour of the falling branches beside the rising ones, halfway to that of the ink.
+pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
+    [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
+}
+
 /// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share).as_array()

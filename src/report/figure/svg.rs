@@ -5,7 +5,9 @@
 
 use std::fmt;
 
-use super::{Figure, HeatMap, Line, Scale, color};
+use super::cloud::base64;
+use super::{CloudPicture, Figure, HeatMap, Line, Scale, color};
+use crate::evaluation::loops::Frame;
 use crate::evaluation::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
@@ -17,6 +19,8 @@ const ROOM_FOR_SHADES: f64 = 120.0;
 const APART: (f64, f64) = (80.0, 45.0);
 /// At most so many cells are named along a scale.
 const MAX_NAMED_CELLS: usize = 12;
+/// So far around the plot lines are still drawn: no join is to be seen at its edge.
+const BEYOND: f64 = 40.0;
 /// Steps of the scale of the colours.
 const SHADE_STEPS: usize = 64;
 
@@ -63,6 +67,7 @@ impl fmt::Display for Svg<'_> {
             Some(map) => self.cells(map, out)?,
             None => self.grid(out)?,
         }
+        self.clouds(out)?;
         if let Some(marked) = figure.marked.map(|marked| self.x(marked)) {
             let style = r##"stroke="#666" stroke-dasharray="2 3""##;
             writeln!(out, r#"<path d="M{marked:.1} {top}V{bottom}" {style}/>"#)?;
@@ -94,6 +99,14 @@ impl fmt::Display for Svg<'_> {
 impl Svg<'_> {
     fn x(&self, value: f64) -> f64 {
         place(value, self.figure.across.range, self.plot[0], self.plot[2])
+    }
+
+    fn far_x(&self, value: f64) -> f64 {
+        far(value, self.figure.across.range, self.plot[0], self.plot[2])
+    }
+
+    fn far_y(&self, value: f64) -> f64 {
+        far(value, self.figure.up.range, self.plot[3], self.plot[1])
     }
 
     fn y(&self, value: f64) -> f64 {
@@ -136,16 +149,71 @@ impl Svg<'_> {
         Ok(())
     }
 
+    fn clouds(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for picture in CloudPicture::of(&self.figure.clouds, 1) {
+            let Frame { loads, outputs } = picture.frame;
+            let (left, right) = (self.x(loads.0), self.x(loads.1));
+            let (top, bottom) = (self.y(outputs.1), self.y(outputs.0));
+            let Ok(png) = picture.png() else {
+                continue;
+            };
+            writeln!(
+                out,
+                r#"<image x="{left:.2}" y="{top:.2}" width="{:.2}" height="{:.2}" preserveAspectRatio="none" href="data:image/png;base64,{}"/>"#,
+                right - left,
+                bottom - top,
+                base64(&png)
+            )?;
+        }
+        Ok(())
+    }
+
     fn line(&self, line: &Line<'_>, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, r#"<path {} d=""#, style(line))?;
         for piece in &line.pieces {
             let finite = piece.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
-            for (at, [across, up]) in finite.enumerate() {
-                let letter = if at == 0 { 'M' } else { 'L' };
-                write!(out, "{letter}{:.1} {:.1}", self.x(*across), self.y(*up))?;
+            let mut places = finite.map(|[across, up]| [self.far_x(*across), self.far_y(*up)]);
+            let Some(mut from) = places.next() else {
+                continue;
+            };
+            // Where the pen is, if it is on the paper.
+            let mut pen = None;
+            for to in places {
+                if let Some([start, end]) = self.on_paper(from, to) {
+                    if pen != Some(start) {
+                        write!(out, "M{:.1} {:.1}", start[0], start[1])?;
+                    }
+                    write!(out, "L{:.1} {:.1}", end[0], end[1])?;
+                    pen = Some(end);
+                }
+                from = to;
             }
         }
         writeln!(out, r#""/>"#)
+    }
+
+    /// The part of a step that lies on the plot or near it; what is cut off stays where it was, however far the rest goes.
+    fn on_paper(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let [left, top, right, bottom] = self.plot;
+        let (mut start, mut end) = (0.0_f64, 1.0_f64);
+        for (i, low, high) in [(0, left, right), (1, top, bottom)] {
+            let (low, high, way) = (low - BEYOND, high + BEYOND, to[i] - from[i]);
+            if way == 0.0 {
+                if !(low..=high).contains(&from[i]) {
+                    return None;
+                }
+                continue;
+            }
+            let shares = [(low - from[i]) / way, (high - from[i]) / way];
+            start = start.max(shares[0].min(shares[1]));
+            end = end.min(shares[0].max(shares[1]));
+        }
+        let at = |share: f64| match share {
+            0.0 => from,
+            1.0 => to,
+            _ => [0, 1].map(|i| from[i] + share * (to[i] - from[i])),
+        };
+        (start <= end).then(|| [at(start), at(end)])
     }
 
     /// One row of named lines above the plot.
@@ -243,14 +311,20 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// A value's place on the picture; kept where a reader of SVG still computes well.
-fn place(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
+/// A value's place on the picture, wherever that is.
+fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     let share = if high > low {
         (value - low) / (high - low)
     } else {
         0.5
     };
-    (start + (end - start) * share).clamp(-1e4, 1e4)
+    // Of greater numbers the step to them could not be computed.
+    start + (end - start) * share.clamp(-1e100, 1e100)
+}
+
+/// A value's place on the picture; kept where a reader of SVG still computes well.
+fn place(value: f64, range: (f64, f64), start: f64, end: f64) -> f64 {
+    far(value, range, start, end).clamp(-1e4, 1e4)
 }
 
 fn rect(out: &mut fmt::Formatter<'_>, [x, y, width, height]: [f64; 4], style: &str) -> fmt::Result {
@@ -297,8 +371,11 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::DASHED;
+    use std::sync::Arc;
+
+    use super::super::{Cloud, DASHED};
     use super::*;
+    use crate::evaluation::loops::{Outline, outline};
 
     const SIZE: (f64, f64) = (800.0, 600.0);
 
@@ -325,6 +402,78 @@ mod tests {
         assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Conv.</text>"));
         assert!(svg.contains(">10</text>") && !svg.contains("NaN"));
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    }
+
+    /// Every point of a line stands within a tenth of a unit of its place, however many there are.
+    #[test]
+    fn every_point_is_drawn() {
+        let points: Vec<[f64; 2]> = (0..500)
+            .map(|k| [0.02 * f64::from(k), 5.0 + 4.9 * (f64::from(k) * 1.3).sin()])
+            .collect();
+        let svg = Figure {
+            lines: vec![Line::new("", [0; 3], [points.clone()])],
+            ..figure("", (0.0, 10.0))
+        }
+        .svg(SIZE);
+        let line = svg.lines().find(|line| line.contains("L")).unwrap();
+        let drawn = line
+            .split(" d=\"M")
+            .nth(1)
+            .unwrap()
+            .split('"')
+            .next()
+            .unwrap();
+        let drawn: Vec<&str> = drawn.split('L').collect();
+        assert_eq!(drawn.len(), points.len());
+        for (place, [x, y]) in drawn.iter().zip(points) {
+            let (across, up) = place.split_once(' ').unwrap();
+            let off = |text: &str, expected: f64| (text.parse::<f64>().unwrap() - expected).abs();
+            assert!(off(across, 80.0 + 69.6 * x) < 0.1 && off(up, 540.0 - 49.0 * y) < 0.1);
+        }
+    }
+
+    /// A density stands where its frame says, under the lines.
+    #[test]
+    fn a_density_covers_its_frame() {
+        let frame = Frame {
+            loads: (0.0, 5.0),
+            outputs: (0.0, 10.0),
+        };
+        let path = [[0.0, 0.0], [5.0, 10.0]];
+        let Outline::Density(density) = outline([path], frame, [40.0, 30.0], 0) else {
+            panic!("no point is allowed")
+        };
+        let svg = Figure {
+            clouds: vec![Cloud {
+                density: Arc::new(density),
+                color: [9, 9, 9],
+            }],
+            ..figure("", (0.0, 10.0))
+        }
+        .svg(SIZE);
+        let start = r#"<image x="80.00" y="50.00" width="348.00" height="490.00""#;
+        assert!(
+            svg.contains(start) && svg.contains("data:image/png;base64,iVBOR"),
+            "{svg}"
+        );
+    }
+
+    /// From (0, 0) to far above the right end: within the plot the line goes on where it went.
+    #[test]
+    fn a_line_that_leaves_the_picture_keeps_its_way() {
+        let points = vec![[0.0, 0.0], [1e7, 5e6], [5.0, -1e9], [5.0, 5.0]];
+        let svg = Figure {
+            lines: vec![Line::new("", [0; 3], [points])],
+            ..figure("", (0.0, 10.0))
+        }
+        .svg(SIZE);
+        // 10 across is 5 up: the middle of the right edge, and on by as much of the way as is drawn beside it.
+        let (x, y) = (776.0 + BEYOND, 540.0 - 245.0 * (1.0 + BEYOND / 696.0));
+        assert!(svg.contains(&format!("M80.0 540.0L{x:.1} {y:.1}")), "{svg}");
+        assert!(
+            svg.contains(&format!("M428.0 {:.1}L428.0 295.0", 540.0 + BEYOND)),
+            "{svg}"
+        );
     }
 
     /// As above: 2 stands at 219.2 across, 4 at 358.4.

@@ -1,7 +1,7 @@
 //! Any channel over any other.
 
 use super::{LoopsPane, channel_name, channel_unit, for_print, rgb};
-use crate::analysis::loops::{Channel, CrossPlot};
+use crate::analysis::loops::{Channel, CrossPlot, clouds};
 use crate::engine::Engine;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::ui::command::Command;
@@ -45,11 +45,16 @@ fn drawing<'a>(
         format!("{name} [{}]", channel_unit(channel))
     };
     let (across, up) = (label(picture.question.across), label(picture.question.up));
-    let pieces = picture.strokes.iter().map(|stroke| &stroke.points[..]);
+    let pieces = picture
+        .drawn
+        .strokes
+        .iter()
+        .map(|stroke| &stroke.points[..]);
     Figure {
         title: format!("{up} over {across}"),
         across: Scale::new(across, frame.loads),
         up: Scale::new(up, frame.outputs),
+        clouds: clouds(&picture.drawn, rgb(look_back(visuals)), [0; 3]),
         lines: vec![Line {
             opacity: 0.75,
             width: 1.1,

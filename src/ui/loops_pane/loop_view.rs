@@ -1,7 +1,7 @@
 //! Loops of one axis, the width over the load, and the table of figures.
 
 use super::{FiguresOf, LoopsPane, for_print, linked, rgb, trace_of};
-use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Span, Up};
+use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Span, Up, clouds};
 use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
@@ -113,11 +113,13 @@ impl<'a> View<'a> {
     /// All branches thin, the loop that the figures are of above them.
     fn loops(&self, visuals: &egui::Visuals, zoom: plots::Zoom) -> Figure<'a> {
         let frame = zoom.unwrap_or(self.picture.whole);
-        let points = |curve: &&LoopCurve| curve.strokes.iter().map(|one| one.points.len()).sum();
+        let points =
+            |curve: &&LoopCurve| curve.drawn.strokes.iter().map(|one| one.points.len()).sum();
         let opacity = thin_opacity(self.shown.iter().map(points).max().unwrap_or(0));
         let branches = self.shown.iter().flat_map(|curve| {
             [(true, opacity), (false, 0.5 * opacity)].map(|(rising, opacity)| {
                 let strokes = curve
+                    .drawn
                     .strokes
                     .iter()
                     .filter(|stroke| stroke.rising == rising);
@@ -148,6 +150,12 @@ impl<'a> View<'a> {
             title: format!("{} over {}", self.up, self.across()),
             across: Scale::new(self.across(), frame.loads),
             up: Scale::new(&self.up, frame.outputs),
+            clouds: (self.shown.iter())
+                .flat_map(|curve| {
+                    let ink = rgb(visuals.strong_text_color());
+                    clouds(&curve.drawn, color(curve.output, visuals), ink)
+                })
+                .collect(),
             lines: branches.chain(loops).collect(),
             ..Figure::default()
         }
@@ -229,8 +237,9 @@ impl<'a> View<'a> {
             if picture.n_recordings == 1 { "" } else { "s" },
         );
         ui.weak(words).on_hover_text(format!(
-            "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, the falling ones paler. \
-             Thick lines: the loop that the figures are of, its falling branch dashed",
+            "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, the falling ones paler; where \
+             they are too many, their density: the stronger, the more samples, rising in the colour of the load, falling in one \
+             towards that of the text. Thick lines: the loop that the figures are of, its falling branch dashed",
             significant(picture.dead_band, 3),
             significant(picture.full_scale, 4),
         ));

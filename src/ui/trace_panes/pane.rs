@@ -22,8 +22,8 @@ use crate::ui::{picture, plots};
 const TRACES_SHARE: f32 = 0.55;
 /// More recordings than this on screen are drawn as one line each trace, without marks between them.
 const MAX_SEPARATE_SEGMENTS: usize = 30;
-/// A pair of extremes is drawn for each interval of this width; lines are about as wide.
-const POINTS_PER_BUCKET: f32 = 1.5;
+/// A picture in a file has at least so many.
+const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
 /// A dash of a dashed line (points).
 pub const DASH: f32 = 6.0;
 /// And the gap after it.
@@ -40,6 +40,13 @@ pub struct Place {
 struct Visible {
     time: (f64, f64),
     samples: Range<usize>,
+}
+
+impl Visible {
+    /// How long one of so many columns lasts.
+    fn column_secs(&self, columns: usize) -> f64 {
+        (self.time.1 - self.time.0) / columns.max(1) as f64
+    }
 }
 
 /// Draws both panes of an axis; returns the sample under the pointer.
@@ -88,7 +95,7 @@ fn pane(
         .unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
     let bounds = PlotBounds::from_min_max([visible.time.0, values.0], [visible.time.1, values.1]);
     let width = (ui.available_width() - VALUE_AXIS_WIDTH).max(1.0);
-    let buckets = (width / POINTS_PER_BUCKET) as usize + 1;
+    let columns = (width * ui.pixels_per_point()) as usize + 1;
     let visuals = ui.visuals().clone();
     let title = title(axis.axis, kind);
     let plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error));
@@ -105,20 +112,20 @@ fn pane(
         .set_margin_fraction(egui::Vec2::ZERO);
     let hovered = panes.hovered;
     // Dashes of a line that goes up and down within a pixel would be noise.
-    let lie_apart = visible.samples.len() < buckets;
+    let lie_apart = visible.samples.len() < columns;
     let cursors = &panes.cursors;
     let response = plot.show(ui, |plot| {
         plot.set_plot_bounds(bounds);
-        shade_without_past(plot, traces, &visible, buckets, &visuals);
+        shade_without_past(plot, traces, &visible, columns, &visuals);
         separate_segments(plot, traces, &visible, &visuals);
         if kind == Kind::Load {
             overlay::thresholds(plot, traces, hovered, &visuals);
         }
         if kind == Kind::Load {
-            shade_band(plot, traces, axis, &visible.samples, buckets, &visuals);
+            shade_band(plot, traces, axis, &visible, columns, &visuals);
         }
         for (trace, series) in &shown {
-            for points in polylines(series, traces, &visible.samples, buckets) {
+            for points in polylines(series, traces, &visible, columns) {
                 let style = match trace.is_dashed() && lie_apart {
                     true => LineStyle::Dashed { length: DASH },
                     false => LineStyle::Solid,
@@ -147,7 +154,7 @@ fn pane(
         },
         across: Scale::new("time [s]", visible.time),
         up: Scale::new(&title, values),
-        lines: printed(&shown, traces, &visible.samples, buckets),
+        lines: printed(&shown, traces, &visible, columns.max(PRINTED_COLUMNS)),
         ..Figure::default()
     };
     picture::menu(&response.response, part, Some(&print), out);
@@ -238,32 +245,31 @@ fn visible_segments<'a>(
     &segments[first..end.max(first)]
 }
 
-/// What is drawn of a series: about two points per pixel column, a line for each recording.
+/// What is drawn of a series in columns of a pixel: a line for each recording.
 fn polylines(
     series: &Series,
     traces: &TraceSet,
-    samples: &Range<usize>,
-    buckets: usize,
+    visible: &Visible,
+    columns: usize,
 ) -> Vec<Vec<PlotPoint>> {
-    let line = |run: Range<usize>, buckets: usize| {
-        let mut points = Vec::with_capacity(2 * buckets + 8);
-        series.reduce(run, buckets, |at, value| {
-            let time = traces.times[(at as usize).min(traces.times.len() - 1)];
+    let column_secs = visible.column_secs(columns);
+    let line = |run: Range<usize>| {
+        let mut points = Vec::new();
+        series.draw(&traces.times, run, column_secs, |time, value| {
             points.push(PlotPoint::new(time, value));
         });
         points
     };
+    let samples = &visible.samples;
     let segments = visible_segments(traces, samples);
     if segments.len() > MAX_SEPARATE_SEGMENTS {
-        return vec![line(samples.clone(), buckets)];
+        return vec![line(samples.clone())];
     }
     segments
         .iter()
         .map(|segment| {
             let own = &segment.samples;
-            let run = own.start.max(samples.start)..own.end.min(samples.end);
-            let share = run.len() as f64 / samples.len() as f64;
-            line(run, (share * buckets as f64).ceil() as usize)
+            line(own.start.max(samples.start)..own.end.min(samples.end))
         })
         .collect()
 }
@@ -272,13 +278,13 @@ fn polylines(
 fn printed(
     shown: &[(Trace, &Series)],
     traces: &TraceSet,
-    samples: &Range<usize>,
-    buckets: usize,
+    visible: &Visible,
+    columns: usize,
 ) -> Vec<figure::Line<'static>> {
     let light = egui::Visuals::light();
     let line = |(trace, series): &(Trace, &Series)| {
         let [red, green, blue, _] = trace.color(&light).to_array();
-        let pieces = polylines(series, traces, samples, buckets).into_iter();
+        let pieces = polylines(series, traces, visible, columns).into_iter();
         let pieces = pieces
             .map(|points| -> Vec<_> { points.iter().map(|point| [point.x, point.y]).collect() });
         figure::Line {
@@ -295,23 +301,30 @@ fn shade_band(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
     axis: &AxisTraces,
-    samples: &Range<usize>,
-    buckets: usize,
+    visible: &Visible,
+    columns: usize,
     visuals: &egui::Visuals,
 ) {
     let Some([low, high]) = &axis.band else {
         return;
     };
-    let width = samples.len().div_ceil(buckets.max(1)).max(1);
+    let column_secs = visible.column_secs(columns);
     let (mut times, mut lows, mut highs) = (Vec::new(), Vec::new(), Vec::new());
-    for start in samples.clone().step_by(width) {
-        let bucket = start..(start + width).min(samples.end);
-        let middle = bucket.start + bucket.len() / 2;
-        if let Some(((low, _), (_, high))) = low.min_max(bucket.clone()).zip(high.min_max(bucket)) {
-            times.push(traces.times[middle.min(traces.times.len() - 1)]);
+    let mut start = visible.samples.start;
+    while start < visible.samples.end {
+        let from = traces.times[start];
+        let left = &traces.times[start..visible.samples.end];
+        let n = left.partition_point(|time| *time < from + column_secs);
+        let column = start..start + n.max(1);
+        if let Some(((low, _), (_, high))) = low
+            .min_max(column.clone())
+            .zip(high.min_max(column.clone()))
+        {
+            times.push(0.5 * (from + traces.times[column.end - 1]));
             lows.push(low);
             highs.push(high);
         }
+        start = column.end;
     }
     let color = Trace::Compensated.color(visuals).gamma_multiply(0.22);
     plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
@@ -322,11 +335,11 @@ fn shade_without_past(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
     visible: &Visible,
-    buckets: usize,
+    columns: usize,
     visuals: &egui::Visuals,
 ) {
     let time_of = |k: usize| traces.times[k.min(traces.times.len() - 1)];
-    let pixel = (visible.time.1 - visible.time.0) / buckets.max(1) as f64;
+    let pixel = visible.column_secs(columns);
     let intervals = &traces.without_past;
     let last = intervals.partition_point(|interval| interval.start < visible.samples.end);
     let mut at = intervals.partition_point(|interval| interval.end <= visible.samples.start);

@@ -1,0 +1,100 @@
+//! One session, looked at by the window, written as a report and measured by the command line: one number.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use loopscope::analysis::loops::{Look, LoopQuestion, Question, Span, TableOf, TableQuestion, Up};
+use loopscope::engine::{Action, Engine};
+use loopscope::progress::Progress;
+use loopscope::recording::Axis;
+use serde_json::{Value, json};
+
+use crate::program::succeed;
+use crate::workshop::Workshop;
+
+#[track_caller]
+fn settle(engine: &mut Engine) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    loop {
+        engine.take();
+        if !engine.is_busy() {
+            // What ended after it was taken, and what that asked for.
+            engine.take();
+            if !engine.is_busy() {
+                return;
+            }
+        }
+        assert!(Instant::now() < deadline, "an end");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn window_report_and_command_line_give_the_same_number() {
+    let workshop = Workshop::with_recordings();
+    let session = json!({
+        "format": "loopscope session",
+        "version": 1,
+        "files": [{ "path": "a.csv" }, { "path": "b.csv" }, { "path": "c.csv" }],
+        "settings": { "full_scale": [9.0] },
+        "measuring": { "dead_bands": [0.7], "hold_secs": 0.5 },
+    });
+    workshop.write("session.json", session.to_string());
+    let mut engine = Engine::new(Arc::new(|| {}));
+    engine.act(Action::Open(vec![workshop.file("session.json")]));
+    settle(&mut engine);
+    engine.ask_figures(Question::Table(TableQuestion { of: TableOf::Train }));
+    engine.ask_loops(
+        None,
+        Question::Loops(LoopQuestion {
+            axis: Axis::Fz,
+            up: Up::Load,
+            span: Span::Of(TableOf::Train),
+            frame: None,
+            pixels: [400.0, 300.0],
+        }),
+    );
+    settle(&mut engine);
+    let Some(Look::Table(table, _)) = engine.figures.answer() else {
+        panic!("no table: {:?}", engine.figures.problem())
+    };
+    let Some(Look::Loops(picture)) = engine.loops.answer() else {
+        panic!("no loops: {:?}", engine.loops.problem())
+    };
+    let progress = Progress::default();
+    let calibration = engine.calibration_content().unwrap();
+    calibration
+        .write(&workshop.file("c.json"), &progress)
+        .unwrap();
+    let report = engine.report_content();
+    report.write(&workshop.file("r.html"), &progress).unwrap();
+
+    let arguments =
+        "metrology --json --calibration c.json --dead-band 0.7 --hold 0.5 a.csv b.csv c.csv";
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let output = succeed(workshop.path(), &arguments);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        serde_json::to_value(&**table).unwrap()["rows"],
+        printed["rows"]
+    );
+    assert_eq!(printed["dead_bands"], json!([0.7]));
+    assert_eq!((picture.dead_band, picture.full_scale), (0.7, 9.0));
+    assert_eq!(printed["full_scale"], json!([9.0]));
+
+    let rows = printed["rows"].as_array().unwrap();
+    let row = rows.iter().find(|row| row["id"] == "hysteresis").unwrap();
+    let html = workshop.read("r.html");
+    assert!(html.contains("full scale 9.000, dead band 0.700"));
+    for (curve, name) in picture.curves.iter().zip(["conventional", "compensated"]) {
+        let own = curve.largest.as_ref().unwrap().largest_width;
+        let value = row["cells"][0][name]["value"].as_f64().unwrap();
+        assert!(
+            (own / value - 1.0).abs() < 1e-9,
+            "{name}: {own} is not {value}"
+        );
+        let shown = format!("{value:.4}");
+        assert!(html.contains(&shown), "{name}: {shown}");
+    }
+}
