@@ -20,7 +20,7 @@ use crate::ui::context_menu::item;
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Mark, Pointer, Zoom};
+use crate::ui::plots::{self, Zoom};
 
 /// Beside the plot, so much is for figures.
 const FIGURES_WIDTH: f32 = 292.0;
@@ -109,8 +109,6 @@ pub struct LoopsPane {
     zooms: Zooms,
     /// Of the plot, or of its picture in a file where that has more.
     pixels: [f64; 2],
-    /// Where the pointer was on the plot in this frame.
-    pointer: Option<Pointer>,
     path: String,
 }
 
@@ -129,7 +127,6 @@ impl Default for LoopsPane {
             rest: None,
             zooms: Zooms::default(),
             pixels: STANDS_ALONE.into(),
-            pointer: None,
             path: "loops.svg".to_owned(),
         }
     }
@@ -160,7 +157,7 @@ impl PaneView for LoopsPane {
         ];
         match (self.mode, engine.loops.answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
-                loop_view::show(ui, self, engine, found, time, out)
+                loop_view::show(ui, self, engine, found, out)
             }
             (Mode::Cross, Some(Look::Cross(found))) => {
                 cross_view::show(ui, self, engine, found, out)
@@ -368,8 +365,8 @@ impl LoopsPane {
     fn lay_out(
         &mut self,
         ui: &mut egui::Ui,
-        [drawing, print]: [&Figure<'_>; 2],
-        marks: &[Mark],
+        drawing: &Figure<'_>,
+        print: &Figure<'_>,
         out: &mut Vec<Command>,
         figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
     ) {
@@ -382,7 +379,7 @@ impl LoopsPane {
                 .allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
                     ui.set_width(width);
                     let (id, zoom) = (self.mode.plot_id(), self.zooms.of(self.mode));
-                    self.pointer = plots::plot(ui, id, height, [drawing, print], zoom, marks, out);
+                    plots::plot(ui, id, height, [drawing, print], zoom, out);
                 })
                 .response
                 .rect;

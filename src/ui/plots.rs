@@ -8,7 +8,7 @@ use egui::{
 };
 use egui_plot::{
     CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry, PlotImage,
-    PlotItem, PlotItemBase, PlotPoint, PlotPoints, PlotResponse, PlotTransform, Points,
+    PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
 };
 
 use crate::evaluation::loops::Frame;
@@ -63,24 +63,6 @@ pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
 /// The part of a plot that was chosen by hand; `None` shows all.
 pub type Zoom = Option<Frame>;
 
-/// A place on a plot that is marked.
-#[derive(Clone, Copy, Debug)]
-pub struct Mark {
-    /// Across and up.
-    pub at: [f64; 2],
-    /// In which colour.
-    pub color: Color32,
-}
-
-/// Where the pointer is on a plot.
-#[derive(Clone, Copy, Debug)]
-pub struct Pointer {
-    /// Across and up.
-    pub at: [f64; 2],
-    /// What a point of the screen is across and up.
-    pub per_point: [f64; 2],
-}
-
 /// Draws a plot whose scales are what is on screen; changes `zoom` as the wheel, a drag or a double click say. `print` is what
 /// an SVG of it holds.
 pub fn plot(
@@ -89,9 +71,8 @@ pub fn plot(
     height: f32,
     [drawing, print]: [&Figure<'_>; 2],
     zoom: &mut Zoom,
-    marks: &[Mark],
     out: &mut Vec<Command>,
-) -> Option<Pointer> {
+) {
     let (across, up) = (drawing.across.range, drawing.up.range);
     let clouds = clouds(ui, id, &drawing.clouds);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
@@ -132,10 +113,6 @@ pub fn plot(
             for line in &drawing.lines {
                 plot.add(Pieces::of(line));
             }
-            for mark in marks {
-                let point = Points::new("", PlotPoints::from(mark.at));
-                plot.points(point.radius(4.5).color(mark.color).allow_hover(false));
-            }
         });
     response.response.widget_info(|| {
         egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, drawing.title.clone())
@@ -143,15 +120,6 @@ pub fn plot(
     follow_gestures(ui, &response, bounds, zoom);
     let part = with_labels(response.response.rect);
     picture::menu(&response.response, part, Some(&|| print.clone()), out);
-    let pointer = response.response.hover_pos()?;
-    let at = response.transform.value_from_position(pointer);
-    let beside = response
-        .transform
-        .value_from_position(pointer + egui::vec2(1.0, 1.0));
-    Some(Pointer {
-        at: [at.x, at.y],
-        per_point: [(beside.x - at.x).abs(), (beside.y - at.y).abs()],
-    })
 }
 
 /// Densities as textures, kept from frame to frame.

@@ -49,8 +49,6 @@ pub struct TimeView {
     zooms: Undoer<Shown>,
     /// The sample under the pointer, or where it plays, in the last frame.
     pub(super) hovered: Option<usize>,
-    /// The sample that is pointed at in a plot that does not go over time.
-    pub(super) pointed: Option<usize>,
     pub(super) hidden: Vec<Trace>,
     pub(super) cursors: Cursors,
     pub(super) playing: Playing,
@@ -63,7 +61,6 @@ impl Default for TimeView {
             shown: Shown::default(),
             zooms: no_zooms(),
             hovered: None,
-            pointed: None,
             hidden: Vec::new(),
             cursors: Cursors::default(),
             playing: Playing::default(),
@@ -96,7 +93,6 @@ impl TimeView {
             self.fit();
             self.zooms = no_zooms();
             self.hovered = None;
-            self.pointed = None;
             self.cursors.clear();
             self.playing.clear();
         }

@@ -101,7 +101,6 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
     if ui.input(|input| input.pointer.is_moving()) {
         panes.playing.let_pointer_lead();
     }
-    let hovered = hovered.or(panes.pointed);
     let hovered = match panes.playing.leads() {
         true => played.or(hovered),
         false => hovered.or(played),

@@ -1128,32 +1128,6 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
 }
 
 #[test]
-fn the_pointer_on_a_loop_names_the_sample_that_is_nearest() {
-    let files = Files::new();
-    let mut window = window(files.three());
-    click(&mut window, Role::Button, "Loops");
-    let label = "Fz error [N] over Fz Calc. [N]";
-    let plot = window
-        .get_by_role_and_label(Role::GraphicsObject, label)
-        .rect();
-    // Somewhere on the way across there is a sample.
-    let found = (1..40).any(|at| {
-        let across = plot.left() + plot.width() * at as f32 / 40.0;
-        window.hover_at(egui::pos2(across, plot.center().y));
-        window.run_steps(3);
-        has(&window, "at Fz ")
-    });
-    assert!(found, "no sample was named");
-    assert!(
-        has(&window, " error ") && has(&window, " s, "),
-        "with units and its recording"
-    );
-    window.remove_cursor();
-    window.run_steps(3);
-    assert!(!has(&window, "at Fz "));
-}
-
-#[test]
 fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     let files = Files::new();
     let mut window = window(files.three());

@@ -19,7 +19,7 @@ pub(super) fn show(
     let zoom = *pane.zoom();
     let drawing = drawing(picture, gauges, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, gauges, &for_print(), zoom);
-    pane.lay_out(ui, [&drawing, &print], &[], out, |ui, _, _| {
+    pane.lay_out(ui, &drawing, &print, out, |ui, _, _| {
         ui.strong(format!(
             "{} over {}",
             drawing.up.label, drawing.across.label

@@ -38,7 +38,7 @@ pub(super) fn show(
     let zoom = *pane.zoom();
     let drawing = drawing(picture, curve, &shown, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, curve, &shown, &for_print(), zoom);
-    pane.lay_out(ui, [&drawing, &print], &[], out, |ui, pane, _| {
+    pane.lay_out(ui, &drawing, &print, out, |ui, pane, _| {
         figures(ui, picture, curve);
         ui.separator();
         list(ui, pane, picture);

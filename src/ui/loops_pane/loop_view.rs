@@ -1,26 +1,16 @@
 //! Loops of one axis, the width over the load, and the table of figures.
 
 use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
-use std::ops::Range;
-
-use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Span, Up, clouds};
-use crate::analysis::{AxisTraces, TraceSet};
+use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Up, clouds};
 use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
-use crate::recording::RecordingSet;
-use crate::report::figure::{DASHED, DOTTED, Figure, Line, Scale};
+use crate::report::figure::{DASHED, Figure, Line, Scale};
 use crate::report::{LoopMeasures, LoopScale, Trace, loop_figures};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::look_back;
-use crate::ui::plots::{Mark, Pointer};
-use crate::ui::time_view::TimeView;
 use crate::ui::{plots, table};
 
-/// A sample this near to the pointer is pointed at (points).
-const NEAR_POINTS: f64 = 14.0;
-/// Among more samples than this none is searched for, since that is done in every frame.
-const MOST_SEARCHED: usize = 1_000_000;
 /// Height of the plot of widths.
 const WIDTHS_HEIGHT: f32 = 150.0;
 
@@ -29,7 +19,6 @@ pub(super) fn show(
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &LoopPlot,
-    time: &mut TimeView,
     out: &mut Vec<Command>,
 ) {
     let gauges = &engine.project().recordings.layout().gauge_names;
@@ -48,27 +37,10 @@ pub(super) fn show(
             .collect(),
     };
     let visuals = ui.visuals().clone();
-    let samples = Samples::of(engine, picture, time.visible_time());
-    let outputs: Vec<Option<Output>> = view.shown.iter().map(|curve| curve.output).collect();
-    let marks = time.hovered.into_iter().flat_map(|k| {
-        let samples = samples.as_ref();
-        let marks = outputs.iter().filter_map(move |output| {
-            let at = samples?.place(k, *output)?;
-            Some((at, *output))
-        });
-        marks.collect::<Vec<_>>()
-    });
-    let marks: Vec<Mark> = marks
-        .map(|(at, output)| {
-            let [r, g, b] = color(output, &visuals);
-            let color = egui::Color32::from_rgb(r, g, b);
-            Mark { at, color }
-        })
-        .collect();
     let zoom = *pane.zoom();
     let drawing = view.loops(&visuals, zoom);
     let print = view.loops(&for_print(), zoom);
-    pane.lay_out(ui, [&drawing, &print], &marks, out, |ui, pane, out| {
+    pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
         ui.horizontal(|ui| {
             for (of, label, explanation) in [
                 (
@@ -100,140 +72,9 @@ pub(super) fn show(
             let widths = view.widths(&visuals);
             let print = view.widths(&for_print());
             let mut zoom = None; // always all of it
-            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, &[], out);
+            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
         }
     });
-    let nearest = (pane.pointer.zip(samples.as_ref()))
-        .and_then(|(pointer, samples)| samples.nearest(pointer, &outputs));
-    time.pointed = nearest.map(|(k, ..)| k);
-    if let Some(((k, output, at), samples)) = nearest.zip(samples.as_ref()) {
-        samples.tooltip(ui, k, output, at);
-        ui.request_repaint(); // the traces show it in the next frame
-    }
-}
-
-/// The samples that the traces and the loops have in common.
-struct Samples<'a> {
-    traces: &'a TraceSet,
-    axis: &'a AxisTraces,
-    picture: &'a LoopPlot,
-    recordings: &'a RecordingSet,
-    decimation: usize,
-    ranges: Vec<Range<usize>>,
-}
-
-impl<'a> Samples<'a> {
-    fn of(engine: &'a Engine, picture: &'a LoopPlot, visible: Option<(f64, f64)>) -> Option<Self> {
-        let analysis = engine.analysis()?;
-        let (traces, question) = (&*analysis.traces, &picture.question);
-        let recordings = &*engine.project().recordings;
-        let is_looked_at = |recording: usize| match question.span {
-            Span::Visible | Span::All => true,
-            Span::One(only) => only == recording,
-            Span::Of(of) => {
-                let entry = recordings.entries().get(recording);
-                entry.is_some_and(|entry| of.includes(entry.role))
-            }
-        };
-        let (from, to) = match question.span {
-            Span::Visible => visible.unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
-            _ => (f64::NEG_INFINITY, f64::INFINITY),
-        };
-        let start = traces.times.partition_point(|time| *time < from);
-        let end = traces.times.partition_point(|time| *time <= to);
-        let segments = traces.segments.iter();
-        let looked_at = segments.filter(|segment| is_looked_at(segment.recording));
-        Some(Self {
-            traces,
-            axis: traces.axes.iter().find(|own| own.axis == question.axis)?,
-            picture,
-            recordings,
-            decimation: analysis.calibration.decimation.max(1),
-            ranges: looked_at
-                .map(|segment| segment.samples.start.max(start)..segment.samples.end.min(end))
-                .filter(|range| !range.is_empty())
-                .collect(),
-        })
-    }
-
-    /// Where a sample stands over the load; `None` where it is not among them.
-    fn place(&self, k: usize, output: Option<Output>) -> Option<[f64; 2]> {
-        let is_there = self.ranges.iter().any(|range| range.contains(&k));
-        is_there.then(|| self.value(k, output)).flatten()
-    }
-
-    fn value(&self, k: usize, output: Option<Output>) -> Option<[f64; 2]> {
-        let axis = self.axis;
-        let up = match (self.picture.question.up, output) {
-            (Up::Load, Some(Output::Conventional)) => axis.conventional.value(k),
-            (Up::Load, Some(Output::Compensated)) => axis.compensated.value(k),
-            (Up::Error, Some(Output::Conventional)) => axis.conventional_error.as_ref()?.value(k),
-            (Up::Error, Some(Output::Compensated)) => axis.compensated_error.as_ref()?.value(k),
-            (Up::Gauge(gauge), _) => {
-                let segment = self.traces.segment_of(k)?;
-                let recording = &self.recordings.entries().get(segment.recording)?.recording;
-                let row = (k - segment.samples.start) * self.decimation;
-                *recording.gauges().get(row * recording.n_gauges() + gauge)?
-            }
-            (_, None) => return None,
-        };
-        Some([axis.calculated.as_ref()?.value(k), up])
-    }
-
-    /// The sample nearest to the pointer, if it is near.
-    fn nearest(
-        &self,
-        pointer: Pointer,
-        outputs: &[Option<Output>],
-    ) -> Option<(usize, Option<Output>, [f64; 2])> {
-        let n: usize = self.ranges.iter().map(Range::len).sum();
-        if n > MOST_SEARCHED {
-            return None;
-        }
-        let distance = |at: [f64; 2]| {
-            let off = [0, 1].map(|i| (at[i] - pointer.at[i]) / pointer.per_point[i]);
-            off[0].hypot(off[1])
-        };
-        let samples = self.ranges.iter().cloned().flatten();
-        let all = samples.flat_map(|k| outputs.iter().map(move |output| (k, *output)));
-        let near = all.filter_map(|(k, output)| {
-            let at = self.value(k, output)?;
-            let distance = distance(at);
-            (distance < NEAR_POINTS).then_some((distance, (k, output, at)))
-        });
-        let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
-        nearest.map(|(_, found)| found)
-    }
-
-    /// What, where and when it is, with units.
-    fn tooltip(&self, ui: &egui::Ui, k: usize, output: Option<Output>, at: [f64; 2]) {
-        let axis = self.picture.question.axis;
-        let (what, unit) = match self.picture.question.up {
-            Up::Load => ("load", axis.unit()),
-            Up::Error => ("error", axis.unit()),
-            Up::Gauge(_) => ("reading", "raw"),
-        };
-        egui::Tooltip::always_open(
-            ui.ctx().clone(),
-            ui.layer_id(),
-            ui.scope_id().with("loop sample"),
-            egui::PopupAnchor::Pointer,
-        )
-        .gap(18.0)
-        .show(|ui| {
-            let [load, up] = at.map(|value| significant(value, 4));
-            ui.strong(format!("{} {what} {up} {unit}", name(output)));
-            ui.label(format!("at {} {load} {}", axis.symbol(), axis.unit()));
-            let recording = self
-                .traces
-                .segment_of(k)
-                .map_or("", |segment| &segment.name);
-            ui.weak(format!(
-                "{} s, {recording}",
-                significant(self.traces.times[k], 6)
-            ));
-        });
-    }
 }
 
 /// A picture as it is looked at.
@@ -305,28 +146,9 @@ impl<'a> View<'a> {
                     clouds(&curve.drawn, color(curve.output, visuals), ink)
                 })
                 .collect(),
-            lines: self
-                .no_error(visuals)
-                .into_iter()
-                .chain(branches)
-                .chain(loops)
-                .collect(),
+            lines: branches.chain(loops).collect(),
             ..Figure::default()
         }
-    }
-
-    /// Where the load stands over the load: the line of a sensor without errors.
-    fn no_error(&self, visuals: &egui::Visuals) -> Option<Line<'a>> {
-        let (low, high) = self.picture.whole.loads;
-        (self.picture.question.up == Up::Load).then(|| Line {
-            width: 1.0,
-            dash: Some(DOTTED),
-            ..Line::new(
-                "1 : 1",
-                rgb(visuals.weak_text_color()),
-                [vec![[low, low], [high, high]]],
-            )
-        })
     }
 
     /// The width over the load.
