@@ -14,6 +14,7 @@ mod factory;
 mod fit;
 mod intervals;
 pub mod loops;
+mod models;
 mod report;
 mod study;
 mod traces;
@@ -35,16 +36,15 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
-pub use best::{Best, Search, Tried, best_table, find_best};
+pub use best::{Best, Cost, Search, Tried, best_table, find_best};
 pub use cautions::{Caution, cautions};
 pub use comparison::compare;
-pub(crate) use comparison::{
-    Candidate, ComparedRow, RowEvent, comparison_table, few_trajectories, paper_candidates,
-};
+pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
+pub use models::Model;
 pub use report::report;
 pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};

@@ -16,6 +16,7 @@ use crate::calibration::{
     Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
 };
 use crate::evaluation::cross_validation::are_left_out_whole;
+use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
 use crate::export::bytes_in_float;
 use crate::features::{
@@ -140,11 +141,15 @@ pub struct Tried {
     pub axes: Vec<Axis>,
     /// RMSE per axis over all folds.
     pub cv_rmse: Vec<f64>,
+    /// The standard deviation of the folds' RMSE, per axis.
+    pub cv_spread: Vec<f64>,
     /// The root of its mean squared error, each axis relative to the conventional calibration: 1 is no better.
     pub relative: f64,
     /// The standard error of its mean squared error's difference to the conventional one, over the folds, on the same
     /// scale.
     pub spread: f64,
+    /// RMSE per axis on the training recordings themselves.
+    pub train_rmse: Option<Vec<f64>>,
     /// RMSE per axis on recordings in the test role; they have no say in the choice.
     pub test_rmse: Option<Vec<f64>>,
     /// What it costs where it runs.
@@ -192,6 +197,44 @@ impl Best {
     /// What is proposed; `None` while nothing is tried.
     pub fn proposed(&self) -> Option<&Tried> {
         self.tried.iter().find(|tried| tried.is_proposed)
+    }
+
+    /// Why the proposed one is proposed, in a sentence; `None` while nothing is tried.
+    pub fn why(&self) -> Option<String> {
+        let proposed = self.proposed()?;
+        let by_error = |a: &&Tried, b: &&Tried| a.relative.total_cmp(&b.relative);
+        let lowest = self.tried.iter().min_by(by_error)?;
+        let percent = |own: &Tried| format!("{} %", significant(100.0 * own.relative, 3));
+        let of_all = format!("of the conventional error ({})", self.folds);
+        Some(match lowest.name == proposed.name {
+            true => format!(
+                "Proposed: {}. Of {} tried it has the lowest error, {} {of_all}, and nothing cheaper is within one standard error of it",
+                proposed.name,
+                self.tried.len(),
+                percent(proposed)
+            ),
+            false => format!(
+                "Proposed: {}. Its error, {} {of_all}, is within one standard error of the lowest, {} of {}, and nothing cheaper is",
+                proposed.name,
+                percent(proposed),
+                percent(lowest),
+                lowest.name
+            ),
+        })
+    }
+
+    /// What else there is to know of the search, a sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if self.n_left > 0 {
+            let n = self.n_left;
+            remarks.push(format!(
+                "The time did not allow {n} more; a longer limit does"
+            ));
+        }
+        let failed = self.failed.iter();
+        remarks.extend(failed.map(|(name, why)| format!("{name} could not be tried: {why}")));
+        remarks
     }
 
     /// Takes one more, and says anew which are good.
@@ -431,8 +474,12 @@ fn try_one(
         settings,
         axes: calibration.axes.clone(),
         cv_rmse: cv_rmse.collect(),
+        cv_spread: (0..n_axes)
+            .map(|axis| spread(&squares, &fold_samples, axis))
+            .collect(),
         relative: 1.0,
         spread: 0.0,
+        train_rmse: calibration.quality.compensated.train_rmse.clone(),
         test_rmse: calibration.quality.compensated.test_rmse.clone(),
         cost: cost(&calibration, &whole.recordings),
         seconds: 0.0,
@@ -441,6 +488,19 @@ fn try_one(
         squares,
     };
     Ok((tried, fold_samples))
+}
+
+/// The standard deviation over the folds of the RMSE of one axis.
+fn spread(squares: &[f64], fold_samples: &[u64], axis: usize) -> f64 {
+    let n_axes = squares.len() / fold_samples.len().max(1);
+    let own = squares.iter().skip(axis).step_by(n_axes.max(1));
+    let rmse = own
+        .zip(fold_samples)
+        .map(|(square, n)| (square / (*n).max(1) as f64).sqrt());
+    let rmse: Vec<f64> = rmse.collect();
+    let mean = rmse.iter().sum::<f64>() / rmse.len().max(1) as f64;
+    let variance = rmse.iter().map(|rmse| (rmse - mean).powi(2)).sum::<f64>();
+    (variance / rmse.len().saturating_sub(1).max(1) as f64).sqrt()
 }
 
 /// Takes out the blocks that help no axis.
@@ -585,7 +645,7 @@ impl Side {
 }
 
 /// What the calibration costs where it runs.
-fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
+pub(super) fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     let design = calibration.design();
     let coefficients = calibration.n_coefficients();
     let entry = recordings
@@ -739,7 +799,7 @@ mod tests {
             set.push(Entry::new(recording, Role::Train)).unwrap();
         }
         let (folds, what) = folds(&set).unwrap();
-        assert_eq!(what, "3 groups by path, each left out in turn");
+        assert_eq!(what, "nested: 3 groups by path, each left out in turn");
         for (fold, path) in folds.iter().zip(["path 1", "path 2", "path 3"]) {
             for entry in fold.entries() {
                 let is_own = entry.group.as_deref() == Some(path);
@@ -759,8 +819,10 @@ mod tests {
             regressor: Regressor::Linear,
             axes: vec![Axis::Fz],
             cv_rmse: vec![(sum / 40.0).sqrt()],
+            cv_spread: vec![0.0],
             relative: 0.0,
             spread: 0.0,
+            train_rmse: None,
             test_rmse: None,
             cost: Cost {
                 coefficients: 1,
@@ -789,6 +851,15 @@ mod tests {
         best.push(tried("better", &[5.0; 4]), &samples);
         assert_eq!(best.proposed().unwrap().name, "better");
         assert!(!best.tried[1].is_good);
+    }
+
+    /// Folds of 4 and 9 samples with RMSE 1 and 3 on the first axis, 2 and 2 on the second.
+    #[test]
+    fn the_spread_is_that_of_the_folds_errors() {
+        let squares = [4.0, 16.0, 81.0, 36.0];
+        assert!((spread(&squares, &[4, 9], 0) - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(spread(&squares, &[4, 9], 1), 0.0);
+        assert_eq!(spread(&squares[..2], &[4], 0), 0.0);
     }
 
     /// An axis that is always zero has no say.

@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::analysis::best::{Cost, cost};
 use crate::analysis::{AnalysisError, Request, TrainingStep, cross_validation_cost, train};
-use crate::calibration::{FitSettings, Learner, Regressor, Scores};
+use crate::calibration::{Calibration, FitSettings, Learner, Regressor, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::caught;
@@ -78,6 +79,12 @@ pub struct ComparedRow {
     /// How long it took (s).
     #[serde(rename = "seconds", serialize_with = "seconds")]
     pub elapsed: Duration,
+    /// What it costs where it runs.
+    #[serde(skip)]
+    pub cost: Cost,
+    /// What was fitted or trained.
+    #[serde(skip)]
+    pub calibration: Arc<Calibration>,
 }
 
 fn seconds<S: serde::Serializer>(elapsed: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
@@ -126,10 +133,14 @@ pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
 }
 
 /// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
-/// memoryless polynomial, all amounts of data.
+/// memoryless polynomial, all amounts of data that the recordings have.
 ///
 /// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
-pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec<Candidate> {
+pub fn paper_candidates(
+    recordings: &RecordingSet,
+    settings: &FitSettings,
+    regressors: &[Regressor],
+) -> Vec<Candidate> {
     let history = match settings.features.has_history() {
         true => settings.features.clone(),
         false => FeatureSettings {
@@ -159,6 +170,9 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
             }
         }
     }
+    if few_trajectories(recordings).is_none() {
+        candidates.retain(|candidate| !candidate.few_trajectories);
+    }
     candidates.sort_by_key(|candidate| {
         let learner = candidate.regressor.learner();
         (
@@ -172,7 +186,7 @@ pub fn paper_candidates(settings: &FitSettings, regressors: &[Regressor]) -> Vec
 
 /// The recordings with the first group (programme, path) alone to train on; `None` where nothing is grouped, or there is but one
 /// group.
-pub(crate) fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
+fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();
     let training = training.filter(|(_, (entry, _))| entry.role == Role::Train);
@@ -296,11 +310,13 @@ fn compare_one(
     progress.advance(weight - counted);
     Ok(ComparedRow {
         candidate: candidate.clone(),
-        axes: calibration.axes,
+        axes: calibration.axes.clone(),
         n_train: calibration.quality.n_train,
-        scores: calibration.quality.compensated,
-        ridge: calibration.quality.ridge,
+        scores: calibration.quality.compensated.clone(),
+        ridge: calibration.quality.ridge.clone(),
         elapsed: start.elapsed(),
+        cost: cost(&calibration, &request.recordings),
+        calibration: Arc::new(calibration),
     })
 }
 
@@ -339,7 +355,7 @@ mod tests {
     #[test]
     fn every_row_of_the_whole_comparison_is_fitted() {
         let (set, settings) = quick();
-        let candidates = paper_candidates(&settings, &Regressor::ALL);
+        let candidates = paper_candidates(&set, &settings, &Regressor::ALL);
         assert_eq!(candidates.len(), 33);
         let rows = Mutex::new(vec![None; candidates.len()]);
         let progress = Progress::default();
@@ -380,18 +396,17 @@ mod tests {
             (15, 15)
         );
         assert!(of_role(Role::Train).all(|entry| entry.recording.name().contains("path1_")));
-        assert_eq!(few_trajectories(&few), None);
         let mut single = RecordingSet::default();
         for entry in built_in.entries().iter().step_by(15) {
             single.push(entry.clone()).unwrap();
         }
-        assert_eq!(few_trajectories(&single), None);
+        assert!(few_trajectories(&single).is_none());
     }
 
     #[test]
     fn a_cancelled_comparison_begins_no_further_row() {
         let (set, settings) = quick();
-        let candidates = paper_candidates(&settings, &[Regressor::Linear]);
+        let candidates = paper_candidates(&set, &settings, &[Regressor::Linear]);
         let progress = Progress::default();
         progress.cancel();
         compare(&set, &settings, &candidates, &progress, &|_, event| {

@@ -10,8 +10,7 @@ use super::choices::{FitChoices, RecordingArgs, regressor};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
 use crate::analysis::{
-    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, few_trajectories,
-    paper_candidates,
+    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
 };
 use crate::calibration::Regressor;
 use crate::evaluation::threshold_study::ScoreSet;
@@ -57,10 +56,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
         named => named,
     };
     let settings = args.choices.settings(&recordings, Regressor::Linear, 1);
-    let mut candidates = paper_candidates(&settings, regressors);
-    if few_trajectories(&recordings).is_none() {
-        candidates.retain(|candidate| !candidate.few_trajectories);
-    }
+    let mut candidates = paper_candidates(&recordings, &settings, regressors);
     if let Some(step) = args.decimate {
         for candidate in &mut candidates {
             candidate.decimation = step;

@@ -5,27 +5,31 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
-use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, View};
-use crate::calibration::{Calibration, FitSettings};
+use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
 use crate::engine::query::{Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, ChooseBlock, Compare, LookAt, StudyThresholds, Train, Trained,
+    Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery};
 use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{KnownFiles, OpenedSession, Session, group_in, role_in};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
-    Comparison, Edit, FromFile, History, ImportCommand, Level, Notice, Preferences, Project,
+    Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
+    Project,
 };
+use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
-use crate::recording::{Recording, Tare};
+use crate::features::{Distance, Thresholds};
+use crate::recording::{Recording, RecordingSet, Role, Tare};
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -59,16 +63,18 @@ pub enum Action {
     StopTraining,
     /// Choose a block's numbers by cross-validation; whose errors count, if that was chosen.
     ChooseBlock(HistoryBlock, Option<Measure>),
-    /// Tick a row of the comparison or take the tick away.
-    Tick(usize, bool),
-    /// Tick all rows of the comparison or none.
-    TickAll(bool),
-    /// Fit the ticked rows that have no result that holds.
-    Compare,
+    /// Try sensible models and propose one; begin none after this time.
+    FindBest(Duration),
     /// Fit all that the paper compares.
     ComparePaper,
-    /// Stop the comparison; rows that have ended keep their results.
-    StopComparing,
+    /// Stop trying models; those that are there stay.
+    StopTrying,
+    /// Put what is shown on the list of models.
+    KeepModel,
+    /// Change a row of the list of models.
+    Model(u64, ModelChange),
+    /// Take the settings of this row of the list of models.
+    BringBack(u64),
     /// What concerns files whose columns have to be said.
     Import(ImportCommand),
     /// Restore this autosaved session of a window that did not close as it should.
@@ -122,8 +128,12 @@ pub struct Engine {
     pub session: Option<PathBuf>,
     /// Where the panes stood in a session that was just opened.
     pub layout: Option<serde_json::Value>,
+    /// What the thresholds begin with, of these recordings measured this way.
+    default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
     /// What there is to say.
     pub notices: Vec<Notice>,
+    /// How many there have been.
+    n_said: u64,
     /// A file that somebody is asked about before it is written.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// The file whose columns are being said.
@@ -137,10 +147,8 @@ pub struct Engine {
     pub closes: bool,
     /// What is remembered between runs.
     pub preferences: Preferences,
-    /// Regressors side by side.
-    pub comparison: Comparison,
-    /// The settings that the comparison's rows follow.
-    compared: Option<FitSettings>,
+    /// Everything that was tried.
+    pub models: Models,
     /// What the loop pane shows.
     pub loops: Lane<LookAt>,
     /// What the metrology pane shows.
@@ -152,6 +160,7 @@ pub struct Engine {
     analysis: Lane<Analyse>,
     training: Lane<Train>,
     comparing: Lane<Compare>,
+    searching: Lane<FindBest>,
     preview: Lane<Preview>,
     tasks: Vec<(bool, Lane<Task>)>,
     /// Files of the session that were lost and are being read.
@@ -172,6 +181,7 @@ macro_rules! each_lane {
             analysis,
             training,
             comparing,
+            searching,
             ..
         } = $engine;
         {
@@ -202,6 +212,10 @@ macro_rules! each_lane {
             let $lane = comparing;
             $what
         }
+        {
+            let $lane = searching;
+            $what
+        }
     }};
 }
 
@@ -215,7 +229,9 @@ impl Engine {
             gesture: None,
             session: None,
             layout: None,
+            default_thresholds: None,
             notices: Vec::new(),
+            n_said: 0,
             replacing: None,
             importing: None,
             recoverable: Vec::new(),
@@ -223,8 +239,7 @@ impl Engine {
             leaving: None,
             closes: false,
             preferences: Preferences::default(),
-            comparison: Comparison::default(),
-            compared: None,
+            models: Models::default(),
             loops: Lane::new(&notify),
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
@@ -232,6 +247,7 @@ impl Engine {
             analysis: Lane::new(&notify),
             training: Lane::new(&notify),
             comparing: Lane::new(&notify),
+            searching: Lane::new(&notify),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
             awaited: KnownFiles::new(),
@@ -287,6 +303,11 @@ impl Engine {
 
     /// What was trained for just these recordings and settings, be it cross-validated or not.
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
+        let last = self.fitted_last();
+        last.or_else(|| self.models.trained(&self.project))
+    }
+
+    fn fitted_last(&self) -> Option<&Arc<Calibration>> {
         let (Train(of), trained) = self.training.whole()?;
         let mut settings = of.settings.clone();
         settings.network.cross_validate = self.project.settings.network.cross_validate;
@@ -295,14 +316,20 @@ impl Engine {
         trained.calibration.as_ref().filter(|_| holds)
     }
 
+    /// Whether what is shown can be kept as a model: it was fitted to what is loaded, by the settings of now.
+    pub fn can_keep(&self) -> bool {
+        let learns = self.project.settings.regressor.learner().is_some();
+        self.is_current() && self.project.applied.is_none() && (!learns || self.fitting().is_some())
+    }
+
     /// The training that runs.
     pub fn training(&self) -> Option<Running> {
         self.training.running()
     }
 
-    /// Whether a comparison runs.
-    pub fn is_comparing(&self) -> bool {
-        !self.comparing.is_idle()
+    /// Whether models are being tried.
+    pub fn is_trying(&self) -> bool {
+        !self.comparing.is_idle() || !self.searching.is_idle()
     }
 
     /// The refit that runs.
@@ -317,9 +344,36 @@ impl Engine {
         let others = [
             self.training.running(),
             self.comparing.running(),
+            self.searching.running(),
             self.choice.running(),
         ];
         tasks.chain(others.into_iter().flatten()).collect()
+    }
+
+    /// What the thresholds begin with in these recordings.
+    pub fn default_thresholds(&self) -> Thresholds {
+        let own = self.default_thresholds.as_ref();
+        own.map_or_else(|| self.project.default_thresholds(), |own| own.2)
+    }
+
+    /// The share of training samples, or of all without any, for which the first look-back finds a past sample; `None` without a
+    /// look-back.
+    pub fn share_with_past(&self) -> Option<f64> {
+        let entries = self.project.recordings.entries();
+        let share = |is_asked: &dyn Fn(Role) -> bool| {
+            let (mut found, mut all) = (0.0, 0.0);
+            for (at, _) in entries
+                .iter()
+                .enumerate()
+                .filter(|(_, entry)| is_asked(entry.role))
+            {
+                let result = self.result_of(at)?;
+                found += result.share_with_past? * result.n_samples as f64;
+                all += result.n_samples as f64;
+            }
+            (all > 0.0).then(|| found / all)
+        };
+        share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
     /// Whether anything runs or waits to run.
@@ -392,9 +446,17 @@ impl Engine {
 
     /// Asks for what follows from the document.
     fn follow(&mut self) {
-        if self.compared.as_ref() != Some(&self.project.settings) {
-            self.comparison.follow(&self.project.settings);
-            self.compared = Some(self.project.settings.clone());
+        let (own, distance) = (
+            &self.project.recordings,
+            self.project.settings.features.distance,
+        );
+        let holds = self
+            .default_thresholds
+            .as_ref()
+            .is_some_and(|(of, measured, _)| Arc::ptr_eq(of, own) && *measured == distance);
+        if !holds {
+            let default = self.project.default_thresholds();
+            self.default_thresholds = Some((Arc::clone(own), distance, default));
         }
         // Before anything was opened there is nothing to ask, and nothing to complain about.
         let is_empty = self.project.recordings.entries().is_empty();
@@ -485,7 +547,11 @@ impl Engine {
             Level::Error => log::Level::Error,
         };
         log::log!(level, "{}", notice.text);
-        self.notices.push(notice);
+        self.n_said += 1;
+        self.notices.push(Notice {
+            number: self.n_said,
+            ..notice
+        });
         let surplus = self.notices.len().saturating_sub(MAX_NOTICES);
         self.notices.drain(..surplus);
     }
@@ -548,21 +614,20 @@ impl Engine {
                     });
                 }
             }
-            Action::Tick(at, ticked) => {
-                if let Some(row) = self.comparison.rows.get_mut(at) {
-                    row.ticked = ticked;
+            Action::FindBest(time_limit) => self.find_best(time_limit),
+            Action::ComparePaper => self.compare(),
+            Action::StopTrying => {
+                self.comparing.cancel();
+                self.searching.cancel();
+            }
+            Action::KeepModel => self.keep_model(),
+            Action::Model(id, change) => self.models.change(id, change),
+            Action::BringBack(id) => {
+                let settings = self.models.row(id).map(|row| row.settings.clone());
+                if let Some(settings) = settings {
+                    self.edit(Edit::Model(Box::new(settings)));
                 }
             }
-            Action::TickAll(ticked) => {
-                let rows = self.comparison.rows.iter_mut();
-                rows.for_each(|row| row.ticked = ticked);
-            }
-            Action::Compare => self.compare(),
-            Action::ComparePaper => {
-                self.comparison.tick_paper();
-                self.compare();
-            }
-            Action::StopComparing => self.comparing.cancel(),
             Action::Import(command) => self.import(command),
             Action::Restore(path) => self.start(Task::Restore(path)),
             Action::DropLeft(path) => self.drop_left(&path),
@@ -611,13 +676,7 @@ impl Engine {
                 self.tell(Level::Error, format!("Training: {problem}"));
             }
         }
-        if let Some(heard) = self.comparing.take().last()
-            && let Some(asked) = self.comparing.answered()
-            && let Some(states) = self.comparing.answer()
-        {
-            self.comparison
-                .take(asked, states, *heard == LaneEvent::Part);
-        }
+        self.take_models();
         for heard in self.choice.take() {
             match heard {
                 LaneEvent::Answer => {
@@ -736,6 +795,7 @@ impl Engine {
                 }
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
+            Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
     }
@@ -801,7 +861,17 @@ impl Engine {
         if !recordings.is_empty() {
             let role_of = |recording: &Recording| role_in(&known, recording);
             let group_of = |recording: &Recording| group_in(&known, recording);
+            let before = self.project.thresholds();
             let refused = self.change(|project| project.add_known(recordings, role_of, group_of));
+            let now = self.project.thresholds();
+            if now != before && self.project.settings.features.distance == Distance::Force {
+                let text = format!(
+                    "F_th begins at {} N: of how far the force moves in these recordings about the share that the paper's 3 N are of \
+                     its sensor's range. The pane Thresholds finds a better one",
+                    significant(now.f_th, 3)
+                );
+                self.tell(Level::Info, text);
+            }
             refused
                 .into_iter()
                 .for_each(|refused| self.tell(Level::Error, refused));
@@ -923,16 +993,82 @@ impl Engine {
         self.save(content, path, existing);
     }
 
-    fn compare(&mut self) {
-        if self.is_comparing() {
+    /// Searches for the best model, unless models are being tried already.
+    fn find_best(&mut self, time_limit: Duration) {
+        if self.is_trying() {
             return;
         }
-        match self.comparison.to_run(&self.project) {
+        let search = Search {
+            recordings: Arc::clone(&self.project.recordings),
+            settings: self.project.settings.clone(),
+            time_limit,
+        };
+        let run = self.models.next_run();
+        self.searching.ask_again(FindBest { run, search });
+    }
+
+    fn compare(&mut self) {
+        if self.is_trying() {
+            return;
+        }
+        match self.models.begin_paper(&self.project) {
             Some(compare) => self.comparing.ask_again(compare),
             None => self.tell(
                 Level::Info,
-                "Every ticked row already has a result that holds",
+                "Every row of the comparison already has a result that holds",
             ),
+        }
+    }
+
+    fn keep_model(&mut self) {
+        let fitted = self.analysis().filter(|_| self.can_keep());
+        let Some(analysis) = fitted else {
+            self.tell(
+                Level::Error,
+                "There is nothing to keep yet: what is shown is not fitted, or not trained, by the settings of now",
+            );
+            return;
+        };
+        let calibration = Arc::clone(&analysis.calibration);
+        let recordings = Arc::clone(&self.project.recordings);
+        let settings = Box::new(self.project.settings.clone());
+        self.start(Task::Keep(recordings, settings, calibration));
+    }
+
+    /// Takes how far the models are that are being tried.
+    fn take_models(&mut self) {
+        // Asked before: whoever finds a lane idle also finds its answer.
+        let has_ended = [self.comparing.is_idle(), self.searching.is_idle()];
+        let heard = [self.comparing.take(), self.searching.take()];
+        if let (Some(asked), Some(states)) = (self.comparing.answered(), self.comparing.answer())
+            && !heard[0].is_empty()
+        {
+            self.models.take_paper(asked, states);
+        }
+        if has_ended[0] {
+            self.models.end_paper();
+        }
+        if let (Some(asked), Some(best)) = (self.searching.answered(), self.searching.answer())
+            && !heard[1].is_empty()
+        {
+            self.models
+                .take_search(asked.run, best, &asked.search.recordings);
+        }
+        let problems = [self.comparing.problem(), self.searching.problem()];
+        let problems = heard.iter().zip(problems);
+        let problems = problems.filter(|(heard, _)| heard.contains(&LaneEvent::Problem));
+        let problems: Vec<_> = problems
+            .filter_map(|(_, problem)| Some(problem?.to_owned()))
+            .collect();
+        for problem in problems {
+            self.tell(Level::Error, format!("Trying models: {problem}"));
+        }
+        // What was found is on the list; the recordings need not be kept for it.
+        if has_ended[0] {
+            self.comparing.forget();
+        }
+        if has_ended[1] {
+            self.searching.forget();
         }
     }
 

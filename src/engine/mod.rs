@@ -4,11 +4,11 @@
 //! to a [`Query`](query::Query), a pure function of what it carries, found on a [`Lane`](query::Lane) off the window's thread.
 //! The [`Engine`] keeps the document, asks what follows from it, and does what takes files; no drawing happens here.
 
-mod comparison;
 #[expect(clippy::module_inception, reason = "the room's centre bears its name")]
 mod engine;
 mod files;
 mod importing;
+mod models;
 mod notice;
 mod preferences;
 mod project;
@@ -22,12 +22,12 @@ mod task;
 mod tests;
 mod undo;
 
-pub use comparison::{Comparison, Row};
 pub(crate) use engine::Leaving;
 pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
+pub use models::{Mark, ModelChange, Models, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
 pub use preferences::{Preferences, Theme};
 pub use project::{Edit, Split};

@@ -20,12 +20,18 @@ pub struct Notice {
     pub level: Level,
     /// One or two sentences.
     pub text: String,
+    /// Which it is of all that was said, from one; zero before it was said.
+    pub number: u64,
 }
 
 impl Notice {
     /// A notice of this level; what files would have a reader see other than it is stands there by its codes.
     pub fn new(level: Level, text: impl Into<String>) -> Self {
         let text = message(&text.into());
-        Self { level, text }
+        Self {
+            level,
+            text,
+            number: 0,
+        }
     }
 }

@@ -12,10 +12,16 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::{BlockSuggestion, Datasets, Request, View};
 use crate::calibration::{Calibration, FitSettings};
 use crate::evaluation::metrology::MetrologySettings;
+use crate::evaluation::numbers::round_step;
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
+
+/// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
+const USUAL_SHARE: f64 = 0.125;
+/// Shares at which an F_th does something: larger ones find next to no past sample, lesser ones only what came just before.
+const SENSIBLE_SHARES: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 /// A calibration with the file that it came from.
 #[derive(Clone, Debug)]
@@ -107,6 +113,8 @@ pub enum Edit {
     Settings(FitSettings),
     /// How loops, dwells and figures are measured.
     Measuring(MetrologySettings),
+    /// The choices of a model, in the place of an applied calibration too; full scales stay the sensor's.
+    Model(Box<FitSettings>),
     /// The thresholds of the first look-back; the others keep their F_th.
     Thresholds(Thresholds),
     /// The numbers of a block.
@@ -180,6 +188,10 @@ impl Project {
         match edit {
             Edit::Settings(settings) => self.settings = settings,
             Edit::Measuring(measuring) => self.measuring = measuring,
+            Edit::Model(settings) => {
+                self.settings = self.with_full_scale(*settings);
+                self.applied = None;
+            }
             Edit::Thresholds(thresholds) => self.set_thresholds(thresholds),
             Edit::Block(chosen) => {
                 let blocks = &mut self.settings.features.blocks;
@@ -277,6 +289,15 @@ impl Project {
         }
     }
 
+    /// These settings with the full scales of the document's own.
+    pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
+        let full_scale = self.settings.full_scale.clone();
+        FitSettings {
+            full_scale,
+            ..settings
+        }
+    }
+
     /// Whether an axis is shown.
     pub fn is_shown(&self, axis: Axis) -> bool {
         !self.hidden_axes.contains(&axis)
@@ -288,6 +309,50 @@ impl Project {
         let distance = features.distance.effective(self.axes());
         let first = features.look_backs.first().copied();
         first.unwrap_or_else(|| Thresholds::default_for(distance))
+    }
+
+    /// What the thresholds begin with: the program's own, or where these would find next to nothing or nothing else in the loaded
+    /// recordings, an F_th in the same proportion to how far the force moves.
+    pub fn default_thresholds(&self) -> Thresholds {
+        let distance = self.settings.features.distance.effective(self.axes());
+        let usual = Thresholds::default_for(distance);
+        let moves = match distance {
+            Distance::Force => self.largest_force_range(),
+            Distance::FullScale => None,
+        };
+        let share = |range: f64| usual.f_th / range;
+        match moves {
+            Some(range) if !SENSIBLE_SHARES.contains(&share(range)) => Thresholds {
+                f_th: round_step(USUAL_SHARE * range),
+                ..usual
+            },
+            _ => usual,
+        }
+    }
+
+    /// How far the force moves, from least to most, on the axis where that is farthest; `None` where it never does.
+    fn largest_force_range(&self) -> Option<f64> {
+        let layout = self.recordings.layout();
+        let entries = self.recordings.entries().iter();
+        let with_reference = entries.filter(|entry| entry.recording.has_reference());
+        let n_axes = layout.axes.len().max(1);
+        let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
+        for entry in with_reference {
+            for load in entry.recording.loads().chunks_exact(n_axes) {
+                for ((low, high), value) in ranges.iter_mut().zip(load) {
+                    (*low, *high) = (low.min(*value), high.max(*value));
+                }
+            }
+        }
+        let forces = layout
+            .axes
+            .iter()
+            .zip(ranges)
+            .filter(|(axis, _)| axis.is_force());
+        let spans = forces.map(|(_, (low, high))| high - low);
+        spans
+            .reduce(f64::max)
+            .filter(|span| *span > 0.0 && span.is_finite())
     }
 
     /// The files that the recordings came from.
@@ -339,6 +404,13 @@ impl Project {
             false => RecordingSet::clone(&self.recordings),
         };
         let before = set.entries().len();
+        let features = &self.settings.features;
+        let had_default = [
+            self.default_thresholds(),
+            Thresholds::default_for(features.distance),
+        ]
+        .iter()
+        .any(|default| features.look_backs == [*default]);
         for recordings in files {
             for recording in recordings {
                 let group = group_of(&recording).or_else(|| self.group_by_map(&recording));
@@ -360,6 +432,9 @@ impl Project {
         refused.extend(self.take_set(set).err().map(|error| error.to_string()));
         self.view = View::One(before);
         self.choose_distance();
+        if had_default {
+            self.settings.features.look_backs = vec![self.default_thresholds()];
+        }
         refused
     }
 
@@ -669,6 +744,44 @@ mod tests {
         assert_eq!(request.settings.features.distance, Distance::FullScale);
         let default = Thresholds::default_for(Distance::FullScale);
         assert_eq!(request.settings.features.look_backs, [default]);
+    }
+
+    /// The forces of `recording` move from -5 to 5 N.
+    #[test]
+    fn f_th_begins_where_it_does_something_until_somebody_chooses_it() {
+        let scaled = |name: &str, factor: f64| {
+            let own = of_file(name, &GAUGES, &FORCES);
+            let loads = own.loads().iter().map(|load| factor * load).collect();
+            Recording::new(
+                name,
+                own.source().clone(),
+                own.times().to_vec(),
+                own.gauge_names().to_vec(),
+                own.gauges().to_vec(),
+                FORCES.to_vec(),
+                loads,
+            )
+            .unwrap()
+        };
+        let mut project = Project::default();
+        project.add(vec![vec![scaled("a", 1.0)]], |_| None);
+        assert_eq!(project.thresholds().f_th, 3.0);
+        project.edit(Edit::CloseAll).unwrap();
+        project.add(vec![vec![scaled("small", 0.4)]], |_| None);
+        assert_eq!(project.thresholds().f_th, 0.5, "an eighth of 4 N");
+        project.add(vec![vec![scaled("large", 1000.0)]], |_| None);
+        assert_eq!(
+            project.thresholds().f_th,
+            2000.0,
+            "and of 10 kN, rounded up"
+        );
+        let chosen = Thresholds {
+            f_th: 3.0,
+            t_th_secs: 4.0,
+        };
+        project.edit(Edit::Thresholds(chosen)).unwrap();
+        project.add(vec![vec![scaled("more", 0.4)]], |_| None);
+        assert_eq!(project.thresholds(), chosen);
     }
 
     #[test]

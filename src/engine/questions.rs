@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
-    Analysis, AnalysisError, Analyst, BlockSuggestion, Candidate, ComparedRow, Datasets,
-    HistoryBlock, Request, RowEvent, Study, StudyEvent, TrainingStep, compare, train,
+    Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
+    HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare, find_best,
+    train,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Query, Unanswered};
@@ -131,9 +132,44 @@ impl Query for Train {
     }
 }
 
+/// Find the model to calibrate with.
+#[derive(Clone, Debug)]
+pub struct FindBest {
+    /// Its number among the runs.
+    pub run: u64,
+    /// What is asked.
+    pub search: Search,
+}
+
+impl Query for FindBest {
+    type Answer = Best;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Finding the best model".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        self.run == other.run
+    }
+
+    fn compute(
+        &self,
+        (): &mut (),
+        progress: &Progress,
+        show: &(dyn Fn(Best) + Sync),
+    ) -> Result<Best, Unanswered> {
+        Ok(find_best(&self.search, progress, &|best| {
+            show(best.clone())
+        })?)
+    }
+}
+
 /// Fit regressors and features side by side.
 #[derive(Clone, Debug)]
 pub struct Compare {
+    /// Its number among the runs.
+    pub run: u64,
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
     /// What the candidates do not say.
@@ -163,9 +199,7 @@ impl Query for Compare {
     }
 
     fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings)
-            && self.settings == other.settings
-            && self.candidates == other.candidates
+        self.run == other.run
     }
 
     fn compute(
@@ -179,6 +213,7 @@ impl Query for Compare {
             recordings,
             settings,
             candidates,
+            ..
         } = self;
         compare(recordings, settings, candidates, progress, &|at, event| {
             let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
@@ -307,7 +342,8 @@ impl Query for StudyThresholds {
         let grid = ThresholdGrid::covering(study.largest_distance(), MAP_SIDE, MAP_SIDE)
             .expect("the grid of the window is neither empty nor too large");
         let so_far = Mutex::new(None::<ThresholdMap>);
-        let map = study.threshold_map(&grid, progress, &|event| {
+        let begun = found.map.as_deref();
+        let map = study.rest_of_map(begun, &grid, progress, &|event| {
             let mut so_far = so_far.lock().unwrap_or_else(PoisonError::into_inner);
             match event {
                 StudyEvent::Begun(map) => *so_far = Some(map.clone()),
@@ -323,7 +359,7 @@ impl Query for StudyThresholds {
             });
         });
         let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // Other thresholds begin the map again; until they have one, this one stays.
+        // Other thresholds go on with the map where these leave it.
         found.map = so_far.map(Arc::new).or(found.map);
         prepared.map.clone_from(&found.map);
         map?;

@@ -3,20 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::analysis::{
-    ComparedRow, Request, TraceSet, comparison_table, intervals_on_screen, report,
-};
+use crate::analysis::{Request, TraceSet, intervals_on_screen, report};
 use crate::calibration::{Calibration, Undetermined};
 use crate::engine::{Project, Session};
 use crate::evaluation::metrology::Metrology;
-use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
+use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
     ReportData, WriteError, threshold_map_files, with_sources, write_atomically, write_calibration,
     write_report, write_threshold_map, write_traces,
 };
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
-use crate::report::figure_records;
+use crate::report::{Table, figure_records};
 
 /// What is to be written into a file; where there is a choice, the ending of its name says how.
 #[derive(Clone, Debug)]
@@ -27,8 +25,8 @@ pub enum FileContent {
     Report(Box<Request>, String),
     /// Loads and errors over time.
     Traces(Box<TracesToWrite>),
-    /// The comparison of regressors as CSV.
-    Comparison(Vec<ComparedRow>),
+    /// The list of models as CSV.
+    Models(Box<Table>),
     /// The metrology table as CSV.
     Metrology(Arc<Metrology>),
     /// The map of thresholds with its curves.
@@ -79,7 +77,7 @@ impl FileContent {
             Self::Calibration(..) => "calibration.json",
             Self::Report(..) => "report.html",
             Self::Traces(_) => "traces.csv",
-            Self::Comparison(_) => "comparison.csv",
+            Self::Models(_) => "models.csv",
             Self::Metrology(_) => "metrology.csv",
             Self::Thresholds(..) => "thresholds.csv",
             Self::Session(..) => "session.json",
@@ -122,9 +120,7 @@ impl FileContent {
                 write_traces(path, &what.calibration, &shown, progress)
             }
             Self::Thresholds(map, measure) => write_threshold_map(map, *measure, path),
-            Self::Comparison(rows) => write_atomically(path, |out| {
-                comparison_table(rows, &ScoreSet::ALL).write_csv(out)
-            }),
+            Self::Models(table) => write_atomically(path, |out| table.write_csv(out)),
             Self::Metrology(table) => {
                 write_atomically(path, |out| figure_records(table).write_csv(out))
             }

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::analysis::Model;
+use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{OpenedFile, open_all};
 use crate::engine::query::{Query, Unanswered};
 use crate::engine::saving::{Existing, FileContent};
@@ -40,6 +42,8 @@ pub enum Task {
     FindWeight(PathBuf, Box<ColumnMap>),
     /// Read this autosaved session.
     Restore(PathBuf),
+    /// Find out what a calibration of these recordings costs, to list it with these settings.
+    Keep(Arc<RecordingSet>, Box<FitSettings>, Arc<Calibration>),
 }
 
 /// What came of it.
@@ -61,6 +65,8 @@ pub enum Done {
     Weight(PathBuf, Result<Box<WeightEstimate>, String>),
     /// The session was read.
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
+    /// The model of these recordings is there.
+    Kept(Arc<RecordingSet>, Box<Model>),
 }
 
 impl Task {
@@ -89,6 +95,7 @@ impl Query for Task {
             Self::ReadMap(_) => "Reading a column map".to_owned(),
             Self::FindWeight(..) => "Finding the weight".to_owned(),
             Self::Restore(_) => "Restoring".to_owned(),
+            Self::Keep(..) => "Keeping the model".to_owned(),
         }
     }
 
@@ -141,6 +148,10 @@ impl Query for Task {
                 let opened = OpenedSession::read(path, progress).map(Box::new);
                 progress.check()?;
                 Done::Restored(path.clone(), opened)
+            }
+            Self::Keep(recordings, settings, calibration) => {
+                let model = Model::fitted(FitSettings::clone(settings), calibration, recordings);
+                Done::Kept(Arc::clone(recordings), Box::new(model))
             }
         })
     }

@@ -8,10 +8,11 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
-use crate::analysis::{Analysis, Candidate, View, analyse};
+use crate::analysis::{Analysis, View, analyse};
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::engine::MAX_NOTICES;
 use crate::engine::files::{Opened, OpenedFile};
+use crate::engine::models::State;
 use crate::engine::project::SessionFile;
 use crate::engine::questions::StudyThresholds;
 use crate::engine::session::OpenedSession;
@@ -19,10 +20,11 @@ use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
 use crate::engine::{
     Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
-    Notice, Project, Session,
+    Mark, ModelChange, Notice, Project, Row, Session,
 };
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{read_calibration, with_sources};
-use crate::features::{Creep, Play, Polynomial, Thresholds};
+use crate::features::{Creep, Play, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::import::{Finding, LoadWarning, Loaded};
 use crate::progress::Progress;
@@ -983,52 +985,189 @@ fn numbers_of_a_block_that_were_chosen_are_a_step() {
     last_notice(&engine, Level::Error, "no recording is in the train role");
 }
 
+fn find_best(engine: &mut Engine) {
+    engine.act(Action::FindBest(Duration::from_secs(600)));
+}
+
+fn of_mark(engine: &Engine, mark: Mark) -> Vec<&Row> {
+    let rows = engine.models.rows.iter();
+    rows.filter(|row| row.mark == mark).collect()
+}
+
 #[test]
-fn rows_are_compared_once_and_again_when_they_do_not_hold() {
+fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     let mut engine = engine_with_files();
-    engine.act(Action::TickAll(false));
-    engine.act(Action::Compare);
-    last_notice(&engine, Level::Info, "already has a result");
-    let at = |engine: &Engine, decimation: usize| {
-        let mut rows = engine.comparison.rows.iter();
-        rows.position(|row| {
-            let candidate = &row.candidate;
-            (candidate.regressor, candidate.decimation) == (Regressor::Linear, decimation)
-                && candidate.features.has_history()
-        })
-        .unwrap()
-    };
-    let [quick, whole] = [10, 1].map(|decimation| at(&engine, decimation));
-    engine.act(Action::Tick(quick, true));
-    engine.act(Action::Tick(whole, true));
-    engine.act(Action::Compare);
-    assert!(engine.is_comparing());
+    find_best(&mut engine);
+    assert!(engine.is_trying());
     settle(&mut engine);
-    let rows = &engine.comparison.rows;
-    assert!(rows.iter().all(|row| row.running.is_none()));
-    let with_outcome = rows.iter().filter(|row| row.outcome.is_some());
-    assert_eq!(with_outcome.count(), 2);
-    assert!(rows[whole].compared().is_some() && !rows[whole].is_stale(engine.project()));
+    assert_eq!(engine.models.rows[0].name, "Conventional");
+    assert_eq!(of_mark(&engine, Mark::Proposed).len(), 1);
+    assert!(
+        engine.models.said[0].starts_with("Proposed: "),
+        "{:?}",
+        engine.models.said
+    );
+    let rows = engine.models.rows.iter();
+    let scored = rows.filter_map(|row| row.model()?.scores.cv_rmse.as_ref());
+    assert_eq!(scored.count(), engine.models.rows.len());
+    assert!(
+        engine
+            .models
+            .rows
+            .iter()
+            .all(|row| !row.is_stale(engine.project()))
+    );
 
-    engine.act(Action::Tick(quick, false));
-    engine.act(Action::Compare);
-    assert!(!engine.is_comparing());
+    // A full scale is the sensor's, whatever model is taken; a linear one is analysed at once.
+    let mut settings = engine.project().settings.clone();
+    settings.full_scale = vec![Some(40.0), None, None];
+    edit(&mut engine, Edit::Settings(settings));
+    let before = engine.project().clone();
+    let (id, own) = {
+        let row = engine
+            .models
+            .rows
+            .iter()
+            .find(|row| row.name == "Polynomial");
+        let row = row.expect("tried");
+        (row.id, row.settings.clone())
+    };
+    engine.act(Action::BringBack(id));
+    assert_eq!(engine.project().settings.features, own.features);
+    assert_eq!(
+        engine.project().settings.full_scale,
+        before.settings.full_scale
+    );
+    assert!(engine.models.row(id).unwrap().is_present(engine.project()));
+    engine.act(Action::Undo);
+    assert!(engine.project().is_same(&before));
+    engine.act(Action::Redo);
+    assert_eq!(engine.project().settings.features, own.features);
+
+    edit(&mut engine, Edit::Role(0, Role::Off));
+    assert!(
+        engine
+            .models
+            .rows
+            .iter()
+            .all(|row| row.is_stale(engine.project()))
+    );
+    engine.act(Action::Undo);
+    assert!(
+        engine
+            .models
+            .rows
+            .iter()
+            .all(|row| !row.is_stale(engine.project()))
+    );
+}
+
+#[test]
+fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pinned() {
+    let mut engine = engine_with_files();
+    find_best(&mut engine);
+    settle_until(&mut engine, "two models", |engine| {
+        engine.models.rows.len() >= 2
+    });
+    engine.act(Action::StopTrying);
+    settle(&mut engine);
+    let n_rows = engine.models.rows.len();
+    assert!(n_rows >= 2 && !engine.is_trying());
+
+    let [first, second] = [0, 1].map(|at| engine.models.rows[at].id);
+    engine.act(Action::Model(second, ModelChange::Pin(true)));
+    engine.act(Action::Model(second, ModelChange::Name("mine".to_owned())));
+    // What is removed while a search goes on stays away.
+    find_best(&mut engine);
+    settle_until(&mut engine, "the next search", |engine| {
+        engine.models.row(first).is_none()
+    });
+    assert_eq!(engine.models.rows[0].name, "mine");
+    let removed = engine.models.rows[1].id;
+    engine.act(Action::Model(removed, ModelChange::Remove));
+    settle(&mut engine);
+    let names: Vec<&str> = engine.models.rows.iter().map(|row| &*row.name).collect();
+    assert!(
+        names.starts_with(&["mine"]) && !names.contains(&"Conventional"),
+        "{names:?}"
+    );
+    let pinned = engine.models.row(second).unwrap();
+    assert!(pinned.is_pinned && pinned.mark == Mark::None);
+}
+
+#[test]
+fn a_search_that_cannot_begin_says_why_and_keeps_the_list() {
+    let mut engine = engine_with_files();
+    engine.act(Action::KeepModel);
+    last_notice(&engine, Level::Error, "nothing to keep yet");
+    settle(&mut engine);
+    engine.act(Action::KeepModel);
+    settle(&mut engine);
+    edit(&mut engine, Edit::AllRoles(Role::Test));
+    find_best(&mut engine);
+    settle(&mut engine);
+    last_notice(&engine, Level::Error, "no recording is in the train role");
+    let rows = &engine.models.rows;
+    assert_eq!((rows.len(), &*rows[0].name), (1, "Kept 1"));
+}
+
+#[test]
+fn a_model_that_is_kept_comes_back_with_what_was_trained() {
+    let mut engine = engine_with_files();
+    edit(&mut engine, Edit::Settings(network(3)));
+    settle(&mut engine);
+    assert!(!engine.can_keep(), "nothing is trained");
+    engine.act(Action::Train);
+    settle(&mut engine);
+    let trained = Arc::clone(engine.fitting().unwrap());
+    engine.act(Action::KeepModel);
+    settle(&mut engine);
+    let kept = engine.models.rows.last().unwrap();
+    assert!(kept.is_pinned && kept.model().unwrap().cost.coefficients > 0);
+    let id = kept.id;
+    // Another training takes the place of the first.
+    edit(&mut engine, Edit::Settings(network(5)));
+    engine.act(Action::Train);
+    settle(&mut engine);
+    engine.act(Action::BringBack(id));
+    settle(&mut engine);
+    assert_eq!(engine.fitting().unwrap().learned, trained.learned);
+    assert!(engine.can_keep());
+    edit(&mut engine, Edit::Role(0, Role::Off));
+    assert!(engine.fitting().is_none(), "other recordings");
+}
+
+#[test]
+fn the_comparison_of_the_paper_fits_what_has_no_result_that_holds() {
+    let mut engine = engine_with_files();
+    let mut settings = network(2);
+    settings.regressor = Regressor::Linear;
+    edit(&mut engine, Edit::Settings(settings));
+    engine.act(Action::ComparePaper);
+    settle(&mut engine);
+    let n_rows = engine.models.rows.len();
+    assert!(n_rows >= 14 && engine.models.rows.iter().all(|row| row.model().is_some()));
+    engine.act(Action::ComparePaper);
+    assert!(!engine.is_trying());
     last_notice(&engine, Level::Info, "already has a result");
-
-    // The row stays what it is when its numbers change.
+    // Without a past nothing depends on its thresholds.
+    let ids: Vec<u64> = engine.models.rows.iter().map(|row| row.id).collect();
     let other = with_f_th(&engine, 1.5);
     edit(&mut engine, other);
-    let whole = at(&engine, 1);
-    let row = &engine.comparison.rows[whole];
-    assert!(row.ticked && row.is_stale(engine.project()));
-    engine.act(Action::Compare);
+    engine.act(Action::ComparePaper);
     settle(&mut engine);
-    let row = &engine.comparison.rows[whole];
-    assert!(!row.is_stale(engine.project()));
-    let compared = row.compared().unwrap();
-    assert_eq!(compared.candidate.features.look_backs[0].f_th, 1.5);
-    edit(&mut engine, Edit::Role(0, Role::Off));
-    assert!(engine.comparison.rows[whole].is_stale(engine.project()));
+    let rows = &engine.models.rows;
+    assert_eq!(rows.len(), n_rows);
+    let kept = rows.iter().filter(|row| ids.contains(&row.id));
+    assert!(kept.clone().all(|row| !row.settings.features.has_history()));
+    assert!(kept.count() >= 8);
+    let table = engine.models.table(engine.project(), &ScoreSet::ALL);
+    assert!(
+        table
+            .rows
+            .iter()
+            .all(|row| row.len() == table.columns.len())
+    );
 }
 
 #[test]
@@ -1039,27 +1178,22 @@ fn a_comparison_that_is_stopped_keeps_the_rows_that_ended() {
     edit(&mut engine, Edit::Settings(settings));
     engine.act(Action::ComparePaper);
     settle_until(&mut engine, "a network at work", |engine| {
-        let rows = &engine.comparison.rows;
-        rows.iter().any(|row| matches!(row.running, Some(Some(_))))
+        let rows = &engine.models.rows;
+        rows.iter()
+            .any(|row| matches!(row.state, State::Runs(Some(_))))
     });
-    // Other settings move no outcome to another row.
-    let mut settings = engine.project().settings.clone();
-    settings.features.blocks.set(&Polynomial, vec![2.0]);
-    edit(&mut engine, Edit::Settings(settings));
-    engine.act(Action::StopComparing);
+    let table = engine.models.table(engine.project(), &[ScoreSet::Test]);
+    assert!(
+        table
+            .rows
+            .iter()
+            .all(|row| row.len() == table.columns.len())
+    );
+    engine.act(Action::Cancel);
     settle(&mut engine);
-    let rows = &engine.comparison.rows;
-    assert!(!engine.is_comparing());
-    assert!(rows.iter().all(|row| row.running.is_none()));
-    let ended: Vec<_> = rows
-        .iter()
-        .filter_map(|row| Some((row, row.compared()?)))
-        .collect();
-    assert!(!ended.is_empty());
-    for (row, compared) in ended {
-        let kind = |own: &Candidate| (own.regressor, own.decimation, own.features.has_history());
-        assert_eq!(kind(&row.candidate), kind(&compared.candidate));
-    }
+    let rows = &engine.models.rows;
+    assert!(!engine.is_trying() && !rows.is_empty());
+    assert!(rows.iter().all(|row| row.model().is_some()));
 }
 
 fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done {

@@ -227,6 +227,7 @@ mod tests {
             Arc::clone(&other.recordings)
         };
         vec![
+            Edit::Model(Box::new(settings.clone())),
             Edit::Settings(settings),
             Edit::Thresholds(Thresholds {
                 f_th: 0.125,
@@ -274,6 +275,7 @@ mod tests {
             Edit::Compare(_) => 13,
             Edit::Groups(_) => 14,
             Edit::Measuring(_) => 15,
+            Edit::Model(_) => 16,
         }
     }
 

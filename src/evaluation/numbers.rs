@@ -1,5 +1,8 @@
 //! Numbers as people read them.
 
+/// Fewer ticks do not say what an axis spans.
+pub const FEWEST_TICKS: usize = 3;
+
 /// `value` with this many significant digits, without an exponent where that stays short.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
@@ -41,10 +44,34 @@ pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
         return (0.0, Vec::new());
     }
     let step = round_step(least);
+    (step, multiples((low, high), step))
+}
+
+/// [`ticks`], or finer ones where fewer than three would stand in the range, as long as they are at least `closest` apart.
+pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, Vec<f64>) {
+    let coarse = ticks((low, high), least);
+    if coarse.1.len() >= FEWEST_TICKS || !(coarse.0 > 0.0 && closest > 0.0) {
+        return coarse;
+    }
+    let power = coarse.0.log10().floor() as i32;
+    let steps = (power - 2..=power).rev().flat_map(|power| {
+        let digits = [8.0, 6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.2, 1.0];
+        digits.map(|digit| format!("{digit}e{power}").parse().unwrap_or(coarse.0))
+    });
+    let mut steps = steps.filter(|step: &f64| *step < coarse.0 && *step >= closest);
+    let finer = steps.find_map(|step| {
+        let values = multiples((low, high), step);
+        (values.len() >= FEWEST_TICKS).then_some((step, values))
+    });
+    finer.unwrap_or(coarse)
+}
+
+/// The multiples of a step within a range.
+fn multiples((low, high): (f64, f64), step: f64) -> Vec<f64> {
     // Rounding must not cost a tick that stands at the very end.
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
-    (step, (first..=last).map(|at| at as f64 * step).collect())
+    (first..=last).map(|at| at as f64 * step).collect()
 }
 
 /// A multiple of `step` with as many decimals as that needs.
@@ -83,6 +110,25 @@ mod tests {
         ] {
             assert_eq!(round_step(step), expected, "{step}");
         }
+    }
+
+    /// On an axis of 50 points, labels 24 points apart where they can be, and 11 in any case.
+    #[test]
+    fn a_short_axis_has_three_ticks_too() {
+        for at in 0..2000 {
+            let low = f64::from(at) * 0.0137 - 3.0;
+            for size in [0.011, 0.7, 1.0, 1.9, 3.3, 8.0, 97.0] {
+                let point = size / 50.0;
+                let range = (low * size, low * size + size);
+                let (step, values) = three_ticks(range, 24.0 * point, 11.0 * point);
+                assert!(values.len() >= 3, "{range:?}: {values:?}");
+                assert!(step >= 11.0 * point);
+                let texts: Vec<String> = values.iter().map(|at| tick_text(*at, step)).collect();
+                assert!(texts.windows(2).all(|pair| pair[0] != pair[1]), "{texts:?}");
+            }
+        }
+        let roomy = three_ticks((0.0, 14.0), 2.0, 0.5);
+        assert_eq!(roomy, ticks((0.0, 14.0), 2.0));
     }
 
     #[test]

@@ -76,14 +76,14 @@ fn curves(
 ) -> Figure<'static> {
     let lines = ScoreSet::ALL.into_iter().rev().map(|set| {
         let points: Vec<[f64; 2]> = curve(set).into_iter().map(Into::into).collect();
-        let (color, dash) = match set {
-            ScoreSet::Train => (color::BLUE, Some(figure::DOTTED)),
-            ScoreSet::Test => (color::VERMILION, Some(figure::DASHED)),
-            ScoreSet::LeftOut => (color::GREEN, None),
+        let dash = match set {
+            ScoreSet::Train => Some(figure::DOTTED),
+            ScoreSet::Test => Some(figure::DASHED),
+            ScoreSet::LeftOut => None,
         };
         Line {
             dash,
-            ..Line::new(set.label(), color, [points])
+            ..Line::new(set.label(), color::SCORE, [points])
         }
     });
     let lines: Vec<_> = lines.filter(|line| !line.pieces[0].is_empty()).collect();

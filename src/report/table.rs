@@ -226,6 +226,39 @@ impl Table {
         self
     }
 
+    /// The places of the rows in the order of one column: numbers by size, words by letter, and what is missing last; rows that
+    /// are alike stay as they were.
+    pub fn order(&self, column: usize, descending: bool) -> Vec<usize> {
+        let cell = |row: &usize| &self.rows[*row][column];
+        let is_missing = |row: &usize| match cell(row).value {
+            Value::Number(number) => number.is_nan(),
+            Value::Words => cell(row).text.is_empty(),
+            Value::Missing | Value::Continued => true,
+        };
+        let by_value = |a: &usize, b: &usize| match (cell(a).value, cell(b).value) {
+            (Value::Number(a), Value::Number(b)) => a.total_cmp(&b),
+            _ => cell(a).text.cmp(&cell(b).text),
+        };
+        let mut order: Vec<usize> = (0..self.rows.len()).collect();
+        order.sort_by(|a, b| {
+            let by_value = by_value(a, b);
+            let by_value = if descending {
+                by_value.reverse()
+            } else {
+                by_value
+            };
+            is_missing(a).cmp(&is_missing(b)).then(by_value)
+        });
+        order
+    }
+
+    /// The same rows in this order.
+    pub fn in_order(mut self, order: &[usize]) -> Self {
+        let rows = order.iter().map(|at| std::mem::take(&mut self.rows[*at]));
+        self.rows = rows.collect();
+        self
+    }
+
     /// In columns as wide as their widest cell, for a terminal, with what one would act upon escaped; a reason that has no
     /// room in its row stands below it.
     pub fn text(&self) -> String {
@@ -389,6 +422,20 @@ mod tests {
         assert!(both.rows.iter().all(|row| row.len() == 5));
         let (_, about) = both.columns[4].group.as_ref().unwrap();
         assert_eq!(about, "Errors\nOf one recording.");
+    }
+
+    #[test]
+    fn rows_are_ordered_by_a_column_and_what_is_missing_comes_last() {
+        assert_eq!(table().order(0, true), [2, 1, 0]);
+        assert_eq!(table().order(1, false), [0, 1, 2], "one number");
+        let mut table = table();
+        table.rows[1][2] = Cell::digits(Some(-3.0), 3);
+        assert_eq!(table.order(2, false), [1, 2, 0]);
+        assert_eq!(table.order(2, true), [2, 1, 0]);
+        let names: Vec<String> = (table.in_order(&[2, 0]).rows.iter())
+            .map(|row| row[0].text.clone())
+            .collect();
+        assert_eq!(names, ["Fz", "Fx"]);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet of keys.
 
+use std::time::Duration;
+
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::engine::{Action as Do, Edit, Engine};
+use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
 use crate::ui::panes;
@@ -230,6 +232,12 @@ pub fn time(can: CanGo) -> Vec<Action> {
             alone(Key::B),
             Command::Time(TimeMove::PutCursor(1)),
         ),
+        action(
+            "Show or hide the table of the cursors",
+            "What lies at A, at B and between them",
+            alone(Key::T),
+            Command::Time(TimeMove::ToggleTable),
+        ),
     ]
 }
 
@@ -272,6 +280,28 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
             Do::Tare(entries.collect(), Tare::Auto).into(),
         )
         .only_if(any),
+    ]
+}
+
+/// Trying models.
+pub fn models(engine: &Engine) -> Vec<Action> {
+    let any = !engine.project().recordings.entries().is_empty();
+    let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
+    vec![
+        action(
+            "Find the best model",
+            "Tries sensible models for two minutes and proposes one; they are listed in the pane Models",
+            None,
+            Do::FindBest(limit).into(),
+        )
+        .only_if(any && !engine.is_trying()),
+        action(
+            "Keep this model",
+            "Puts the settings of now with their errors on the list in the pane Models",
+            None,
+            Do::KeepModel.into(),
+        )
+        .only_if(engine.can_keep()),
     ]
 }
 
@@ -341,7 +371,7 @@ pub fn text_scales() -> Vec<Action> {
 }
 
 /// Help.
-pub fn help() -> Vec<Action> {
+pub fn help(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Help",
@@ -357,10 +387,11 @@ pub fn help() -> Vec<Action> {
         ),
         action(
             "Tour",
-            "Six steps through the main job",
+            "Six steps through the main job, on the built-in sensor",
             None,
             Command::Tour(true),
-        ),
+        )
+        .only_if(engine.project().recordings.is_simulated()),
     ]
 }
 
@@ -373,12 +404,13 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         edit(can),
         time(can),
         roles(engine),
+        models(engine),
         arrangements(),
         panes(),
         panes::all().flat_map(places).collect(),
         text_scales(),
         pictures(),
-        help(),
+        help(engine),
     ];
     groups.into_iter().flatten().collect()
 }

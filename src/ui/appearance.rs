@@ -1,6 +1,7 @@
 //! Light or dark, and how large everything is.
 
 use crate::engine::{Preferences, Theme};
+use crate::ui::palette;
 
 /// Lets signs that the usual font lacks (arrows, superscripts) come from the one for code, and takes over the keys that scale.
 pub fn prepare(context: &egui::Context) {
@@ -11,6 +12,9 @@ pub fn prepare(context: &egui::Context) {
         usual.extend(code);
     }
     context.set_fonts(fonts);
+    for theme in [egui::Theme::Dark, egui::Theme::Light] {
+        context.set_visuals_of(theme, palette::visuals(theme == egui::Theme::Dark));
+    }
     // The keys for it change the preference, so that it is remembered.
     context.options_mut(|options| options.zoom_with_keyboard = false);
 }

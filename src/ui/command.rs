@@ -135,6 +135,8 @@ pub enum TimeMove {
     Step(i8),
     /// Put cursor A (0) or B (1) at the sample under the pointer, or where it plays.
     PutCursor(usize),
+    /// Show or hide the table of the cursors.
+    ToggleTable,
 }
 
 /// Where a picture of the screen goes.
@@ -165,6 +167,8 @@ pub enum Command {
     ShowPalette,
     /// Show or hide the help.
     ToggleHelp,
+    /// Show or hide the list of all notices.
+    ToggleNotices,
     /// Show or end the tour.
     Tour(bool),
     /// Change what part of time is shown.

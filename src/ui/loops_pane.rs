@@ -4,6 +4,7 @@
 
 mod cross_view;
 mod dwell_view;
+mod linked;
 mod loop_view;
 mod save;
 
@@ -20,7 +21,7 @@ use crate::ui::context_menu::item;
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Zoom};
+use crate::ui::plots::{self, Drawn, Zoom};
 
 /// Beside the plot, so much is for figures.
 const FIGURES_WIDTH: f32 = 292.0;
@@ -157,7 +158,7 @@ impl PaneView for LoopsPane {
         ];
         match (self.mode, engine.loops.answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
-                loop_view::show(ui, self, engine, found, out)
+                loop_view::show(ui, self, engine, found, time, out)
             }
             (Mode::Cross, Some(Look::Cross(found))) => {
                 cross_view::show(ui, self, engine, found, out)
@@ -369,20 +370,19 @@ impl LoopsPane {
         print: &Figure<'_>,
         out: &mut Vec<Command>,
         figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
-    ) {
+    ) -> Drawn {
         let size @ egui::Vec2 {
             x: width,
             y: height,
         } = plot_size(ui);
         ui.horizontal_top(|ui| {
-            let picture = ui
-                .allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
-                    ui.set_width(width);
-                    let (id, zoom) = (self.mode.plot_id(), self.zooms.of(self.mode));
-                    plots::plot(ui, id, height, [drawing, print], zoom, out);
-                })
-                .response
-                .rect;
+            let top_down = egui::Layout::top_down(egui::Align::Min);
+            let shown = ui.allocate_ui_with_layout(size, top_down, |ui| {
+                ui.set_width(width);
+                let (id, zoom) = (self.mode.plot_id(), self.zooms.of(self.mode));
+                plots::plot(ui, id, height, [drawing, print], zoom, out)
+            });
+            let picture = shown.response.rect;
             ui.vertical(|ui| {
                 ui.set_width(FIGURES_WIDTH);
                 egui::ScrollArea::vertical()
@@ -395,7 +395,9 @@ impl LoopsPane {
                         figures(ui, self, out);
                     });
             });
-        });
+            shown.inner
+        })
+        .inner
     }
 }
 

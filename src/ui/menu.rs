@@ -29,7 +29,7 @@ pub fn menu_bar(
         ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
         ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
         ui.menu_button("View", |ui| view(ui, engine, workspace, out));
-        ui.menu_button("Help", |ui| items(ui, actions::help(), out));
+        ui.menu_button("Help", |ui| items(ui, actions::help(engine), out));
     });
 }
 

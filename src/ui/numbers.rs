@@ -12,9 +12,28 @@ pub fn duration(span: std::time::Duration) -> String {
     }
 }
 
+/// A text of at most so many characters: what is too much is taken out of its middle, for names differ at their ends.
+pub fn elided(text: &str, most: usize) -> String {
+    let n = text.chars().count();
+    if n <= most {
+        return text.to_owned();
+    }
+    let kept = most.saturating_sub(1);
+    let start: String = text.chars().take(kept.div_ceil(2)).collect();
+    let end: String = text.chars().skip(n - kept / 2).collect();
+    format!("{start}…{end}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_long_name_keeps_its_ends() {
+        assert_eq!(elided("train_path1.csv", 15), "train_path1.csv");
+        assert_eq!(elided("train_path1_mount2.csv", 11), "train…2.csv");
+        assert_eq!(elided("日本語日本語.csv", 5), "日本…sv");
+    }
 
     #[test]
     fn a_span_is_told_as_coarsely_as_one_waits_for_it() {

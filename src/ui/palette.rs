@@ -1,8 +1,11 @@
-//! Colours: the same for Calc., Conv. and Comp. everywhere, apart for colour-blind eyes too (Okabe and Ito 2008).
+//! Colours: each has one meaning, in every pane and in the report, apart for colour-blind eyes too (Okabe and Ito 2008), and enough
+//! contrast to be read. Orange is Conv., blue Comp., green the look-back, yellow a warning, red an error; scores on train, test and
+//! left-out recordings are told apart by their dashes.
 
 use egui::{Color32, Stroke, Visuals};
+use egui_plot::LineStyle;
 
-use crate::calibration::Regressor;
+use crate::evaluation::threshold_study::ScoreSet;
 pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
 
@@ -40,28 +43,12 @@ pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-/// The colour of a regressor in tables and bars.
-pub fn regressor(regressor: Regressor, visuals: &Visuals) -> Color32 {
-    let color = match regressor {
-        Regressor::Linear => color::BLUE,
-        Regressor::Network => color::VERMILION,
-        Regressor::Kernel => color::GREEN,
-        Regressor::HybridNetwork => color::PURPLE,
-        Regressor::HybridKernel => [190, 160, 20],
-    };
-    // Lighter on a dark ground.
-    rgb(match visuals.dark_mode {
-        true => color.map(|value| value / 4 * 3 + 64),
-        false => color,
-    })
-}
-
 /// What marks the look-back.
 pub fn look_back(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode {
         Color32::from_rgb(0, 200, 150)
     } else {
-        Color32::from_rgb(0, 140, 105)
+        Color32::from_rgb(0, 120, 90)
     }
 }
 
@@ -71,5 +58,132 @@ pub fn without_past(visuals: &Visuals) -> Color32 {
         Color32::from_white_alpha(16)
     } else {
         Color32::from_black_alpha(20)
+    }
+}
+
+/// How errors on these samples are drawn.
+pub fn score(set: ScoreSet, visuals: &Visuals) -> (Color32, LineStyle) {
+    match set {
+        ScoreSet::Train => (visuals.weak_text_color(), LineStyle::dotted_dense()),
+        ScoreSet::Test => (visuals.text_color(), LineStyle::dashed_loose()),
+        ScoreSet::LeftOut => (visuals.strong_text_color(), LineStyle::Solid),
+    }
+}
+
+/// What marks the choice of now, and the cursors.
+pub fn present(visuals: &Visuals) -> Color32 {
+    visuals.strong_text_color()
+}
+
+/// The colours of everything else, dark or light.
+pub fn visuals(is_dark: bool) -> Visuals {
+    let grey = Color32::from_gray;
+    let (mut visuals, text) = match is_dark {
+        true => {
+            let own = Visuals {
+                weak_text_color: Some(grey(145)),
+                warn_fg_color: Color32::from_rgb(240, 225, 80),
+                error_fg_color: Color32::from_rgb(255, 115, 105),
+                ..Visuals::dark()
+            };
+            (own, grey(180))
+        }
+        false => {
+            let own = Visuals {
+                weak_text_color: Some(grey(100)),
+                warn_fg_color: Color32::from_rgb(115, 95, 0),
+                error_fg_color: Color32::from_rgb(185, 0, 0),
+                hyperlink_color: Color32::from_rgb(0, 90, 165),
+                ..Visuals::light()
+            };
+            (own, grey(60))
+        }
+    };
+    visuals.widgets.noninteractive.fg_stroke.color = text;
+    visuals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance and contrast ratio (Web Content Accessibility Guidelines 2.1, 1.4.3).
+    fn contrast(one: Color32, other: Color32) -> f64 {
+        let luminance = |color: Color32| {
+            let [red, green, blue, _] = color.to_array().map(|value| {
+                let value = f64::from(value) / 255.0;
+                match value <= 0.040_45 {
+                    true => value / 12.92,
+                    false => ((value + 0.055) / 1.055).powf(2.4),
+                }
+            });
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        };
+        let (one, other) = (luminance(one), luminance(other));
+        (one.max(other) + 0.05) / (one.min(other) + 0.05)
+    }
+
+    #[test]
+    fn every_text_stands_out_from_what_it_stands_on() {
+        for is_dark in [true, false] {
+            let visuals = visuals(is_dark);
+            let mut texts = vec![
+                ("text", visuals.text_color()),
+                ("weak", visuals.weak_text_color()),
+                ("strong", visuals.strong_text_color()),
+                ("warning", visuals.warn_fg_color),
+                ("error", visuals.error_fg_color),
+                ("link", visuals.hyperlink_color),
+                ("look-back", look_back(&visuals)),
+            ];
+            texts.extend(Trace::ALL.map(|trace| (trace.label(), trace.color(&visuals))));
+            texts.extend(ScoreSet::ALL.map(|set| (set.label(), score(set, &visuals).0)));
+            let striped = visuals.panel_fill.blend(visuals.faint_bg_color);
+            let grounds = [
+                visuals.panel_fill,
+                visuals.window_fill,
+                visuals.extreme_bg_color,
+            ];
+            for (name, text) in texts {
+                for ground in grounds.into_iter().chain([striped]) {
+                    let own = contrast(text, ground);
+                    assert!(own >= 4.5, "{name} on {ground:?}, dark {is_dark}: {own:.2}");
+                }
+            }
+            for widget in [&visuals.widgets.inactive, &visuals.widgets.hovered] {
+                let own = contrast(widget.fg_stroke.color, widget.weak_bg_fill);
+                assert!(own >= 4.5, "a button, dark {is_dark}: {own:.2}");
+            }
+            let selection = visuals.selection;
+            assert!(contrast(selection.stroke.color, selection.bg_fill) >= 4.5);
+        }
+        assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9);
+    }
+
+    /// Red, green and blue differ by this much in all.
+    #[test]
+    fn no_two_meanings_share_a_colour() {
+        for is_dark in [true, false] {
+            let visuals = visuals(is_dark);
+            let meanings = [
+                ("warning", visuals.warn_fg_color),
+                ("error", visuals.error_fg_color),
+                ("look-back", look_back(&visuals)),
+                ("Conv.", Trace::Conventional.color(&visuals)),
+                ("Comp.", Trace::Compensated.color(&visuals)),
+                ("Factory", Trace::Factory.color(&visuals)),
+                ("Calc.", Trace::Calculated.color(&visuals)),
+            ];
+            for (at, (name, one)) in meanings.iter().enumerate() {
+                for (other_name, other) in &meanings[at + 1..] {
+                    let pairs = one.to_array().into_iter().zip(other.to_array());
+                    let apart: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(b))).sum();
+                    assert!(
+                        apart >= 75,
+                        "{name} and {other_name}, dark {is_dark}: {apart}"
+                    );
+                }
+            }
+        }
     }
 }

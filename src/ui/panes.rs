@@ -20,7 +20,7 @@ const PANES: &[Entry] = &[
         super::thresholds_pane::PANE,
         of::<super::thresholds_pane::View>,
     ),
-    (super::compare_pane::PANE, of::<super::compare_pane::View>),
+    (super::models_pane::PANE, of::<super::models_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
     (
         super::metrology_pane::PANE,

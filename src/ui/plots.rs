@@ -7,12 +7,12 @@ use egui::{
     TextureHandle, TextureOptions,
 };
 use egui_plot::{
-    CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry, PlotImage,
-    PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
+    AxisHints, CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry,
+    PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform,
 };
 
 use crate::evaluation::loops::Frame;
-use crate::evaluation::numbers::{tick_text, ticks};
+use crate::evaluation::numbers::{three_ticks, tick_text};
 use crate::report::figure::{Cloud, CloudPicture, Figure, Line};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
@@ -25,17 +25,24 @@ pub const GRID_BASE_POINTS: f64 = 8.0;
 pub const ZOOM_PER_POINT: f64 = 0.004;
 /// Labels are at least this far apart, across and up.
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
+/// And where three of them would not have room otherwise.
+const CLOSEST_POINTS: (f64, f64) = (40.0, 12.0);
+/// Size of what a scale is of.
+const LABEL_SIZE: f32 = 11.0;
+/// Size of the numbers at a scale.
+const TICK_SIZE: f32 = 10.0;
 /// A key moves a plot by this share of what it shows.
 const KEY_SHARE: f64 = 0.1;
 /// A key zooms by this factor.
 const KEY_ZOOM: f64 = 0.8;
 /// Room for the labels of the value axis.
-const VALUE_AXIS_WIDTH: f32 = 48.0;
+pub const VALUE_AXIS_WIDTH: f32 = 52.0;
 
-/// Grid lines at [`ticks`], at least `least_points` apart on screen.
-pub fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
-    let least = input.base_step_size / GRID_BASE_POINTS * least_points;
-    let (step_size, values) = ticks(input.bounds, least);
+/// Grid lines at least `least_points` apart on screen, or `closest_points` where fewer than three had room otherwise.
+pub fn grid(input: GridInput, least_points: f64, closest_points: f64) -> Vec<GridMark> {
+    let point = input.base_step_size / GRID_BASE_POINTS;
+    let (least, closest) = (point * least_points, point * closest_points);
+    let (step_size, values) = three_ticks(input.bounds, least, closest);
     let marks = values
         .into_iter()
         .map(|value| GridMark { value, step_size });
@@ -45,6 +52,26 @@ pub fn grid(input: GridInput, least_points: f64) -> Vec<GridMark> {
 /// As many decimals as the step needs.
 pub fn tick_label(mark: GridMark) -> String {
     tick_text(mark.value, mark.step_size)
+}
+
+/// Gives a plot its scales: what they are of, with its unit, and round numbers, three of them however small the plot is. The scale
+/// across is left away without a label.
+pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
+    let hints = |hints: AxisHints<'a>, label: &str| {
+        hints
+            .label(egui::RichText::new(label).size(LABEL_SIZE))
+            .formatter(|mark, _| tick_label(mark))
+            .tick_label_font(egui::FontId::proportional(TICK_SIZE))
+            // They are as far apart as the grid, or nearer only where three would not have room otherwise.
+            .label_spacing(egui::Rangef::new(0.0, 1.0))
+    };
+    plot.show_axes([across.is_some(), true])
+        .custom_x_axes(vec![hints(AxisHints::new_x(), across.unwrap_or(""))])
+        .custom_y_axes(vec![hints(AxisHints::new_y(), up)])
+        .y_axis_min_width(VALUE_AXIS_WIDTH)
+        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
+        .x_grid_spacer(|input| grid(input, MIN_STEP_POINTS.0, CLOSEST_POINTS.0))
+        .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1, CLOSEST_POINTS.1))
 }
 
 /// A plot that shows all of it and leaves press and drag to whoever draws it.
@@ -72,11 +99,16 @@ pub fn plot(
     [drawing, print]: [&Figure<'_>; 2],
     zoom: &mut Zoom,
     out: &mut Vec<Command>,
-) {
+) -> Drawn {
     let (across, up) = (drawing.across.range, drawing.up.range);
     let clouds = clouds(ui, id, &drawing.clouds);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
-    let response = Plot::new(id)
+    let scaled = scales(
+        Plot::new(id),
+        Some(&drawing.across.label),
+        &drawing.up.label,
+    );
+    let response = scaled
         .height(height)
         .allow_scroll(false)
         .allow_zoom(true)
@@ -86,18 +118,11 @@ pub fn plot(
         .show_x(false)
         .show_y(false)
         .show_crosshair(false)
-        .y_axis_min_width(VALUE_AXIS_WIDTH)
-        .x_axis_label(drawing.across.label.clone())
-        .y_axis_label(drawing.up.label.clone())
-        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
-        .x_grid_spacer(|input| grid(input, MIN_STEP_POINTS.0))
-        .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1))
-        .x_axis_formatter(|mark, _| tick_label(mark))
-        .y_axis_formatter(|mark, _| tick_label(mark))
         .coordinates_formatter(
             Corner::LeftBottom,
             CoordinatesFormatter::new(|point, _| {
-                format!("{}, {}", significant(point.x, 4), significant(point.y, 4))
+                let (x, y) = (significant(point.x, 4), significant(point.y, 4));
+                format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
             }),
         )
         .set_margin_fraction(egui::Vec2::ZERO)
@@ -120,6 +145,35 @@ pub fn plot(
     follow_gestures(ui, &response, bounds, zoom);
     let part = with_labels(response.response.rect);
     picture::menu(&response.response, part, Some(&|| print.clone()), out);
+    Drawn {
+        response: response.response,
+        transform: response.transform,
+    }
+}
+
+/// A plot on screen, for whoever draws over it or asks what was pointed at.
+pub struct Drawn {
+    /// What was done to it.
+    pub response: egui::Response,
+    transform: PlotTransform,
+}
+
+impl Drawn {
+    /// Where a point of its scales is on screen.
+    pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
+        self.transform.position_from_point(&PlotPoint::new(x, y))
+    }
+
+    /// The range across.
+    pub fn across(&self) -> (f64, f64) {
+        let bounds = self.transform.bounds();
+        (bounds.min()[0], bounds.max()[0])
+    }
+
+    /// Draws over it, and not beside it.
+    pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
+        ui.painter_at(self.response.rect)
+    }
 }
 
 /// Densities as textures, kept from frame to frame.

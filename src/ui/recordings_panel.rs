@@ -10,7 +10,7 @@ use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, GroupPattern, Role, Tare};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
-use crate::ui::numbers::significant;
+use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
@@ -449,7 +449,7 @@ fn name_button(
     });
 }
 
-/// A name that fits the room: names of a series differ at their ends, so its beginning goes.
+/// A name that fits the room.
 fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
@@ -459,13 +459,16 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     if fits(name) {
         return name.to_owned();
     }
-    let signs: Vec<char> = name.chars().collect();
-    let kept = |n: usize| {
-        let end: String = signs[signs.len() - n..].iter().collect();
-        format!("…{end}")
-    };
-    let most = (1..signs.len()).rev().find(|n| fits(&kept(*n)));
-    most.map_or_else(|| name.to_owned(), kept)
+    // By bisection: a name may be long, and every row is drawn in every frame.
+    let (mut most, mut too_many) = (1, name.chars().count());
+    while too_many - most > 1 {
+        let middle = most.midpoint(too_many);
+        match fits(&elided(name, middle)) {
+            true => most = middle,
+            false => too_many = middle,
+        }
+    }
+    elided(name, most)
 }
 
 /// Ways to tare one recording.

@@ -9,11 +9,12 @@ use crate::calibration::{
     Learner, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::engine::{Action, Engine};
+use crate::evaluation::threshold_study::ScoreSet;
 use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{number, switch};
-use crate::ui::{picture, plots};
+use crate::ui::{palette, picture, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
 pub fn regressor(
@@ -184,19 +185,19 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>)
     let train = curve(&|report| Some(report.train_loss));
     let held_out = curve(&|report| report.held_out_loss);
     let visuals = ui.visuals();
-    let (own, other) = (visuals.text_color(), visuals.warn_fg_color);
-    let shown = Plot::new("loss")
+    let looks = [ScoreSet::Train, ScoreSet::LeftOut].map(|set| palette::score(set, visuals));
+    let shown = plots::scales(Plot::new("loss"), Some("epoch"), "loss")
         .height(110.0)
         .allow_scroll(false)
         .allow_zoom(false)
         .allow_drag(false)
         .legend(Legend::default())
         .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 2))
-        .y_axis_min_width(44.0)
-        .x_axis_label("epoch")
         .show(ui, |plot| {
-            plot.line(Line::new("train", train).color(own).width(1.5));
-            plot.line(Line::new("held out", held_out).color(other).width(1.5));
+            let lines = [("train", train), ("held out", held_out)];
+            for ((name, points), (color, style)) in lines.into_iter().zip(looks) {
+                plot.line(Line::new(name, points).color(color).style(style).width(1.5));
+            }
         });
     let info = || egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Training loss");
     shown.response.widget_info(info);

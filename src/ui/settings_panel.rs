@@ -58,7 +58,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
 fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
     let axes = engine.project().axes();
     let distance = features.distance.effective(axes);
-    let default = Thresholds::default_for(distance);
+    let default = engine.default_thresholds();
     ui.horizontal_wrapped(|ui| {
         let mut used = !features.look_backs.is_empty();
         let id = ui.scope_id().with("look-backs that were turned off");
@@ -102,7 +102,7 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         .suffix(" s")
         .max_decimals(2)
         .clamping(SliderClamping::Never);
-    ui.add(t_th).on_hover_text(T_TH.help());
+    explain(&ui.add(t_th), egui::RectAlign::BOTTOM_START, &T_TH.help());
     for value in [&mut first.f_th, &mut first.t_th_secs] {
         // Typed values may exceed the slider, but neither be negative nor no number.
         *value = if value.is_finite() {
@@ -175,10 +175,21 @@ fn f_th_slider(ui: &mut egui::Ui, engine: &Engine, distance: Distance, f_th: &mu
         .suffix(suffix)
         .max_decimals(3)
         .clamping(SliderClamping::Never);
-    let response = ui.add(slider).on_hover_text(F_TH.help());
+    let response = ui.add(slider);
+    explain(&response, egui::RectAlign::TOP_START, &F_TH.help());
     if response.changed() {
         *f_th = shown / shown_as;
     }
+}
+
+/// Says what a slider does on the side on which no other slider stands, and nothing while it is moved.
+fn explain(slider: &egui::Response, side: egui::RectAlign, text: &str) {
+    if slider.dragged() {
+        return;
+    }
+    let mut tooltip = egui::Tooltip::for_enabled(slider);
+    tooltip.popup = tooltip.popup.align(side).align_alternatives(&[]);
+    tooltip.show(|ui| ui.label(text));
 }
 
 /// Twice the largest force that occurs, rounded up: what two samples can differ by on one axis.

@@ -18,13 +18,14 @@ use crate::ui::dialogs::{Dialogs, Reply, write};
 use crate::ui::hand::Hand;
 use crate::ui::help::Help;
 use crate::ui::import_window::{ImportFields, import_window};
+use crate::ui::notices::Notices;
 use crate::ui::pane::Cx;
 use crate::ui::panes::Views;
 use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspace;
-use crate::ui::{actions, appearance, menu, notices_panel, status_line};
+use crate::ui::{actions, appearance, menu, status_line};
 use questions::Questions;
 
 /// How often progress bars move while something runs.
@@ -46,6 +47,7 @@ pub struct Shell {
     hand: Hand,
     import_fields: ImportFields,
     questions: Questions,
+    notices: Notices,
     palette: CommandPalette,
     help: Help,
     tour: Tour,
@@ -86,6 +88,7 @@ impl Shell {
             hand: Hand::default(),
             import_fields: ImportFields::default(),
             questions: Questions::default(),
+            notices: Notices::default(),
             palette: CommandPalette::default(),
             help: Help::default(),
             tour: Tour::default(),
@@ -104,6 +107,7 @@ impl Shell {
         }
         if !preferences.toured && !self.was_given_files {
             self.tour.begin();
+            self.workspace.bring(self.tour.pane());
         }
         self.engine.preferences = preferences;
         self
@@ -187,7 +191,11 @@ impl Shell {
             Command::Arrange(preset) => self.workspace = Workspace::preset(preset),
             Command::ShowPalette => self.palette.open(),
             Command::ToggleHelp => self.help.toggle(),
-            Command::Tour(true) => self.tour.begin(),
+            Command::ToggleNotices => self.notices.toggle_list(),
+            Command::Tour(true) => {
+                self.tour.begin();
+                self.workspace.bring(self.tour.pane());
+            }
             Command::Tour(false) => {
                 self.tour.end();
                 self.engine.preferences.toured = true;
@@ -297,6 +305,12 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
+        // It speaks of the built-in sensor.
+        let recordings = &self.engine.project().recordings;
+        let has_own = !recordings.entries().is_empty() && !recordings.is_simulated();
+        if has_own && self.tour.is_on() {
+            self.send(Command::Tour(false));
+        }
         let now = ui.input(|input| input.time);
         let workspace = &self.workspace;
         if let Some(secs) = self.engine.write_down(now, &|| workspace.to_value()) {
@@ -323,12 +337,7 @@ impl Shell {
         egui::Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });
-        if !self.engine.notices.is_empty() {
-            egui::Panel::bottom("notices")
-                .resizable(true)
-                .default_size(90.0)
-                .show(ui, |ui| notices_panel::notices_panel(ui, &self.engine, out));
-        }
+        let mut places = Vec::new();
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let mut cx = Cx {
@@ -337,6 +346,7 @@ impl Shell {
                 out,
             };
             self.workspace.show(ui, &mut |ui, pane| {
+                places.push((pane, ui.max_rect()));
                 if let Some(view) = self.views.of(pane) {
                     view.ui(ui, &mut cx);
                 }
@@ -346,9 +356,8 @@ impl Shell {
         import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
         self.palette.show(ui.ctx(), engine, can, out);
-        if self.tour.show(ui.ctx()) {
-            out.push(Command::Tour(false));
-        }
+        self.notices.show(ui.ctx(), engine, out);
+        self.tour.show(ui.ctx(), &places, out);
         self.questions.show(ui.ctx(), engine, out);
     }
 }

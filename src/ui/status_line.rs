@@ -41,6 +41,16 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             let fraction = refit.progress.fraction();
             bar(ui, &refit.title, fraction.unwrap_or(0.0));
         }
+        if !engine.notices.is_empty() {
+            let all = match engine.notices.len() {
+                1 => "1 notice".to_owned(),
+                n => format!("{n} notices"),
+            };
+            let all = ui.small_button(all);
+            if all.on_hover_text("What was said since they were dismissed").clicked() {
+                out.push(Command::ToggleNotices);
+            }
+        }
         if let Some(problem) = engine.problem() {
             ui.colored_label(ui.visuals().error_fg_color, problem);
         } else if let Some(analysis) = engine.analysis() {

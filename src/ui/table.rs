@@ -2,10 +2,13 @@
 
 use egui::RichText;
 
-use crate::report::{Column, Table, Value};
+use crate::report::{Cell, Column, Table, Value};
+use crate::ui::numbers::elided;
 
 /// Columns of numbers are at least this wide.
 const NUMBER_WIDTH: f32 = 38.0;
+/// Words longer than this are shortened where room is short.
+const MAX_WORDS: usize = 34;
 
 /// Draws a table, its title in place of the first column's group.
 pub fn show(ui: &mut egui::Ui, table: &Table) {
@@ -29,23 +32,110 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
             ui.end_row();
             for row in &table.rows {
                 for (column, cell) in table.columns.iter().zip(row) {
-                    match cell.value {
-                        Value::Number(_) => {
-                            explained(ui, RichText::new(&cell.text), &whole(column, &cell.about))
-                        }
-                        Value::Missing => {
-                            explained(ui, RichText::new(&cell.text).small().weak(), &cell.about)
-                        }
-                        Value::Words | Value::Continued => {
-                            explained(ui, RichText::new(&cell.text), &cell.about)
-                        }
-                    }
+                    show_cell(ui, column, cell, false);
                 }
                 ui.end_row();
             }
         });
     if !table.note.is_empty() {
         ui.weak(&table.note);
+    }
+}
+
+/// By which column the rows of a table stand.
+#[derive(Clone, Debug)]
+pub struct Sort {
+    /// The column's name; rows stand as they came where there is none of it.
+    column: String,
+    descending: bool,
+}
+
+impl Sort {
+    /// By this column, the least first.
+    pub fn by(column: &str) -> Self {
+        Self {
+            column: column.to_owned(),
+            descending: false,
+        }
+    }
+
+    /// The places of the rows of this table.
+    pub fn order(&self, table: &Table) -> Vec<usize> {
+        let mut columns = table.columns.iter();
+        match columns.position(|column| column.name == self.column) {
+            Some(column) => table.order(column, self.descending),
+            None => (0..table.rows.len()).collect(),
+        }
+    }
+}
+
+/// Draws a table whose heads sort it; `lead` draws what stands before a row and in the place of its first `n_led` cells.
+pub fn show_sorted(
+    ui: &mut egui::Ui,
+    table: &Table,
+    sort: &mut Sort,
+    n_led: usize,
+    lead: &mut dyn FnMut(&mut egui::Ui, usize),
+) {
+    egui::Grid::new(("sorted", &table.title))
+        .striped(true)
+        .min_col_width(12.0)
+        .spacing([10.0, 3.0])
+        .show(ui, |ui| {
+            ui.label("");
+            for column in &table.columns {
+                head(ui, column, sort);
+            }
+            ui.end_row();
+            for at in sort.order(table) {
+                lead(ui, at);
+                let cells = table.columns.iter().zip(&table.rows[at]).skip(n_led);
+                for (column, cell) in cells {
+                    show_cell(ui, column, cell, true);
+                }
+                ui.end_row();
+            }
+        });
+}
+
+/// The head of a column; a click sorts by it, another the other way round.
+fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
+    let title = column.title();
+    if title.is_empty() {
+        explained(ui, RichText::new(""), &column.about);
+        return;
+    }
+    let is_own = sort.column == column.name;
+    let arrow = match (is_own, sort.descending) {
+        (false, _) => "",
+        (true, false) => " ↑",
+        (true, true) => " ↓",
+    };
+    let button = egui::Button::new(RichText::new(format!("{title}{arrow}")).strong()).frame(false);
+    let about = format!("{}\nA click sorts by it", column.about);
+    if ui.add(button).on_hover_text(about.trim()).clicked() {
+        let descending = is_own && !sort.descending;
+        *sort = Sort {
+            column: column.name.clone(),
+            descending,
+        };
+    }
+}
+
+fn show_cell(ui: &mut egui::Ui, column: &Column, cell: &Cell, is_narrow: bool) {
+    let own = RichText::new(&cell.text);
+    match cell.value {
+        Value::Number(_) => explained(ui, own, &whole(column, &cell.about)),
+        Value::Missing => explained(ui, own.small().weak(), &cell.about),
+        Value::Words if is_narrow && cell.text.chars().count() > MAX_WORDS => {
+            let about = format!("{}\n{}", cell.text, cell.about);
+            explained(
+                ui,
+                RichText::new(elided(&cell.text, MAX_WORDS)),
+                about.trim(),
+            );
+        }
+        Value::Words | Value::Continued => explained(ui, own, &cell.about),
     }
 }
 

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
+use crate::evaluation::mean_hysteresis::FEWEST_REVERSALS;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::ui::command::{Command, ImageTo, Kind, Pane};
@@ -192,7 +193,7 @@ fn f_th_text(distance: Distance, f_th: f64) -> String {
     }
 }
 
-fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
+pub fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
     let t_th = significant(thresholds.t_th_secs, 3);
     format!("{}, {t_th} s", f_th_text(distance, thresholds.f_th))
 }
@@ -206,7 +207,9 @@ fn suggestion(
 ) {
     let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
-        let take = ui.button("Take the cross-validation minimum").on_hover_text(
+        let is_complete = map.is_complete();
+        let take = egui::Button::new("Take the cross-validation minimum");
+        let take = ui.add_enabled(is_complete, take).on_hover_text(
             "Test recordings take no part in it. The range holds the F_th whose cross-validated error is no more than one standard \
              error over recordings above the minimum",
         );
@@ -218,6 +221,10 @@ fn suggestion(
             });
         }
         match found {
+            Ok(_) if !is_complete => {
+                let (done, all) = (map.n_rows_done(), map.grid.f_ths().len());
+                ui.weak(format!("{done} of {all} rows of the map are there; the minimum is known with the last"))
+            }
             Ok(found) => ui.label(suggestion_text(map, measure, &found)),
             Err(reason) => ui.weak(reason.to_string()),
         };
@@ -234,11 +241,14 @@ fn suggestion(
             out.push(Edit::Thresholds(Thresholds { f_th, ..present }).into());
         }
         match value {
-            Some(value) => ui.label(format!(
-                "{} over {} reversals",
-                f_th_text(map.distance, value),
-                study.hysteresis.n_reversals
-            )),
+            Some(value) => {
+                let value = f_th_text(map.distance, value);
+                match study.hysteresis.n_reversals {
+                    n if n >= FEWEST_REVERSALS => ui.label(format!("{value} over {n} reversals")),
+                    1 => ui.weak(format!("{value} from one reversal: a hint, no mean")),
+                    n => ui.weak(format!("{value} from {n} reversals only: a hint, not a measurement")),
+                }
+            }
             None => ui.weak("the training recordings hold no full cycle of a load to measure it on"),
         };
         ui.separator();

@@ -49,6 +49,10 @@ pub struct TimeView {
     zooms: Undoer<Shown>,
     /// The sample under the pointer, or where it plays, in the last frame.
     pub(super) hovered: Option<usize>,
+    /// The pass in which the panes were drawn last.
+    pub(super) drawn_in: u64,
+    /// The sample that is pointed at elsewhere.
+    pub(super) pointed: Option<usize>,
     pub(super) hidden: Vec<Trace>,
     pub(super) cursors: Cursors,
     pub(super) playing: Playing,
@@ -61,6 +65,8 @@ impl Default for TimeView {
             shown: Shown::default(),
             zooms: no_zooms(),
             hovered: None,
+            drawn_in: 0,
+            pointed: None,
             hidden: Vec::new(),
             cursors: Cursors::default(),
             playing: Playing::default(),
@@ -80,6 +86,34 @@ impl TimeView {
     /// The interval of time on screen; `None` where it is all of it.
     pub fn visible_time(&self) -> Option<(f64, f64)> {
         self.shown.time
+    }
+
+    /// The sample under the pointer in the traces, or where they play, while they are on screen.
+    pub fn looked_at(&self, context: &egui::Context) -> Option<usize> {
+        let is_drawn = context.cumulative_pass_nr() <= self.drawn_in + 1;
+        self.hovered.filter(|_| is_drawn)
+    }
+
+    /// Marks a sample in the traces that is pointed at elsewhere.
+    pub fn point_at(&mut self, sample: usize, context: &egui::Context) {
+        self.pointed = Some(sample);
+        if self.hovered != Some(sample) {
+            context.request_repaint();
+        }
+    }
+
+    /// Shows these samples and little else.
+    pub fn show_samples(&mut self, samples: std::ops::Range<usize>) {
+        let Some(times) = self.on.as_ref().filter(|times| samples.end <= times.len()) else {
+            return;
+        };
+        if let Some(last) = samples
+            .end
+            .checked_sub(1)
+            .filter(|last| *last > samples.start)
+        {
+            self.shown.time = Some((times[samples.start], times[last]));
+        }
     }
 
     /// Forgets what was chosen for other recordings.
@@ -109,6 +143,7 @@ impl TimeView {
             TimeMove::TogglePlay => self.playing.toggle(),
             TimeMove::Step(samples) => self.step(samples),
             TimeMove::PutCursor(which) => self.put_cursor(which),
+            TimeMove::ToggleTable => self.cursors.toggle_table(),
         }
     }
 

@@ -1,38 +1,58 @@
-//! A first walk through the main job on the built-in sensor; it stands aside and can be skipped at any time.
+//! A first walk through the main job on the built-in sensor; it points at what it speaks of, stands aside, and can be skipped at any
+//! time.
 
-const STEPS: [(&str, &str); 6] = [
+use egui::{Rect, Vec2};
+
+use crate::ui::command::{Command, Pane};
+use crate::ui::{calibration_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
+
+/// A step: the pane that it speaks of, its title and its text.
+type Step = (Pane, &'static str, &'static str);
+
+const STEPS: [Step; 6] = [
     (
+        trace_panes::PANE,
         "What this is",
         "These recordings come from a simulated force/torque sensor, so that there is something to try. Each pane shows one axis: \
          Calculated (Calc.) is the load that was really applied, Conventional (Conv.) what the usual calibration makes of the gauges, Compensated (Comp.) what it becomes with \
          gauges from the past. Their errors are below.",
     ),
     (
+        trace_panes::PANE,
         "The past of a sample",
-        "Move the pointer over a trace. The green interval is t_th, the green box F_th around the present load, the diamond the sample \
-         that the look-back found: the last one whose load differed by F_th. Space plays through time.",
+        "Move the pointer over a trace. The green interval is t_th, the diamond the sample that the look-back found: the last one whose \
+         load differed by F_th. The small plot at the pointer shows how that distance grows going back. Space plays through time.",
     ),
     (
+        settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th in Settings: everything is fitted again while you move them. At 0 N, Comp. equals Conv. The tab Thresholds \
+        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Comp. equals Conv. The tab Thresholds \
          shows the error for every pair, and suggests one without touching the test recordings.",
     ),
     (
+        loops_pane::PANE,
         "Loops",
-        "The tab Loops draws the error over the load: hysteresis as an area, before and after. Metrology gives the figures that a \
-         calibration certificate asks for.",
+        "The error over the load: hysteresis as an area, before and after. Metrology gives the figures that a \
+         calibration certificate asks for, and Models finds what to calibrate with.",
     ),
     (
+        recordings_panel::PANE,
         "Your own recordings",
-        "Drop files on the window, or File > Open. Give each a role: it trains, it tests, or it is off. A file whose columns have no \
-         names is asked about first.",
+        "Drop files on the window, or File > Open; the tour ends with them. Give each a role: it trains, it tests, or it is off. A file \
+         whose columns have no names is asked about first.",
     ),
     (
+        calibration_pane::PANE,
         "Out again",
-        "Export the calibration at the foot: .json for this program, .h, .rs or .py to run on a robot, and more. F1 shows all keys, \
+        "Export the calibration here: .json for this program, .h, .rs or .py to run on a robot, and more. F1 shows all keys, \
          Ctrl+P finds any action.",
     ),
 ];
+
+/// Every step is as large, so that its buttons stay where they are.
+const SIZE: Vec2 = Vec2::new(360.0, 190.0);
+/// How far it stays from the edges of the window; menus and the status line are there.
+const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
 /// Where the tour is.
 #[derive(Debug, Default)]
@@ -51,42 +71,120 @@ impl Tour {
         self.step = None;
     }
 
-    /// Draws the step that it is at; whether it was ended.
-    pub fn show(&mut self, context: &egui::Context) -> bool {
+    /// Whether it is shown.
+    pub fn is_on(&self) -> bool {
+        self.step.is_some()
+    }
+
+    /// The pane that it speaks of.
+    pub fn pane(&self) -> Pane {
+        STEPS[self.step.unwrap_or(0).min(STEPS.len() - 1)].0
+    }
+
+    /// Draws the step that it is at, beside the pane that it speaks of; `places` are those of the panes on screen.
+    pub fn show(
+        &mut self,
+        context: &egui::Context,
+        places: &[(Pane, Rect)],
+        out: &mut Vec<Command>,
+    ) {
         let Some(step) = self.step else {
-            return false;
+            return;
         };
-        let (title, text) = STEPS[step.min(STEPS.len() - 1)];
-        let mut ended = false;
+        let (pane, title, text) = STEPS[step.min(STEPS.len() - 1)];
+        let place = places.iter().find(|(own, _)| *own == pane);
+        let place = place.map(|(_, place)| *place);
+        if let Some(place) = place {
+            let layer = egui::LayerId::new(egui::Order::Middle, egui::Id::unique("tour points"));
+            let stroke = context.global_style().visuals.selection.stroke;
+            let stroke = egui::Stroke::new(2.0, stroke.color);
+            let painter = context.layer_painter(layer);
+            painter.rect_stroke(place, 4.0, stroke, egui::StrokeKind::Inside);
+        }
+        let mut next = None;
         egui::Window::new(format!("Tour, {} of {}: {title}", step + 1, STEPS.len()))
             .id(egui::Id::unique("tour"))
-            .anchor(egui::Align2::RIGHT_TOP, [-24.0, 70.0])
+            .fixed_pos(beside(place, context.content_rect()))
             .collapsible(false)
             .resizable(false)
             .show(context, |ui| {
-                ui.set_width(360.0);
+                ui.set_width(SIZE.x);
+                ui.set_height(SIZE.y - 60.0);
                 ui.add(egui::Label::new(text).wrap());
-                ui.add_space(6.0);
-                ui.horizontal(|ui| {
-                    let back = ui.add_enabled(step > 0, egui::Button::new("Back"));
-                    if back.on_hover_text("To the step before").clicked() {
-                        self.step = Some(step - 1);
-                    }
-                    if step + 1 < STEPS.len() {
-                        let next = ui.button("Next").on_hover_text("To the next step");
-                        if next.clicked() {
-                            self.step = Some(step + 1);
+                ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| {
+                    ui.horizontal(|ui| {
+                        let back = ui.add_enabled(step > 0, egui::Button::new("Back"));
+                        if back.on_hover_text("To the step before").clicked() {
+                            next = Some(step - 1);
                         }
-                        let skip = ui.button("Skip the tour");
-                        ended |= skip
-                            .on_hover_text("The Help menu has it, for later")
-                            .clicked();
-                    } else {
-                        let done = ui.button("Done").on_hover_text("Ends the tour");
-                        ended |= done.clicked();
-                    }
+                        if step + 1 < STEPS.len() {
+                            let button = ui.button("Next").on_hover_text("To the next step");
+                            if button.clicked() {
+                                next = Some(step + 1);
+                            }
+                            let skip = ui.button("Skip the tour");
+                            let skip = skip.on_hover_text("The Help menu has it, for later");
+                            if skip.clicked() {
+                                out.push(Command::Tour(false));
+                            }
+                        } else {
+                            let done = ui.button("Done").on_hover_text("Ends the tour");
+                            if done.clicked() {
+                                out.push(Command::Tour(false));
+                            }
+                        }
+                    });
                 });
             });
-        ended
+        if let Some(next) = next {
+            self.step = Some(next);
+            out.push(Command::ShowPane(STEPS[next].0));
+        }
+    }
+}
+
+/// Where a step stands: in the corner of the window in which it hides least of what it speaks of.
+fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
+    let room = window.shrink2(EDGE);
+    let (left, right) = (
+        room.left(),
+        (room.right() - SIZE.x - EDGE.x).max(room.left()),
+    );
+    let (top, low) = (
+        room.top(),
+        (room.bottom() - SIZE.y - EDGE.x).max(room.top()),
+    );
+    let corners = [(right, top), (right, low), (left, low), (left, top)];
+    let corners = corners.map(|(x, y)| egui::pos2(x, y));
+    let hidden = |corner: &egui::Pos2| {
+        place.map_or(0.0, |place| {
+            let shared = place.intersect(Rect::from_min_size(*corner, SIZE + Vec2::splat(EDGE.x)));
+            shared.width().max(0.0) * shared.height().max(0.0)
+        })
+    };
+    let least = corners
+        .into_iter()
+        .min_by(|a, b| hidden(a).total_cmp(&hidden(b)));
+    least.unwrap_or(room.min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_stands_in_the_corner_that_hides_nothing_of_what_it_speaks_of() {
+        let window = Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(1280.0, 800.0));
+        let step = |place: Rect| Rect::from_min_size(beside(Some(place), window), SIZE);
+        let panes = [
+            Rect::from_min_max(egui::pos2(412.0, 50.0), egui::pos2(1280.0, 530.0)),
+            Rect::from_min_max(egui::pos2(0.0, 430.0), egui::pos2(410.0, 770.0)),
+            Rect::from_min_max(egui::pos2(0.0, 50.0), egui::pos2(410.0, 400.0)),
+            Rect::from_min_max(egui::pos2(990.0, 560.0), egui::pos2(1280.0, 770.0)),
+        ];
+        for pane in panes {
+            assert!(!step(pane).intersects(pane), "{pane:?} {:?}", step(pane));
+        }
+        assert!(window.contains_rect(step(window)));
     }
 }

@@ -7,18 +7,28 @@ mod pane;
 
 use crate::analysis::{AxisTraces, View as Shown};
 use crate::engine::{Action, Edit, Engine};
+use crate::features::Thresholds;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::thresholds_pane::pair_text;
 use crate::ui::time_view::TimeView;
 use pane::Place;
 
 /// Panes are at least this high; what does not fit is scrolled to.
-const MIN_CELL_HEIGHT: f32 = 112.0;
+const MIN_CELL_HEIGHT: f32 = 116.0;
 /// Room for the time axis under the lowest pane.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
-/// Narrower than this, all axes stand in one column.
-const MIN_TWO_COLUMN_WIDTH: f32 = 620.0;
+/// A column of panes is at least this wide, if there is more than one.
+const MIN_COLUMN_WIDTH: f32 = 260.0;
+
+/// Where fewer samples than this find a past sample, that is worth a word.
+const FEW_WITH_PAST: f64 = 0.5;
+
+/// Characters of a recording's name that have room in the row of choices, and in the list of them.
+const NAME_LENGTH: usize = 26;
+const LIST_NAME_LENGTH: usize = 60;
 
 /// Room for a piece of line and the name of its trace.
 const LEGEND_ENTRY_WIDTH: f32 = 110.0;
@@ -69,9 +79,9 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
         ui.centered_and_justified(|ui| ui.label("No axis is shown; choose some above"));
         return;
     }
-    let columns = columns(&shown, ui.available_width());
-    let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0;
+    let columns = columns(&shown, egui::vec2(ui.available_width(), room));
+    let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
     let mut hovered = None;
@@ -96,6 +106,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
                 }
             });
         });
+    no_past(ui, engine, out);
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
@@ -105,6 +116,8 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
         true => played.or(hovered),
         false => hovered.or(played),
     };
+    let hovered = hovered.or(panes.pointed.take());
+    panes.drawn_in = ui.ctx().cumulative_pass_nr();
     panes.hovered = hovered;
     if hovered != hovered_before {
         // The panes drawn before the hovered one show the sample in the next frame.
@@ -112,15 +125,22 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
     }
 }
 
-/// Forces to the left, moments to the right, where there is room for both; else one column.
-fn columns<'a>(shown: &[&'a AxisTraces], width: f32) -> Vec<Vec<&'a AxisTraces>> {
+/// Forces to the left, moments to the right, where there is room for both; else one column. Where these are too high for the
+/// room, three columns, x, y and z, if they are lower and there is the width.
+fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTraces>> {
     let (forces, moments): (Vec<_>, Vec<_>) =
         shown.iter().copied().partition(|axis| axis.axis.is_force());
-    if width < MIN_TWO_COLUMN_WIDTH || forces.is_empty() || moments.is_empty() {
-        vec![shown.to_vec()]
-    } else {
-        vec![forces, moments]
+    let has_width = |n: usize| room.x >= n as f32 * MIN_COLUMN_WIDTH;
+    let columns = match has_width(2) && !forces.is_empty() && !moments.is_empty() {
+        true => vec![forces, moments],
+        false => vec![shown.to_vec()],
+    };
+    let rows = columns.iter().map(Vec::len).max().unwrap_or(1);
+    if rows as f32 * MIN_CELL_HEIGHT <= room.y || !has_width(3) || rows < 2 {
+        return columns;
     }
+    let third = |at: usize| shown.iter().copied().skip(at).step_by(3).collect();
+    (0..3.min(shown.len())).map(third).collect()
 }
 
 fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut Vec<Command>) {
@@ -171,9 +191,59 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         if fit.clicked() {
             panes.fit();
         }
+        let table = ui.selectable_label(panes.cursors.has_table(), "Cursors");
+        let table = table.on_hover_text(
+            "The table of what lies at cursor A, at B and between them. A click in a trace puts A, with Shift B; Escape takes both away",
+        );
+        if table.clicked() {
+            panes.cursors.toggle_table();
+        }
         ui.separator();
         panes.playing.controls(ui);
     });
+}
+
+/// Says over the panes that the thresholds find no past sample for most samples, and offers others.
+fn no_past(ui: &egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let share = engine.share_with_past().filter(|_| engine.is_current());
+    let Some(share) = share.filter(|share| *share < FEW_WITH_PAST) else {
+        return;
+    };
+    let (present, usual) = (engine.project().thresholds(), engine.default_thresholds());
+    // At zero it is asked for.
+    if present.f_th == 0.0 || present.t_th_secs == 0.0 || engine.project().applied.is_some() {
+        return;
+    }
+    let offered = Thresholds {
+        f_th: usual.f_th.min(present.f_th),
+        t_th_secs: usual.t_th_secs.max(present.t_th_secs),
+    };
+    let panes = ui.min_rect();
+    egui::Area::new(egui::Id::unique("no past sample"))
+        .order(egui::Order::Middle)
+        .constrain_to(panes)
+        .fixed_pos(panes.center_bottom() - egui::vec2(0.0, TIME_AXIS_HEIGHT))
+        .pivot(egui::Align2::CENTER_BOTTOM)
+        .show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    ui.colored_label(
+                        ui.visuals().warn_fg_color,
+                        format!(
+                            "No past sample is found for {:.0} % of the samples (grey): Comp. is close to Conv. there",
+                            100.0 * (1.0 - share)
+                        ),
+                    );
+                    if offered != present {
+                        let distance = engine.project().settings.features.distance;
+                        let take = ui.button(format!("Take {}", pair_text(distance, offered)));
+                        if take.on_hover_text("Thresholds that find one more often").clicked() {
+                            out.push(Edit::Thresholds(offered).into());
+                        }
+                    }
+                });
+            });
+        });
 }
 
 /// A short piece of line as the panes draw it where samples lie apart.
@@ -199,14 +269,17 @@ fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     };
     let explanation = "The recording that is drawn; all of them stand one after the other";
     egui::ComboBox::from_label("on screen")
-        .selected_text(name(engine.project().view))
+        .selected_text(elided(&name(engine.project().view), NAME_LENGTH))
         .width(180.0)
         .truncate()
         .show_ui(ui, |ui| {
             let views = (0..entries.len()).map(Shown::One);
             for view in std::iter::once(Shown::All).chain(views) {
                 if ui
-                    .selectable_label(engine.project().view == view, name(view))
+                    .selectable_label(
+                        engine.project().view == view,
+                        elided(&name(view), LIST_NAME_LENGTH),
+                    )
                     .clicked()
                 {
                     out.push(Action::Show(view).into());

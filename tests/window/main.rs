@@ -966,48 +966,45 @@ fn a_training_that_cannot_begin_says_why() {
 }
 
 #[test]
-fn the_comparison_fills_in_and_says_what_is_stale() {
+fn models_are_found_sorted_brought_back_and_saved() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::Button, "Compare");
-    assert!(has(&window, "not fitted"));
-    let rows = state(&window).comparison.rows.len();
-    assert_eq!(rows, 33);
-    click(&mut window, Role::CheckBox, "Network, none, B");
-    click(
-        &mut window,
-        Role::CheckBox,
-        "Network, F_th 3 N, t_th 15 s, B",
-    );
-    click(&mut window, Role::CheckBox, "Linear + network, none, B");
-    click(
-        &mut window,
-        Role::CheckBox,
-        "Linear + network, F_th 3 N, t_th 15 s, B",
-    );
-    click(&mut window, Role::Button, "Fit ticked rows");
-    let compared = |window: &Window| {
-        let rows = &state(window).comparison.rows;
-        let fresh = |row: &&loopscope::engine::Row| {
-            row.compared().is_some() && !row.is_stale(state(window).project())
-        };
-        rows.iter().filter(fresh).count()
-    };
-    assert_eq!(compared(&window), 6);
-    click(&mut window, Role::Button, "Fit ticked rows");
-    told(&window, Level::Info, "already has a result");
-    slide(&mut window, "F_th", 2.0);
-    assert_eq!(compared(&window), 4);
-    assert!(has(&window, "stale"));
-    click(&mut window, Role::Button, "Fit ticked rows");
-    assert_eq!(compared(&window), 6);
+    click(&mut window, Role::Button, "Models");
+    let find = window.get_by_role_and_label(Role::Button, "Find the best");
+    find.click();
+    until(&mut window, |shell| shell.engine().models.rows.len() >= 2);
+    click(&mut window, Role::Button, "Stop");
+    assert!(has(&window, "Proposed: "));
+    let rows = state(&window).models.rows.clone();
+    click(&mut window, Role::Button, "model");
+    let before = state(&window).project().settings.clone();
+    click(&mut window, Role::Button, "Polynomial");
+    let settings = state(&window).project().settings.clone();
+    assert_eq!(settings.features.blocks.of(&Polynomial), [2.0]);
+    click(&mut window, Role::Button, "Keep this model");
+    assert!(has(&window, "Kept 1"));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(state(&window).project().settings, before);
+    window
+        .get_by_role_and_label(Role::CheckBox, "Pin Conventional")
+        .click();
+    settle(&mut window);
+    assert!(state(&window).models.rows[0].is_pinned);
 
     let path = files.path("table.csv");
     type_into(&mut window, "CSV", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
-    assert_eq!(table.lines().count(), 7);
-    assert!(table.starts_with("regressor,history,data,seconds,Fx [N] train"));
+    assert_eq!(table.lines().count(), rows.len() + 2);
+    assert!(
+        table.starts_with(",model,train of Conv. [%],test of Conv. [%]"),
+        "{table}"
+    );
+    assert!(
+        table.lines().nth(1).unwrap().contains("Conventional"),
+        "by name: {table}"
+    );
 }
 
 #[test]
@@ -1198,4 +1195,30 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Dead band Fx", "100");
     assert!(has(&window, "constant"), "no load comes back by 100 N");
+}
+
+#[test]
+fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.key_press(Key::F6);
+    settle(&mut window);
+    let plot = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Calc. [N]")
+        .rect();
+    // The pointer goes down the middle until a line is near.
+    let on_loop = (1..40).find_map(|step| {
+        let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
+        window.hover_at(at);
+        window.run_steps(4);
+        has(&window, "a press shows it alone").then_some(at)
+    });
+    let at = on_loop.expect("a loop passes the middle");
+    assert!(has(&window, "Fz error ") && has(&window, "cycle "));
+    assert_eq!(shell(&window).visible_time(), None);
+    window.drag_at(at);
+    window.drop_at(at);
+    settle(&mut window);
+    let (from, to) = shell(&window).visible_time().expect("one cycle");
+    assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
 }

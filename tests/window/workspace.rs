@@ -69,6 +69,41 @@ fn arrangements_come_by_menu_and_key_and_are_remembered() {
     assert_eq!(shell(&again).on_screen(), shell(&window).on_screen());
 }
 
+/// Three labels 12 points apart have room on 48 points, whatever the numbers are.
+#[test]
+fn six_axes_are_whole_and_high_enough_for_three_ticks_at_every_usual_size() {
+    let mut window = window(Vec::new());
+    for (width, height) in [(1280.0, 800.0), (1600.0, 900.0), (1920.0, 1080.0)] {
+        window.set_size(Vec2::new(width, height));
+        for key in [Key::F5, Key::F6, Key::F7] {
+            window.key_press(key);
+            settle(&mut window);
+            let mut n_plots = 0;
+            for label in [
+                "Fx [N]",
+                "Fy [N]",
+                "Fz [N]",
+                "Mx [N·m]",
+                "My [N·m]",
+                "Mz [N·m]",
+                "error [N]",
+                "error [N·m]",
+            ] {
+                for plot in window.query_all_by_role_and_label(Role::GraphicsObject, label) {
+                    let rect = plot.rect();
+                    assert!(rect.height() >= 48.0, "{label}, {width}, {key:?}: {rect:?}");
+                    assert!(
+                        rect.bottom() <= height - 20.0,
+                        "{label}, {width}, {key:?}: {rect:?}"
+                    );
+                    n_plots += 1;
+                }
+            }
+            assert_eq!(n_plots, 12, "{width}, {key:?}");
+        }
+    }
+}
+
 #[test]
 fn settings_and_roles_are_undone_and_made_again() {
     let files = Files::new();
@@ -223,6 +258,11 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
         wait(window, 3);
     };
     press(&mut window, pane.center(), Modifiers::NONE);
+    assert!(
+        !has(&window, "Shift and click puts cursor B"),
+        "nobody asked"
+    );
+    click(&mut window, Role::Button, "Cursors");
     assert!(has(&window, "Shift and click puts cursor B"));
     press(
         &mut window,
@@ -247,6 +287,7 @@ fn space_plays_through_time_and_stops() {
     window.key_press(Key::Space);
     settle(&mut window);
     window.key_press(Key::A);
+    window.key_press(Key::T);
     wait(&mut window, 3);
     assert!(
         has(&window, "Shift and click puts cursor B"),
@@ -309,6 +350,7 @@ fn keys_zoom_and_step_through_time() {
     }
     press(&mut window, Modifiers::NONE, Key::Comma);
     press(&mut window, Modifiers::NONE, Key::B);
+    press(&mut window, Modifiers::NONE, Key::T);
     assert!(
         has(&window, "A 0.1500000 s, B 0.2000000 s"),
         "20 samples a second, three steps and four"

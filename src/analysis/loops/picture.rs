@@ -1,5 +1,6 @@
 //! Loops of one axis: its load across, an output of the sensor up, and what they measure.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -57,6 +58,8 @@ pub struct LoopPlot {
     pub n_recordings: usize,
     /// How many cycles there are.
     pub n_cycles: usize,
+    /// Where they are: the recording, and its samples after decimation, in the order of their beginnings.
+    pub cycles: Vec<(usize, Range<usize>)>,
     /// How many of them are full.
     pub n_full_cycles: usize,
     /// What holds everything.
@@ -205,6 +208,14 @@ pub(super) fn picture(
         n_samples: loads.iter().map(Vec::len).sum(),
         n_recordings: parts.len(),
         n_cycles: cycles.loops.cycles().len(),
+        cycles: (cycles.loops.cycles().iter())
+            .map(|cycle| {
+                let part = parts[cycle.recording];
+                let at = |sample: usize| part.samples.start + sample;
+                let (from, to) = (cycle.first.samples.start, cycle.second.samples.end);
+                (part.recording, at(from)..at(to))
+            })
+            .collect(),
         n_full_cycles: cycles.loops.full_cycles().len(),
         whole,
         curves,

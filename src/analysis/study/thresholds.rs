@@ -56,6 +56,21 @@ impl Study {
         progress: &Progress,
         tell: &(dyn Fn(StudyEvent<'_>) + Sync),
     ) -> Result<ThresholdMap, AnalysisError> {
+        self.rest_of_map(None, grid, progress, tell)
+    }
+
+    /// [`threshold_map`](Self::threshold_map) where a part of it, of the same grid, is there already: its rows are not made again, nor
+    /// told of.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn rest_of_map(
+        &self,
+        begun: Option<&ThresholdMap>,
+        grid: &ThresholdGrid,
+        progress: &Progress,
+        tell: &(dyn Fn(StudyEvent<'_>) + Sync),
+    ) -> Result<ThresholdMap, AnalysisError> {
         progress.add_total(grid.f_ths().len() as u64);
         let rows = Rows::prepare(self, grid, progress)?;
         let scorer = &rows.scorer;
@@ -68,9 +83,15 @@ impl Study {
         );
         map.n_test = scorer.n_test();
         map.cross_validation = self.data.cross_validation();
+        match begun.filter(|begun| begun.grid == *grid) {
+            Some(begun) => map.clone_from(begun),
+            None => {}
+        }
+        progress.advance(map.n_rows_done() as u64);
         tell(StudyEvent::Begun(&map));
         for level in grid.coarse_to_fine() {
-            let done: Vec<_> = level
+            let missing: Vec<usize> = level.into_iter().filter(|at| !map.has_row(*at)).collect();
+            let done: Vec<_> = missing
                 .par_iter()
                 .map(|&f_at| {
                     let points = rows.row(grid.f_ths()[f_at], progress)?;

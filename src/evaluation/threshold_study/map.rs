@@ -126,6 +126,11 @@ impl ThresholdMap {
         self.rows[f_at] = Some(points);
     }
 
+    /// Whether this row has come.
+    pub fn has_row(&self, f_at: usize) -> bool {
+        self.rows.get(f_at).is_some_and(Option::is_some)
+    }
+
     /// Whether every row has come.
     pub fn is_complete(&self) -> bool {
         self.rows.iter().all(Option::is_some)

@@ -15,11 +15,14 @@ pub const SKY: [u8; 3] = [86, 180, 233];
 /// Calc. on a light ground.
 pub const CALCULATED: [u8; 3] = [60, 60, 60];
 /// Conv. on a light ground.
-pub const CONVENTIONAL: [u8; 3] = VERMILION;
+pub const CONVENTIONAL: [u8; 3] = [184, 78, 0];
 /// Comp. on a light ground.
 pub const COMPENSATED: [u8; 3] = BLUE;
 /// Factory on a light ground.
 pub const FACTORY: [u8; 3] = [160, 70, 120];
+
+/// Scores of every kind on a light ground: colours tell loads apart, so these go by their dashes.
+pub const SCORE: [u8; 3] = [60, 60, 60];
 
 /// The colour of the falling branches beside the rising ones, halfway to that of the ink.
 pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {

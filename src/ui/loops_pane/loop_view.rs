@@ -1,14 +1,15 @@
 //! Loops of one axis, the width over the load, and the table of figures.
 
-use super::{FiguresOf, LoopsPane, for_print, rgb, trace_of};
-use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Up, clouds};
+use super::{FiguresOf, LoopsPane, for_print, linked, rgb, trace_of};
+use crate::analysis::loops::{LoopCurve, LoopFigures, LoopPlot, Output, Span, Up, clouds};
 use crate::engine::Engine;
 use crate::evaluation::metrology::Reason;
 use crate::report::figure::{DASHED, Figure, Line, Scale};
 use crate::report::{LoopMeasures, LoopScale, Trace, loop_figures};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
-use crate::ui::palette::look_back;
+use crate::ui::palette::{self, look_back};
+use crate::ui::time_view::TimeView;
 use crate::ui::{plots, table};
 
 /// Height of the plot of widths.
@@ -19,6 +20,7 @@ pub(super) fn show(
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &LoopPlot,
+    time: &mut TimeView,
     out: &mut Vec<Command>,
 ) {
     let gauges = &engine.project().recordings.layout().gauge_names;
@@ -40,7 +42,7 @@ pub(super) fn show(
     let zoom = *pane.zoom();
     let drawing = view.loops(&visuals, zoom);
     let print = view.loops(&for_print(), zoom);
-    pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
+    let drawn = pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
         ui.horizontal(|ui| {
             for (of, label, explanation) in [
                 (
@@ -75,6 +77,14 @@ pub(super) fn show(
             plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
         }
     });
+    view.directions(ui, &drawn);
+    if picture.question.up == Up::Load {
+        linked::one_to_one(ui, &drawn);
+    }
+    if let Some(analysis) = engine.analysis() {
+        let follows = picture.question.span == Span::Visible;
+        linked::link(ui, &drawn, picture, &analysis.traces, (pane, follows), time);
+    }
 }
 
 /// A picture as it is looked at.
@@ -148,6 +158,32 @@ impl<'a> View<'a> {
                 .collect(),
             lines: branches.chain(loops).collect(),
             ..Figure::default()
+        }
+    }
+
+    /// Marks which way the load goes along the loop that the figures are of.
+    fn directions(&self, ui: &egui::Ui, drawn: &plots::Drawn) {
+        let painter = drawn.painter(ui);
+        for curve in &self.shown {
+            let Ok(figures) = self.of(curve) else {
+                continue;
+            };
+            let color = palette::rgb(color(curve.output, ui.visuals()));
+            let ways = figures.branches.iter().zip([true, false]);
+            for (branch, is_rising) in ways.filter(|(branch, _)| branch.len() > 2) {
+                let middle = branch.len() / 2;
+                let [before, after] =
+                    [branch[middle - 1], branch[middle]].map(|at| drawn.place(at));
+                let way = (after - before).normalized() * if is_rising { 1.0 } else { -1.0 };
+                let tip = before + 7.0 * way;
+                let side = 5.0 * way.rot90();
+                let corners = vec![tip, tip - 11.0 * way + side, tip - 11.0 * way - side];
+                painter.add(egui::Shape::convex_polygon(
+                    corners,
+                    color,
+                    egui::Stroke::NONE,
+                ));
+            }
         }
     }
 

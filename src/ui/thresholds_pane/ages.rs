@@ -30,18 +30,15 @@ pub fn ages(
             .fill(color)
     });
     let name = "Age of the past";
-    let response = plots::still("ages", size)
+    let plot = plots::still("ages", size);
+    let response = plots::scales(plot, Some("look-back age [s]"), "samples [%]")
         .show_grid([false, true])
         .include_y(0.0)
-        .x_axis_label("age of the past [s]")
-        .y_axis_label("samples [%]")
-        .y_axis_min_width(44.0)
-        .y_axis_formatter(|mark, _| significant(mark.value, 3))
         .show(ui, |plot| {
             plot.bar_chart(BarChart::new(name, bars.collect()));
             plot.vline(
                 VLine::new("t_th", t_th_secs)
-                    .color(visuals.error_fg_color)
+                    .color(palette::present(&visuals))
                     .width(1.2),
             );
         })

@@ -1,6 +1,6 @@
 //! The curves through the present pair of thresholds: forces and moments apart, over F_th and over t_th.
 
-use egui_plot::{Line, LineStyle, PlotPoints, VLine};
+use egui_plot::{Line, PlotPoints, VLine};
 
 use super::pressed;
 use crate::engine::{Edit, Engine};
@@ -8,7 +8,7 @@ use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::features::{Distance, Thresholds};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
-use crate::ui::{picture, plots};
+use crate::ui::{palette, picture, plots};
 
 /// The threshold that runs along the axis of a curve.
 #[derive(Clone, Copy, PartialEq)]
@@ -33,13 +33,14 @@ pub fn curves(
     let width = 0.5 * ui.available_width() - 6.0;
     ui.horizontal(|ui| {
         for set in ScoreSet::ALL {
-            let (color, _) = look(set, ui.visuals());
-            ui.colored_label(color, set.label())
-                .on_hover_text(match set {
-                    ScoreSet::LeftOut => "Solid: choose by this one",
-                    ScoreSet::Train => "Short dashes",
-                    ScoreSet::Test => "Long dashes: to look at, not to choose by",
-                });
+            let (color, _) = palette::score(set, ui.visuals());
+            let (name, about) = match set {
+                ScoreSet::LeftOut => ("solid", "Choose by this one"),
+                ScoreSet::Train => ("dotted", "On what was fitted, which flatters"),
+                ScoreSet::Test => ("dashed", "To look at, not to choose by"),
+            };
+            ui.colored_label(color, format!("{} ({name})", set.label()))
+                .on_hover_text(about);
         }
         ui.weak("press or drag to set");
     });
@@ -57,14 +58,6 @@ pub fn curves(
                 );
             }
         });
-    }
-}
-
-fn look(set: ScoreSet, visuals: &egui::Visuals) -> (egui::Color32, LineStyle) {
-    match set {
-        ScoreSet::Train => (visuals.weak_text_color(), LineStyle::dashed_dense()),
-        ScoreSet::Test => (visuals.warn_fg_color, LineStyle::dashed_loose()),
-        ScoreSet::LeftOut => (visuals.hyperlink_color, LineStyle::Solid),
     }
 }
 
@@ -99,20 +92,16 @@ fn curve(
         group.label(&map.scale),
         along == Along::F,
     );
-    let response = plots::still(id, size)
+    let response = plots::scales(plots::still(id, size), Some(label), &title)
         .include_x(0.0)
         .include_x(longest.copied().unwrap_or(1.0) * shown_as)
-        .x_axis_label(label)
-        .y_axis_label(title.clone())
-        .y_axis_min_width(44.0)
-        .y_axis_formatter(|mark, _| significant(mark.value, 3))
         .show(ui, |plot| {
             for set in ScoreSet::ALL {
                 let points = match along {
                     Along::F => map.curve_over_f_th(set, group, at.1),
                     Along::T => map.curve_over_t_th(set, group, at.0),
                 };
-                let (color, style) = look(set, &visuals);
+                let (color, style) = palette::score(set, &visuals);
                 let points: PlotPoints<'_> =
                     points.into_iter().map(|(x, y)| [x * shown_as, y]).collect();
                 plot.line(
@@ -128,7 +117,7 @@ fn curve(
             };
             plot.vline(
                 VLine::new("present", own * shown_as)
-                    .color(visuals.error_fg_color)
+                    .color(palette::present(&visuals))
                     .width(1.2),
             );
         });

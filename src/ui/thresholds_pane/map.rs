@@ -39,9 +39,10 @@ pub fn map(
     texture.update(ui.ctx(), map, measure, set);
     let (Some(image), Some((least, greatest))) = (&texture.texture, texture.range) else {
         ui.weak(match set {
+            _ if map.n_rows_done() == 0 => "The first rows are on their way.",
             ScoreSet::Test => "There are no test recordings.",
             ScoreSet::LeftOut => "There are too few training samples to leave any out.",
-            ScoreSet::Train => "The first rows are on their way.",
+            ScoreSet::Train => "There is no training recording.",
         });
         return;
     };
@@ -54,16 +55,16 @@ pub fn map(
     let width = ui.available_width() - SCALE_WIDTH - 70.0;
     let height = ui.available_height().max(120.0);
     ui.horizontal_top(|ui| {
-        let response = plots::still("threshold map", [width, height])
+        let across = match map.distance {
+            Distance::Force => "F_th [N]",
+            Distance::FullScale => "F_th [% FS]",
+        };
+        let plot = plots::still("threshold map", [width, height]);
+        let response = plots::scales(plot, Some(across), "t_th [s]")
             .show_grid(false)
             .set_margin_fraction(Vec2::ZERO)
             .default_x_bounds(low[0] * shown_as, high[0] * shown_as)
             .default_y_bounds(low[1], high[1])
-            .x_axis_label(match map.distance {
-                Distance::Force => "F_th [N]",
-                Distance::FullScale => "F_th [% FS]",
-            })
-            .y_axis_label("t_th [s]")
             .y_grid_spacer(move |_| decades(low[1], high[1]))
             .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 1))
             .show(ui, |plot| {
@@ -86,7 +87,7 @@ pub fn map(
                         .shape(MarkerShape::Circle)
                         .filled(false)
                         .radius(7.0)
-                        .color(Color32::from_rgb(255, 80, 80)),
+                        .color(Color32::WHITE),
                 );
             });
         response.response.widget_info(|| {

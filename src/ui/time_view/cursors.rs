@@ -3,14 +3,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use egui_plot::{PlotUi, VLine};
+use egui_plot::{LineStyle, PlotUi, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::engine::Engine;
 use crate::evaluation::Series;
 use crate::report::{Cell, Column, Table};
 use crate::ui::numbers::significant;
-use crate::ui::palette::Trace;
+use crate::ui::palette::{self, Trace};
 
 /// So many values are added up in one frame: a frame must not wait for millions.
 const VALUES_PER_FRAME: usize = 400_000;
@@ -20,6 +20,8 @@ const VALUES_PER_FRAME: usize = 400_000;
 pub struct Cursors {
     at: [Option<f64>; 2],
     span: Option<Span>,
+    /// Whether the table was asked for.
+    table: bool,
 }
 
 /// The figures of one series over the span, as far as they have been added up.
@@ -137,7 +139,20 @@ impl Cursors {
 
     /// Takes both away.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        *self = Self {
+            table: self.table,
+            ..Self::default()
+        };
+    }
+
+    /// Shows or hides the table.
+    pub fn toggle_table(&mut self) {
+        self.table = !self.table;
+    }
+
+    /// Whether the table was asked for.
+    pub fn has_table(&self) -> bool {
+        self.table
     }
 
     /// Where both stand, if they do.
@@ -154,15 +169,19 @@ impl Cursors {
     pub fn mark(&self, plot: &mut PlotUi<'_>, visuals: &egui::Visuals) {
         for time in self.at.into_iter().flatten() {
             let line = VLine::new("", time)
-                .color(visuals.warn_fg_color)
+                .color(palette::present(visuals))
+                .style(LineStyle::dashed_dense())
                 .width(1.3)
                 .allow_hover(false);
             plot.vline(line);
         }
     }
 
-    /// Draws the table while there is a cursor.
+    /// Draws the table, once it was asked for, while there is a cursor.
     pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
+        if !self.table {
+            return;
+        }
         let ends = self
             .at
             .map(|time| time.and_then(|time| traces.sample_at(time)));
@@ -218,9 +237,7 @@ impl Cursors {
                     .auto_shrink([false, false])
                     .show(ui, |ui| crate::ui::table::show(ui, &figures));
             });
-        if !open {
-            self.clear();
-        }
+        self.table = open;
     }
 }
 

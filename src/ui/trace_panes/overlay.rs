@@ -1,18 +1,27 @@
 //! The look-back at the sample under the pointer: what the thresholds search, and what they find.
 
 use egui::{Color32, Stroke};
-use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Polygon, Span, VLine};
+use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::features::{Distance, Thresholds};
-use crate::ui::numbers::significant;
+use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::{self, Trace};
 
-/// Draws what is searched: t_th as a interval of time, and in it F_th around the present load.
+/// Characters of a recording's name that have room.
+const NAME_LENGTH: usize = 44;
+/// Size of the picture of the rule.
+const STRIP: egui::Vec2 = egui::Vec2::new(270.0, 96.0);
+/// Size of its words.
+const STRIP_TEXT: f32 = 11.0;
+/// It looks at no more samples than this in a frame.
+const STRIP_SAMPLES: usize = 200_000;
+
+/// Draws what is searched: t_th as an interval of time. F_th is a distance over several axes, which no box around one of them shows;
+/// see [`strip`].
 pub fn thresholds(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
-    axis: &AxisTraces,
     hovered: Option<usize>,
     visuals: &egui::Visuals,
 ) {
@@ -28,30 +37,6 @@ pub fn thresholds(
         .border_color(color.gamma_multiply(0.5))
         .border_width(1.0);
     plot.span(searched);
-    let weight = traces
-        .axes
-        .iter()
-        .position(|other| other.axis == axis.axis)
-        .map_or(0.0, |at| traces.weights[at]);
-    if weight > 0.0 {
-        let load = axis.conventional.value(k);
-        let reach = thresholds.f_th / weight;
-        let corners = [
-            (oldest, -reach),
-            (now, -reach),
-            (now, reach),
-            (oldest, reach),
-        ];
-        let corners: PlotPoints<'_> = corners
-            .iter()
-            .map(|(time, offset)| [*time, load + offset])
-            .collect();
-        let near = Polygon::new("", corners)
-            .fill_color(color.gamma_multiply(0.16))
-            .stroke(Stroke::new(1.0, color.gamma_multiply(0.8)))
-            .allow_hover(false);
-        plot.polygon(near);
-    }
 }
 
 /// Marks the present sample and the past one that was found for it.
@@ -107,13 +92,17 @@ pub fn tooltip(
     response: &egui::Response,
     traces: &TraceSet,
     axis: &AxisTraces,
-    k: usize,
+    (k, beside): (usize, Option<egui::Rect>),
 ) {
+    let anchor = match beside {
+        Some(plot) => egui::PopupAnchor::Position(plot.left_top()),
+        None => egui::PopupAnchor::Pointer,
+    };
     egui::Tooltip::always_open(
         ui.ctx().clone(),
         ui.layer_id(),
         response.id.with("values"),
-        egui::PopupAnchor::Pointer,
+        anchor,
     )
     .gap(18.0)
     .show(|ui| {
@@ -124,7 +113,7 @@ pub fn tooltip(
             axis.axis.symbol(),
             significant(traces.times[k], 6)
         ));
-        ui.weak(name);
+        ui.weak(elided(name, NAME_LENGTH));
         egui::Grid::new("values").num_columns(3).show(ui, |ui| {
             let rows = [
                 (Trace::Calculated, axis.calculated.as_deref(), None),
@@ -158,8 +147,104 @@ pub fn tooltip(
         if let Some(thresholds) = traces.thresholds {
             let words = look_back_words(traces, thresholds, k);
             ui.colored_label(palette::look_back(ui.visuals()), words);
+            strip(ui, traces, thresholds, k);
         }
     });
+}
+
+/// Draws the rule as it is: the distance d(k, j) to the present load going back from sample `k` to t_th ago, the line F_th, and the
+/// sample where it is crossed.
+fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
+    let Some(segment) = traces.segment_of(k) else {
+        return;
+    };
+    let (outer, _) = ui.allocate_exact_size(STRIP, egui::Sense::hover());
+    let plot = outer.shrink2(egui::vec2(2.0, STRIP_TEXT + 3.0));
+    let past = traces.past[k] as usize;
+    let points = going_back(traces, thresholds.t_th_secs, segment.samples.start, k);
+    let reaches = points.iter().fold(0.0, |most: f64, (_, d)| most.max(*d));
+    let top = 1.15 * reaches.max(thresholds.f_th).max(f64::MIN_POSITIVE);
+    // Where the recording is younger than t_th, all of it is shown.
+    let since_start = traces.times[k] - traces.times[segment.samples.start];
+    let longest = since_start.min(thresholds.t_th_secs).max(f64::MIN_POSITIVE);
+    let at = |age: f64, d: f64| {
+        let across = egui::lerp(plot.right()..=plot.left(), (age / longest) as f32);
+        egui::pos2(
+            across,
+            egui::lerp(plot.bottom()..=plot.top(), (d / top) as f32),
+        )
+    };
+    let visuals = ui.visuals();
+    let (color, text) = (palette::look_back(visuals), visuals.text_color());
+    let font = egui::FontId::proportional(STRIP_TEXT);
+    let painter = ui.painter();
+    painter.rect_filled(plot, 0.0, visuals.extreme_bg_color);
+    let line: Vec<egui::Pos2> = points.iter().map(|(age, d)| at(*age, *d)).collect();
+    painter.add(egui::Shape::line(line, Stroke::new(1.4, text)));
+    let threshold = [at(longest, thresholds.f_th), at(0.0, thresholds.f_th)];
+    painter.line_segment(threshold, Stroke::new(1.2, color));
+    if past != k {
+        let (age, d) = (
+            traces.times[k] - traces.times[past],
+            traces.distance_between(k, past),
+        );
+        let found = at(age, d);
+        painter.vline(found.x, plot.y_range(), Stroke::new(1.0, color));
+        painter.circle_filled(found, 4.0, color);
+    }
+    let unit = match traces.distance {
+        Distance::Force => "N",
+        Distance::FullScale => "% FS",
+    };
+    let amount = match traces.distance {
+        Distance::Force => thresholds.f_th,
+        Distance::FullScale => 100.0 * thresholds.f_th,
+    };
+    let write = |at: egui::Pos2, align, words: String, color| {
+        painter.text(at, align, words, font.clone(), color);
+    };
+    let (above, below) = (plot.top() - 1.0, plot.bottom() + 1.0);
+    let left = egui::pos2(plot.left(), above);
+    let what = format!("distance d(k, j) to the present load [{unit}]");
+    write(left, egui::Align2::LEFT_BOTTOM, what, text);
+    let right = egui::pos2(plot.right(), above);
+    let f_th = format!("F_th {}", significant(amount, 3));
+    write(right, egui::Align2::RIGHT_BOTTOM, f_th, color);
+    let oldest = format!("{} s earlier", significant(longest, 3));
+    write(
+        egui::pos2(plot.left(), below),
+        egui::Align2::LEFT_TOP,
+        oldest,
+        text,
+    );
+    let now = "now".to_owned();
+    write(
+        egui::pos2(plot.right(), below),
+        egui::Align2::RIGHT_TOP,
+        now,
+        text,
+    );
+}
+
+/// How long ago, and how far away, samples are, going back from `k` to `t_th_secs` ago or to the first; of many the farthest in each of
+/// as many steps as can be told apart.
+fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<(f64, f64)> {
+    let now = traces.times[k];
+    let oldest = first + traces.times[first..=k].partition_point(|time| now - time > t_th_secs);
+    let n = k - oldest + 1;
+    let stride = n.div_ceil(STRIP_SAMPLES).max(1);
+    let width = n.div_ceil(STRIP.x as usize).max(1);
+    let mut points = Vec::new();
+    let mut end = k + 1;
+    while end > oldest {
+        let start = end.saturating_sub(width).max(oldest);
+        let farthest = (start..end).rev().step_by(stride);
+        let farthest = farthest.map(|j| (j, traces.distance_between(k, j)));
+        let farthest = farthest.max_by(|a, b| a.1.total_cmp(&b.1));
+        points.extend(farthest.map(|(j, d)| (now - traces.times[j], d)));
+        end = start;
+    }
+    points
 }
 
 /// What the look-back found, in words.

@@ -13,30 +13,21 @@ use crate::recording::Axis;
 use crate::report::figure::{self, Figure, Scale};
 use crate::ui::command::Command;
 use crate::ui::palette::{self, Trace};
-use crate::ui::plots::{Asked, GRID_BASE_POINTS, ZOOM_PER_POINT, grid, tick_label};
+use crate::ui::plots::{Asked, VALUE_AXIS_WIDTH, ZOOM_PER_POINT};
 use crate::ui::time_view::{Kind, TimeView, all_of, within};
 use crate::ui::trace_panes::overlay;
 use crate::ui::{picture, plots};
 
 /// The share of a cell's height that the traces get; the errors get the rest.
-const TRACES_SHARE: f32 = 0.6;
+const TRACES_SHARE: f32 = 0.55;
 /// More recordings than this on screen are drawn as one line each trace, without marks between them.
 const MAX_SEPARATE_SEGMENTS: usize = 30;
-/// Room for the labels of the value axis, the same for all panes so that their times line up.
-const VALUE_AXIS_WIDTH: f32 = 52.0;
-/// Labels of the time axis are at least this far apart.
-const MIN_TIME_STEP_POINTS: f64 = 82.0;
-/// Labels of a value axis are at least this far apart.
-const MIN_VALUE_STEP_POINTS: f64 = 24.0;
 /// A picture in a file has at least so many.
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
 /// A dash of a dashed line (points).
 pub const DASH: f32 = 6.0;
 /// And the gap after it.
 pub const DASH_GAP: f32 = 4.0;
-
-/// Lower panes have no room for a unit beside "error".
-const MIN_HEIGHT_FOR_UNIT: f32 = 62.0;
 
 /// How high a cell is, and whether the time axis stands under it.
 #[derive(Clone, Copy, Debug)]
@@ -107,12 +98,8 @@ fn pane(
     let columns = (width * ui.pixels_per_point()) as usize + 1;
     let visuals = ui.visuals().clone();
     let title = title(axis.axis, kind);
-    // A long label would run into that of the pane above, which has the unit too.
-    let label = match kind {
-        Kind::Error if place.height < MIN_HEIGHT_FOR_UNIT => "error".to_owned(),
-        _ => title.clone(),
-    };
-    let mut plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error))
+    let plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error));
+    let plot = plots::scales(plot, time_axis.then_some("time [s]"), &title)
         .height(height)
         .allow_scroll(false)
         .allow_zoom([true, false])
@@ -122,18 +109,7 @@ fn pane(
         .show_x(false)
         .show_y(false)
         .show_crosshair(false)
-        .show_axes([time_axis, true])
-        .y_axis_min_width(VALUE_AXIS_WIDTH)
-        .y_axis_label(label)
-        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
-        .x_grid_spacer(|input| grid(input, MIN_TIME_STEP_POINTS))
-        .y_grid_spacer(|input| grid(input, MIN_VALUE_STEP_POINTS))
-        .x_axis_formatter(|mark, _| tick_label(mark))
-        .y_axis_formatter(|mark, _| tick_label(mark))
         .set_margin_fraction(egui::Vec2::ZERO);
-    if time_axis {
-        plot = plot.x_axis_label("time [s]");
-    }
     let hovered = panes.hovered;
     // Dashes of a line that goes up and down within a pixel would be noise.
     let lie_apart = visible.samples.len() < columns;
@@ -143,7 +119,7 @@ fn pane(
         shade_without_past(plot, traces, &visible, columns, &visuals);
         separate_segments(plot, traces, &visible, &visuals);
         if kind == Kind::Load {
-            overlay::thresholds(plot, traces, axis, hovered, &visuals);
+            overlay::thresholds(plot, traces, hovered, &visuals);
         }
         if kind == Kind::Load {
             shade_band(plot, traces, axis, &visible, columns, &visuals);
@@ -183,9 +159,17 @@ fn pane(
     };
     picture::menu(&response.response, part, Some(&print), out);
     let sample = sample_under_pointer(&response, traces);
+    // While it plays, the first pane says what there is.
+    let is_first =
+        kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
+    let told = match (sample, is_first && panes.playing.leads()) {
+        (Some(k), _) => Some((k, None)),
+        (None, true) => hovered.map(|k| (k, Some(response.response.rect))),
+        (None, false) => None,
+    };
     // It would lie over the menu.
-    if let Some(k) = sample.filter(|_| !response.response.context_menu_opened()) {
-        overlay::tooltip(ui, &response.response, traces, axis, k);
+    if let Some((k, beside)) = told.filter(|_| !response.response.context_menu_opened()) {
+        overlay::tooltip(ui, &response.response, traces, axis, (k, beside));
     }
     sample
 }
@@ -460,7 +444,7 @@ fn sample_under_pointer(response: &PlotResponse<()>, traces: &TraceSet) -> Optio
 mod tests {
     use egui_plot::GridMark;
 
-    use super::*;
+    use crate::ui::plots::tick_label;
 
     #[test]
     fn tick_labels_tell_neighbours_apart() {

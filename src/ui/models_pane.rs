@@ -1,0 +1,221 @@
+//! Everything that was tried, in a list: search, sort, keep, and bring back.
+
+use std::time::Duration;
+
+use egui::RichText;
+
+use crate::engine::{
+    Action, Engine, Existing, FileContent, ModelChange, Models, Row, SEARCH_MINUTES,
+};
+use crate::evaluation::threshold_study::ScoreSet;
+use crate::report::Table;
+use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::numbers::elided;
+use crate::ui::pane::{Cx, PaneView};
+use crate::ui::table::{self, Sort};
+
+/// Nobody waits longer than this (min).
+const MOST_MINUTES: f64 = 10_000.0;
+/// Characters of a name that have room.
+const NAME_LENGTH: usize = 30;
+
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "compare",
+    title: "Models",
+    explanation: "Everything that was tried, and the best",
+});
+
+/// What is chosen and typed.
+#[derive(Debug)]
+pub struct View {
+    /// Which errors are shown.
+    errors_on: ScoreSet,
+    minutes: f64,
+    sort: Sort,
+    /// The path to save the table to.
+    path: String,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            errors_on: ScoreSet::LeftOut,
+            minutes: SEARCH_MINUTES,
+            sort: Sort::by(Models::RELATIVE),
+            path: "models.csv".to_owned(),
+        }
+    }
+}
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        let (engine, out) = (&*cx.engine, &mut *cx.out);
+        ui.horizontal_wrapped(|ui| {
+            self.trying(ui, engine, out);
+            ui.separator();
+            for set in [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train] {
+                ui.selectable_value(&mut self.errors_on, set, set.title())
+                    .on_hover_text(set.explanation());
+            }
+            ui.separator();
+            self.saving(ui, engine, out);
+        });
+        ui.separator();
+        if engine.models.rows.is_empty() {
+            ui.weak(
+                "\"Find the best\" tries sensible models, cheap ones first, and proposes one; whatever is tried is listed here, and a \
+                 click on its name brings it back.",
+            );
+            return;
+        }
+        for said in &engine.models.said {
+            ui.label(said);
+        }
+        egui::ScrollArea::both()
+            .auto_shrink([false, false])
+            .show(ui, |ui| self.list(ui, engine, out));
+    }
+}
+
+impl View {
+    /// What tries models, and what ends it.
+    fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+        if engine.is_trying() {
+            let stop = ui.button("Stop");
+            let stop = stop.on_hover_text("Models that are on the list stay");
+            if stop.clicked() {
+                out.push(Action::StopTrying.into());
+            }
+        } else {
+            let ready = !engine.project().recordings.entries().is_empty();
+            ui.add_enabled_ui(ready, |ui| {
+                let find = ui.button("Find the best").on_hover_text(
+                    "Tries sensible models, cheap ones first; chooses their numbers from the training recordings, scores each by \
+                     nested cross-validation, and proposes the cheapest within one standard error of the best",
+                );
+                if find.clicked() {
+                    let limit = Duration::from_secs_f64(60.0 * self.minutes);
+                    out.push(Action::FindBest(limit).into());
+                }
+                let field = egui::DragValue::new(&mut self.minutes)
+                    .range(0.0..=MOST_MINUTES)
+                    .speed(0.1)
+                    .suffix(" min");
+                let about = "No model is begun after this time";
+                let label = ui.label("within").on_hover_text(about);
+                ui.add(field).labelled_by(label.id).on_hover_text(about);
+                let whole = ui.button("Whole comparison of the paper").on_hover_text(
+                    "Linear, network and hybrid, without and with the past, on all samples (A) and on every tenth (B): \
+                     Figures 9, 10, 12 and 13. Networks on all samples take minutes; what has a result that holds is not fitted again",
+                );
+                if whole.clicked() {
+                    out.push(Action::ComparePaper.into());
+                }
+            });
+        }
+        let keep = ui.add_enabled(engine.can_keep(), egui::Button::new("Keep this model"));
+        let keep = keep
+            .on_hover_text(
+                "Puts the settings of now on the list, with their errors and with what was trained",
+            )
+            .on_disabled_hover_text(
+                "What is shown is not fitted, or not trained, by the settings of now",
+            );
+        if keep.clicked() {
+            out.push(Action::KeepModel.into());
+        }
+    }
+
+    fn saving(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+        let any = !engine.models.rows.is_empty();
+        let copy = ui.add_enabled(any, egui::Button::new("Copy table"));
+        if copy.on_hover_text("As tab-separated text").clicked() {
+            ui.copy_text(self.whole(engine).tab_separated());
+        }
+        let label = ui.label("CSV");
+        let field = egui::TextEdit::singleline(&mut self.path).desired_width(110.0);
+        ui.add_enabled(any, field)
+            .labelled_by(label.id)
+            .on_hover_text("Where the list is written");
+        let save = ui.add_enabled(any, egui::Button::new("Save"));
+        let save =
+            save.on_hover_text("Every row as it stands, with train, test and cross-validation");
+        let path = self.path.trim();
+        if save.clicked() && !path.is_empty() {
+            let content = FileContent::Models(Box::new(self.whole(engine)));
+            out.push(Action::Save(content, path.into(), Existing::Ask).into());
+        }
+    }
+
+    /// The list with all errors, in the order in which it stands.
+    fn whole(&self, engine: &Engine) -> Table {
+        let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
+        let order = self.sort.order(&table(&[self.errors_on]));
+        table(&ScoreSet::ALL).in_order(&order)
+    }
+
+    fn list(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+        let project = engine.project();
+        let table = engine.models.table(project, &[self.errors_on]);
+        table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
+            let row = &engine.models.rows[at];
+            ui.push_id(row.id, |ui| more(ui, row, out));
+            ui.label(&table.rows[at][0].text);
+            let name = elided(&row.name, NAME_LENGTH);
+            let mut name = RichText::new(name);
+            if row.is_stale(project) {
+                name = name.weak().italics();
+            }
+            let name = ui.selectable_label(row.is_present(project), name);
+            let name = name.on_hover_text(format!(
+                "{}\nA click takes its settings; undo takes them back",
+                row.name
+            ));
+            if name.clicked() {
+                out.push(Action::BringBack(row.id).into());
+            }
+        });
+    }
+}
+
+/// Whether a row is pinned, and what else becomes of it.
+fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let mut say = |change| out.push(Action::Model(row.id, change).into());
+        let mut is_pinned = row.is_pinned;
+        let pin = ui.checkbox(&mut is_pinned, "");
+        let label = format!("Pin {}", row.name);
+        pin.widget_info(|| {
+            egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
+        });
+        if pin
+            .on_hover_text("Pinned: it stays when others are tried")
+            .changed()
+        {
+            say(ModelChange::Pin(is_pinned));
+        }
+        let keep_open = egui::containers::menu::MenuConfig::new()
+            .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+        let button = egui::containers::menu::MenuButton::new("…").config(keep_open);
+        let (response, _) = button.ui(ui, |ui| {
+            ui.reset_style(); // a field, not menu items
+            let mut name = row.name.clone();
+            let label = ui.label("Name");
+            let field = egui::TextEdit::singleline(&mut name).desired_width(180.0);
+            let field = ui.add(field).labelled_by(label.id);
+            if field
+                .on_hover_text("What it is called in this list")
+                .changed()
+            {
+                say(ModelChange::Name(name));
+            }
+            let remove = ui.button("Remove");
+            if remove.on_hover_text("Takes it off this list").clicked() {
+                say(ModelChange::Remove);
+                ui.close();
+            }
+        });
+        response.on_hover_text("Name it, or take it off this list");
+    });
+}
