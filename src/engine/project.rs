@@ -314,7 +314,12 @@ impl Project {
     /// What the thresholds begin with: the program's own, or where these would find next to nothing or nothing else in the loaded
     /// recordings, an F_th in the same proportion to how far the force moves.
     pub fn default_thresholds(&self) -> Thresholds {
-        let distance = self.settings.features.distance.effective(self.axes());
+        let chosen = self.settings.features.distance;
+        // Before anything is loaded nothing says that there is no force.
+        let distance = match self.axes() {
+            [] => chosen,
+            axes => chosen.effective(axes),
+        };
         let usual = Thresholds::default_for(distance);
         let moves = match distance {
             Distance::Force => self.largest_force_range(),
@@ -404,13 +409,7 @@ impl Project {
             false => RecordingSet::clone(&self.recordings),
         };
         let before = set.entries().len();
-        let features = &self.settings.features;
-        let had_default = [
-            self.default_thresholds(),
-            Thresholds::default_for(features.distance),
-        ]
-        .iter()
-        .any(|default| features.look_backs == [*default]);
+        let had_default = self.settings.features.look_backs == [self.default_thresholds()];
         for recordings in files {
             for recording in recordings {
                 let group = group_of(&recording).or_else(|| self.group_by_map(&recording));

@@ -57,7 +57,11 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
 
 fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
     let axes = engine.project().axes();
-    let distance = features.distance.effective(axes);
+    // Before anything is loaded nothing says that there is no force.
+    let distance = match axes {
+        [] => features.distance,
+        axes => features.distance.effective(axes),
+    };
     let default = engine.default_thresholds();
     ui.horizontal_wrapped(|ui| {
         let mut used = !features.look_backs.is_empty();

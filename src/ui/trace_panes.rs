@@ -84,6 +84,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
+    let panes_top = ui.cursor().top();
     let mut hovered = None;
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
@@ -106,7 +107,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
                 }
             });
         });
-    no_past(ui, engine, out);
+    no_past(ui, engine, panes_top, out);
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
@@ -204,7 +205,7 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
 }
 
 /// Says over the panes that the thresholds find no past sample for most samples, and offers others.
-fn no_past(ui: &egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn no_past(ui: &egui::Ui, engine: &Engine, top: f32, out: &mut Vec<Command>) {
     let share = engine.share_with_past().filter(|_| engine.is_current());
     let Some(share) = share.filter(|share| *share < FEW_WITH_PAST) else {
         return;
@@ -222,8 +223,8 @@ fn no_past(ui: &egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     egui::Area::new(egui::Id::unique("no past sample"))
         .order(egui::Order::Middle)
         .constrain_to(panes)
-        .fixed_pos(panes.center_bottom() - egui::vec2(0.0, TIME_AXIS_HEIGHT))
-        .pivot(egui::Align2::CENTER_BOTTOM)
+        .fixed_pos(egui::pos2(panes.center().x, top + 4.0))
+        .pivot(egui::Align2::CENTER_TOP)
         .show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 ui.horizontal(|ui| {
