@@ -15,7 +15,6 @@ use crate::analysis::{AnalysisError, Datasets, Request, train_unscored};
 use crate::calibration::{
     Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
 };
-use crate::evaluation::cross_validation::are_left_out_whole;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
 use crate::export::bytes_in_float;
@@ -692,11 +691,12 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
         return Err(AnalysisError::NoTraining);
     }
     let of_training: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
-    let (of_fold, n_folds, what) = if are_left_out_whole(&of_training) {
-        let mut numbers = of_training.clone();
-        numbers.sort_unstable();
-        numbers.dedup();
-        let n_groups = numbers.len();
+    let mut numbers = of_training.clone();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let n_groups = numbers.len();
+    // Two are enough: a segment begins without a past, which blocks with a long memory pay for.
+    let (of_fold, n_folds, what) = if n_groups > 1 {
         let n_folds = n_groups.min(MAX_FOLDS);
         let of_fold = training.iter().map(|(entry, group)| {
             let number = numbers.binary_search(group).unwrap_or_default();
@@ -725,7 +725,8 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
                 )
             })
         });
-        let what = format!("nested, by {SEGMENTS} segments of each recording: too few recordings");
+        let what =
+            format!("nested, by {SEGMENTS} segments of the recordings: there is but one group");
         (cut.collect(), SEGMENTS, what)
     };
     let without = |fold: usize| -> Result<RecordingSet, AnalysisError> {
