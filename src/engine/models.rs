@@ -285,7 +285,7 @@ impl Models {
     pub(super) fn trained(&self, project: &Project) -> Option<&Arc<Calibration>> {
         let holds = |row: &&Row| !row.is_stale(project) && row.settings == project.settings;
         let models = self.rows.iter().filter(holds).filter_map(Row::model);
-        models.filter_map(|model| model.trained.as_ref()).last()
+        models.rev().find_map(|model| model.trained.as_ref())
     }
 
     /// All of them, a row each, in their order: errors on these samples, and what a model costs.

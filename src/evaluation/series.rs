@@ -133,8 +133,8 @@ impl Series {
             // Without a width, or with one that times cannot tell, each sample is a column.
             let next = start + n.max(1);
             if next - start <= FEW {
-                for k in start..next {
-                    finite(times[k], self.value(k));
+                for (time, k) in times[start..next].iter().zip(start..) {
+                    finite(*time, self.value(k));
                 }
             } else {
                 let (first, last) = (self.value(start), self.value(next - 1));

@@ -51,6 +51,8 @@ const STEPS: [Step; 6] = [
 
 /// Every step is as large, so that its buttons stay where they are.
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
+/// The ring around a pane stands so far outside of what is drawn in it.
+const RING: f32 = 5.0;
 /// How far it stays from the edges of the window; menus and the status line are there.
 const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
@@ -99,7 +101,7 @@ impl Tour {
             let stroke = context.global_style().visuals.selection.stroke;
             let stroke = egui::Stroke::new(2.0, stroke.color);
             let painter = context.layer_painter(layer);
-            painter.rect_stroke(place, 4.0, stroke, egui::StrokeKind::Inside);
+            painter.rect_stroke(place.expand(RING), 4.0, stroke, egui::StrokeKind::Inside);
         }
         let mut next = None;
         egui::Window::new(format!("Tour, {} of {}: {title}", step + 1, STEPS.len()))

@@ -83,9 +83,8 @@ impl Study {
         );
         map.n_test = scorer.n_test();
         map.cross_validation = self.data.cross_validation();
-        match begun.filter(|begun| begun.grid == *grid) {
-            Some(begun) => map.clone_from(begun),
-            None => {}
+        if let Some(begun) = begun.filter(|begun| begun.grid == *grid) {
+            map.clone_from(begun);
         }
         progress.advance(map.n_rows_done() as u64);
         tell(StudyEvent::Begun(&map));
