@@ -77,7 +77,7 @@ pub fn bench(seed: u64) -> Vec<Entry> {
     .collect()
 }
 
-/// The [recordings] and, after them, those of the [bench].
+/// The [recordings] and, after them, those of the [`bench()`].
 pub fn demonstration(seed: u64) -> RecordingSet {
     let mut set = recordings(seed);
     for entry in bench(seed) {
