@@ -95,16 +95,23 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
         })
         .show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            ui.columns(columns.len(), |uis| {
-                for (ui, cells) in uis.iter_mut().zip(&columns) {
-                    for (at, axis) in cells.iter().enumerate() {
-                        let place = Place {
-                            height: cell_height - 4.0,
-                            time_axis: (at + 1 == cells.len()).then_some(TIME_AXIS_HEIGHT),
-                        };
-                        hovered = hovered.or(pane::cell(ui, traces, axis, place, panes, out));
+            // What a scale is of stands a little to the left of its plot.
+            let room = egui::Margin {
+                left: 6,
+                ..egui::Margin::ZERO
+            };
+            egui::Frame::NONE.inner_margin(room).show(ui, |ui| {
+                ui.columns(columns.len(), |uis| {
+                    for (ui, cells) in uis.iter_mut().zip(&columns) {
+                        for (at, axis) in cells.iter().enumerate() {
+                            let place = Place {
+                                height: cell_height - 4.0,
+                                time_axis: (at + 1 == cells.len()).then_some(TIME_AXIS_HEIGHT),
+                            };
+                            hovered = hovered.or(pane::cell(ui, traces, axis, place, panes, out));
+                        }
                     }
-                }
+                });
             });
         });
     no_past(ui, engine, panes_top, out);
