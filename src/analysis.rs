@@ -13,6 +13,7 @@ mod dataset;
 mod factory;
 mod fit;
 mod intervals;
+mod learning;
 pub mod loops;
 mod models;
 mod report;
@@ -44,6 +45,7 @@ pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
+pub use learning::TrainingStep;
 pub use models::Model;
 pub use report::report;
 pub(crate) use study::{BlockSuggestion, StudyEvent};
@@ -51,7 +53,7 @@ pub use study::{HistoryBlock, Study};
 pub use traces::View;
 pub(crate) use traces::{AxisTraces, Segment, TraceSet};
 pub(crate) use training::train_unscored;
-pub use training::{Scored, TrainingStep, train, train_and_score};
+pub use training::{Scored, train, train_and_score};
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]

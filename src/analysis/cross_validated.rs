@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Instant;
 
 use crate::analysis::dataset::{Dataset, Datasets, Key};
-use crate::analysis::training::{Fitted, TrainingStep, fit_all};
+use crate::analysis::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
     Calibration, EpochReport, FitSettings, KernelSettings, Learner, NetworkSettings, Piece, SHARES,
@@ -58,45 +58,6 @@ pub(super) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
 /// Which fold a part is left out with.
 fn fold_of(part: usize, n_parts: usize) -> usize {
     part % n_parts.min(FOLDS)
-}
-
-/// Of some samples: what a linear stage leaves over, and what is added to it, squared and multiplied.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Moments {
-    pub n_samples: u64,
-    /// Per axis `Σ r²`, `Σ r g` and `Σ g²`, of what is left over r and what is added g.
-    of_axes: Vec<[f64; 3]>,
-}
-
-impl Moments {
-    pub fn new(n_axes: usize) -> Self {
-        Self {
-            n_samples: 0,
-            of_axes: vec![[0.0; 3]; n_axes],
-        }
-    }
-
-    /// Adds samples, both `n × n_axes` row-major.
-    pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
-        let n_axes = self.of_axes.len();
-        for (left_over, added) in left_over
-            .chunks_exact(n_axes)
-            .zip(added.chunks_exact(n_axes))
-        {
-            for ((own, r), g) in self.of_axes.iter_mut().zip(left_over).zip(added) {
-                own[0] += r * r;
-                own[1] += r * g;
-                own[2] += g * g;
-            }
-            self.n_samples += 1;
-        }
-    }
-
-    /// The sum of squared errors with this share of what is added.
-    fn squares(&self, axis: usize, share: f64) -> f64 {
-        let [rr, rg, gg] = self.of_axes[axis];
-        (rr - 2.0 * share * rg + share * share * gg).max(0.0)
-    }
 }
 
 /// How much of a network's answers is added to its linear stage, per axis, as these parts ask for; all of it where nothing
