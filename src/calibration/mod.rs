@@ -26,12 +26,12 @@ pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
 pub use calibration::CrossValidation;
 pub use calibration::{AppliedLoads, Calibration};
 pub(crate) use calibration::{
-    BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
+    BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION, history_step_by_rate,
 };
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub(crate) use conventional::Conventional;
-pub use estimator::{Estimator, Taken};
-pub(crate) use estimator::{LEAP_SECS, STRAYS};
+pub(crate) use estimator::STRAYS;
+pub use estimator::{Estimator, SampleError, Taken};
 pub(crate) use kernel::GridEdge;
 pub(crate) use kernel::LANDMARKS;
 pub use kernel::{Kernel, KernelSettings};
