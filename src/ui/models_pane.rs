@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use egui::RichText;
 
-use crate::engine::{
-    Action, Engine, Existing, FileContent, ModelChange, Models, Row, SEARCH_MINUTES,
-};
+use crate::analysis::RELATIVE;
+use crate::engine::{Action, Engine, Existing, FileContent, ModelChange, Row, SEARCH_MINUTES};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
@@ -42,7 +41,7 @@ impl Default for View {
         Self {
             errors_on: ScoreSet::LeftOut,
             minutes: SEARCH_MINUTES,
-            sort: Sort::by(Models::RELATIVE),
+            sort: Sort::by(RELATIVE),
             path: "models.csv".to_owned(),
         }
     }
