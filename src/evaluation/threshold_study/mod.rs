@@ -25,7 +25,7 @@ pub(crate) use grid::{GridError, even_values};
 pub(crate) use map::{ScoreSet, ThresholdMap};
 pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
-pub(crate) use paired::{Paired, paired};
+pub(crate) use paired::paired;
 pub(crate) use past_ages::PastAges;
 pub(crate) use scorer::{PointScores, Scorer};
 pub(crate) use suggestion::{FlatRange, NoSuggestion, Suggestion};
