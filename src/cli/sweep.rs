@@ -18,8 +18,8 @@ use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{
-    FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion, ThresholdGrid,
-    ThresholdMap, even_values,
+    Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
+    ThresholdGrid, ThresholdMap, even_values,
 };
 use crate::export::{
     check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
@@ -342,21 +342,16 @@ fn print_sweep(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
         map.grid.f_ths().len(),
         map.grid.t_ths_secs().len(),
     )?;
-    let (f_at, t_at) = sweep.suggestion.at;
     let best = sweep.suggestion.thresholds;
     let f_unit = f_unit(map.distance);
     for measure in printed_measures(sweep) {
         let title = format!("at t_th {} s", best.t_th_secs);
         let head = format!("F_th{f_unit}");
-        print_curves(map, measure, &title, &head, out, |set| {
-            map.curve_over_f_th(set, measure, t_at)
-        })?;
+        print_curves(sweep, measure, Along::F, &title, &head, out)?;
     }
     for measure in printed_measures(sweep) {
         let title = format!("at F_th {}{f_unit}", best.f_th);
-        print_curves(map, measure, &title, "t_th s", out, |set| {
-            map.curve_over_t_th(set, measure, f_at)
-        })?;
+        print_curves(sweep, measure, Along::T, &title, "t_th s", out)?;
     }
     print_suggestion(sweep, out)?;
     print_hysteresis(sweep, out)?;
@@ -387,16 +382,17 @@ fn printed_measures(sweep: &Sweep) -> Vec<Measure> {
 }
 
 fn print_curves(
-    map: &ThresholdMap,
+    sweep: &Sweep,
     measure: Measure,
+    along: Along,
     title: &str,
     head: &str,
     out: &mut impl Write,
-    curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>,
 ) -> io::Result<()> {
+    let (map, at) = (&sweep.map, sweep.suggestion.at);
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
-        .map(|set| (set, curve(set)))
+        .map(|set| (set, map.curve(along, set, measure, at)))
         .filter(|(_, curve)| !curve.is_empty())
         .collect();
     let mut columns = vec![Column::numbers(head)];

@@ -22,7 +22,7 @@ mod suggestion;
 
 pub use grid::ThresholdGrid;
 pub(crate) use grid::{GridError, even_values};
-pub(crate) use map::{ScoreSet, ThresholdMap};
+pub(crate) use map::{Along, ScoreSet, ThresholdMap};
 pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
 pub(crate) use paired::paired;
