@@ -42,15 +42,6 @@ impl Candidate {
         }
     }
 
-    /// What the amount of data is.
-    pub fn data(&self) -> &'static str {
-        match (self.few_trajectories, self.decimation) {
-            (false, 1) => "All samples",
-            (false, _) => "Every tenth sample",
-            (true, _) => "Every tenth sample of the first programme (path) alone",
-        }
-    }
-
     /// What kind of history it has: "none", or the blocks in words.
     pub fn history(&self) -> String {
         let blocks = self.features.describe();

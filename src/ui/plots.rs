@@ -137,12 +137,9 @@ pub fn plot(
             }
             lines(plot, drawing);
         });
-    response.response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, drawing.title.clone())
-    });
     follow_gestures(ui, &response, bounds, zoom);
-    let part = with_labels(response.response.rect);
-    picture::menu(&response.response, part, Some(&|| print.clone()), out);
+    let print = || print.clone();
+    finish(&response.response, &drawing.title, Some(&print), out);
     Drawn {
         response: response.response,
         transform: response.transform,
@@ -233,8 +230,19 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     made
 }
 
+/// Names a plot for whoever cannot see it, and adds the menu of its picture; `print` makes what an SVG of it holds.
+pub fn finish<'a>(
+    plot: &egui::Response,
+    name: &str,
+    print: Option<&dyn Fn() -> Figure<'a>>,
+    out: &mut Vec<Command>,
+) {
+    plot.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
+    picture::menu(plot, with_labels(plot.rect), print, out);
+}
+
 /// A plot's part of the window: its labels stand beside it.
-pub fn with_labels(plot: egui::Rect) -> egui::Rect {
+fn with_labels(plot: egui::Rect) -> egui::Rect {
     let mut part = plot.expand(4.0);
     part.min.x -= VALUE_AXIS_WIDTH + 18.0;
     part.max.y += 30.0;

@@ -14,7 +14,7 @@ use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{number, switch};
-use crate::ui::{palette, picture, plots};
+use crate::ui::{palette, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
 pub fn regressor(
@@ -201,8 +201,5 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>)
                 plot.line(Line::new(name, points).color(color).style(style).width(1.5));
             }
         });
-    let info = || egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Training loss");
-    shown.response.widget_info(info);
-    let part = plots::with_labels(shown.response.rect);
-    picture::menu(&shown.response, part, None, out);
+    plots::finish(&shown.response, "Training loss", None, out);
 }

@@ -7,6 +7,7 @@ mod map;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
 use crate::evaluation::mean_hysteresis::FEWEST_REVERSALS;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};

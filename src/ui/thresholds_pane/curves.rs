@@ -8,7 +8,7 @@ use crate::features::Thresholds;
 use crate::report::figure::{Figure, color};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
-use crate::ui::{palette, picture, plots};
+use crate::ui::{palette, plots};
 
 /// Draws two curves for each unit.
 pub fn curves(
@@ -83,12 +83,8 @@ fn curve(
         .set_margin_fraction(egui::Vec2::ZERO)
         .show(ui, |plot| plots::draw(plot, &figure, &visuals));
     let name = format!("{title} over {label}");
-    response
-        .response
-        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name.clone()));
-    let part = plots::with_labels(response.response.rect);
     let print = || curve(&|_| color::SCORE);
-    picture::menu(&response.response, part, Some(&print), out);
+    plots::finish(&response.response, &name, Some(&print), out);
     if pressed(&response.response)
         && let Some(pointer) = response.response.interact_pointer_pos()
     {

@@ -14,7 +14,7 @@ use crate::report::figure::color::shade;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
-use crate::ui::{picture, plots};
+use crate::ui::plots;
 
 /// The picture, with what it was made of.
 #[derive(Default)]
@@ -88,11 +88,7 @@ pub fn map(
                         .color(Color32::WHITE),
                 );
             });
-        response.response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Map of F_th and t_th")
-        });
-        let part = plots::with_labels(response.response.rect);
-        picture::menu(&response.response, part, None, out);
+        plots::finish(&response.response, "Map of F_th and t_th", None, out);
         let pointer = response
             .response
             .hover_pos()
