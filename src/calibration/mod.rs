@@ -45,9 +45,8 @@ pub(crate) use network::{
 };
 pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;
-pub(crate) use one_standard_error::{
-    SHARES, best_share, is_within_one_standard_error, simplest_good,
-};
+pub use one_standard_error::Paired;
+pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::sample_row;
