@@ -108,13 +108,13 @@ pub fn threshold_heat_map(
     suggestion: Option<&Suggestion>,
 ) -> Figure<'static> {
     let values = map.values(set, measure);
-    let known = values.iter().copied().flatten();
+    let shades = map.shades(set, measure).unwrap_or((0.0, 1.0));
     Figure {
         title: format!("{}, {}", measure.label(&map.scale), set.label()),
         across: Scale::of_cells(f_th_label(map.distance), map.grid.f_ths()),
         up: Scale::of_cells(T_TH_LABEL, map.grid.t_ths_secs()),
         heat_map: Some(HeatMap {
-            shades: Scale::spanning(rmse_label(map, measure), known, 0.0),
+            shades: Scale::new(rmse_label(map, measure), shades),
             marked: suggestion.map(|found| found.at),
             values,
         }),
