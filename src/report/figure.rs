@@ -16,8 +16,8 @@ pub const DASHED: [f32; 2] = [7.0, 4.0];
 pub const DOTTED: [f32; 2] = [2.0, 4.0];
 
 /// How far the tip of an arrow is ahead of its place, how far its other corners are behind it and beside it, in points of the
-/// screen.
-const ARROW: [f64; 3] = [7.0, 4.0, 5.0];
+/// screen: slim, since a triangle of equal sides points three ways.
+const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
 
 /// Lines or a heat map over two scales.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -241,9 +241,9 @@ mod tests {
         };
         let place = |[x, y]: [f64; 2]| [10.0 * x, 100.0 - 10.0 * y];
         let up = arrow([[0.0, 0.0], [0.0, 3.0]]).corners(place).unwrap();
-        assert_eq!(up, [[10.0, 73.0], [15.0, 84.0], [5.0, 84.0]]);
+        assert_eq!(up, [[10.0, 70.0], [14.0, 85.0], [6.0, 85.0]]);
         let left = arrow([[3.0, 1.0], [0.0, 1.0]]).corners(place).unwrap();
-        assert_eq!(left[0], [3.0, 80.0]);
+        assert_eq!(left[0], [0.0, 80.0]);
         for way in [[[1.0; 2]; 2], [[0.0, f64::NAN], [1.0, 1.0]]] {
             assert_eq!(arrow(way).corners(place), None, "{way:?}");
         }

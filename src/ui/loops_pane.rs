@@ -24,7 +24,7 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots::{self, Drawn, Zoom};
 
 /// Beside the plot, so much is for figures.
-const FIGURES_WIDTH: f32 = 292.0;
+const FIGURES_WIDTH: f32 = 320.0;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {

@@ -235,7 +235,7 @@ impl CrossPlot {
         };
         let pieces = self.drawn.strokes.iter().map(|stroke| &stroke.points[..]);
         let line = Line {
-            opacity: 0.75,
+            opacity: 1.25 * thin_opacity(std::iter::once(&self.drawn)),
             width: 1.1,
             ..Line::new("", inks.gauge, pieces)
         };

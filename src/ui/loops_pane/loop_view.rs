@@ -160,7 +160,9 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
         })
         .collect();
     let figures = loop_figures(&figures, scale);
-    table::show(ui, &figures);
+    egui::ScrollArea::horizontal()
+        .id_salt("loop figures")
+        .show(ui, |ui| table::show(ui, &figures));
     if ui
         .button("Copy figures")
         .on_hover_text("As tab-separated text")
