@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use loopscope::analysis::loops::{
-    Look, LookRequest, LoopQuestion, Question, Span, TableOf, TableQuestion, Up, Viewer,
+    Channel, CrossQuestion, LoadKind, Look, LookRequest, LoopQuestion, Output, Question, Span,
+    TableOf, TableQuestion, Up, Viewer,
 };
 use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::FitSettings;
-use loopscope::evaluation::loops::Frame;
+use loopscope::evaluation::loops::{Density, Frame};
 use loopscope::evaluation::metrology::MetrologySettings;
 use loopscope::import::map::ColumnMap;
 use loopscope::import::read;
@@ -190,121 +191,183 @@ impl Near {
     }
 }
 
-/// Loops of every axis of every real recording, on the whole picture and on a tenth of it across and up.
-#[test]
-fn loops_of_real_recordings_are_drawn_to_the_pixel() {
+/// What is measured: the numbers of each recording, across and up.
+type Measured = Vec<Vec<[f64; 2]>>;
+
+/// Asks for a plot, whole and of a tenth of it across and up: everything measured must be within a pixel of something drawn, and
+/// everything drawn within a pixel of something measured.
+fn assert_to_the_pixel(
+    name: &str,
+    measured: &Measured,
+    mut look: impl FnMut(Option<Frame>, [f64; 2]) -> (Frame, Vec<Vec<[f64; 2]>>, Vec<Arc<Density>>),
+) {
     let pixels = [300.0, 220.0];
-    for (name, set) in all_real() {
+    let mut chosen = None;
+    for _ in 0..2 {
+        let (whole, strokes, densities) = look(chosen, pixels);
+        let frame = chosen.unwrap_or(whole);
+        let ranges = [frame.loads, frame.outputs];
+        let place = |point: &[f64; 2]| {
+            [0, 1].map(|i| pixels[i] * (point[i] - ranges[i].0) / (ranges[i].1 - ranges[i].0))
+        };
+        let inside = |at: &[f64; 2]| (0..2).all(|i| (0.0..=pixels[i]).contains(&at[i]));
+        let steps = |points: &[[f64; 2]]| -> Vec<Step> {
+            let pairs = points.windows(2);
+            pairs
+                .map(|pair| [place(&pair[0]), place(&pair[1])])
+                .collect()
+        };
+        let mut drawn: Vec<Step> = strokes.iter().flat_map(|points| steps(points)).collect();
+        for density in &densities {
+            // A cell is half a pixel: its two diagonals.
+            drawn.extend(density.touched().flat_map(|(middle, _)| {
+                let [x, y] = place(&middle);
+                [0.25, -0.25].map(|up| [[x - 0.25, y - up], [x + 0.25, y + up]])
+            }));
+        }
+        let measured: Vec<Step> = measured.iter().flat_map(|own| steps(own)).collect();
+        let near = [&drawn, &measured].map(|steps| Near::of(steps.iter().copied()));
+        let ends = |steps: &[Step]| -> Vec<[f64; 2]> {
+            let ends = steps.iter().flatten().filter(|at| inside(at));
+            ends.copied().collect()
+        };
+        for (what, places, near) in [
+            ("measured", ends(&measured), &near[0]),
+            ("drawn", ends(&drawn), &near[1]),
+        ] {
+            assert!(
+                chosen.is_some() || !places.is_empty(),
+                "{name}: nothing is {what}"
+            );
+            let distances = places.iter().map(|at| near.distance(*at));
+            let far = distances.fold(0.0, f64::max);
+            assert!(far <= 1.0, "{name}: {what} {far} pixels beside");
+        }
+        let middle = |(low, high): (f64, f64)| (0.55 * low + 0.45 * high, 0.45 * low + 0.55 * high);
+        chosen = Some(Frame {
+            loads: middle(frame.loads),
+            outputs: middle(frame.outputs),
+        });
+    }
+}
+
+/// Every real sensor fitted, with what its recordings and their conventional calibration say.
+fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>>)> {
+    all_real().into_iter().map(|(name, set)| {
         let recordings = Arc::new(set);
         let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
         let analysis = analyse(&request, &Progress::default()).unwrap();
-        let axes = analysis.calibration.axes.clone();
+        let entries = recordings.entries().iter();
+        let applied = entries.map(|entry| analysis.calibration.apply(&entry.recording).unwrap());
+        let outputs = applied.map(|own| own.conventional).collect();
+        let request = LookRequest {
+            calibration: Arc::clone(&analysis.calibration),
+            recordings,
+            decimation: 1,
+            traces: Arc::clone(&analysis.traces),
+            visible: None,
+            measuring: MetrologySettings::default(),
+            question: Question::Table(TableQuestion { of: TableOf::All }),
+        };
+        (name, request, outputs)
+    })
+}
+
+/// One column of a table of so many.
+fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f64> {
+    values.iter().skip(at).step_by(n_columns).copied()
+}
+
+/// Loops of every axis of every real recording, on the whole picture and on a tenth of it across and up.
+#[test]
+fn loops_of_real_recordings_are_drawn_to_the_pixel() {
+    for (name, mut request, outputs) in all_fitted() {
+        let axes = request.calibration.axes.clone();
+        let recordings = Arc::clone(&request.recordings);
         let mut viewer = Viewer::default();
-        let outputs: Vec<Vec<f64>> = (recordings.entries().iter())
-            .map(|entry| {
-                analysis
-                    .calibration
-                    .apply(&entry.recording)
-                    .unwrap()
-                    .conventional
-            })
-            .collect();
         for (at, axis) in axes.iter().enumerate() {
-            let measured: Vec<Vec<[f64; 2]>> = (recordings.entries().iter().zip(&outputs))
-                .map(|(entry, outputs)| {
-                    let column = |values: &[f64]| -> Vec<f64> {
-                        values
-                            .iter()
-                            .skip(at)
-                            .step_by(axes.len())
-                            .copied()
-                            .collect()
-                    };
-                    let (loads, outputs) = (column(entry.recording.loads()), column(outputs));
-                    loads
-                        .iter()
-                        .zip(outputs)
-                        .map(|(load, own)| [*load, own - load])
-                        .collect()
-                })
-                .collect();
-            let mut question = LoopQuestion {
-                axis: *axis,
-                up: Up::Error,
-                span: Span::All,
-                frame: None,
-                pixels,
-            };
-            for _ in 0..2 {
-                let request = LookRequest {
-                    calibration: Arc::clone(&analysis.calibration),
-                    recordings: Arc::clone(&recordings),
-                    decimation: 1,
-                    traces: Arc::clone(&analysis.traces),
-                    visible: None,
-                    measuring: MetrologySettings::default(),
-                    question: Question::Loops(question.clone()),
-                };
-                let Ok(Look::Loops(picture)) = viewer.look(&request, &Progress::default()) else {
-                    panic!("no loops of {name}")
-                };
-                let frame = question.frame.unwrap_or(picture.whole);
-                let ranges = [frame.loads, frame.outputs];
-                let place = |point: &[f64; 2]| {
-                    [0, 1]
-                        .map(|i| pixels[i] * (point[i] - ranges[i].0) / (ranges[i].1 - ranges[i].0))
-                };
-                let inside = |at: &[f64; 2]| (0..2).all(|i| (0.0..=pixels[i]).contains(&at[i]));
-                let steps = |points: &[[f64; 2]]| -> Vec<Step> {
-                    points
-                        .windows(2)
-                        .map(|pair| [place(&pair[0]), place(&pair[1])])
-                        .collect()
-                };
-                let own = &picture.curves[0].drawn;
-                let mut drawn: Vec<Step> = own
-                    .strokes
-                    .iter()
-                    .flat_map(|one| steps(&one.points))
-                    .collect();
-                for cloud in &own.clouds {
-                    // A cell is half a pixel: its two diagonals.
-                    drawn.extend(cloud.density.touched().flat_map(|(middle, _)| {
-                        let [x, y] = place(&middle);
-                        [0.25, -0.25].map(|up| [[x - 0.25, y - up], [x + 0.25, y + up]])
-                    }));
-                }
-                let whole: Vec<Step> = measured.iter().flat_map(|own| steps(own)).collect();
-                let (near_drawn, near_measured) = (
-                    Near::of(drawn.iter().copied()),
-                    Near::of(whole.iter().copied()),
-                );
-                let ends = |steps: &[Step]| -> Vec<[f64; 2]> {
-                    steps
-                        .iter()
-                        .flatten()
-                        .filter(|at| inside(at))
-                        .copied()
-                        .collect()
-                };
-                let (samples, points) = (ends(&whole), ends(&drawn));
-                for (what, places, near) in [
-                    ("measured", samples, &near_drawn),
-                    ("drawn", points, &near_measured),
-                ] {
-                    let far = places
-                        .iter()
-                        .map(|at| near.distance(*at))
-                        .fold(0.0, f64::max);
-                    assert!(far <= 1.0, "{name} {axis:?}: {what} {far} pixels beside");
-                }
-                let middle =
-                    |(low, high): (f64, f64)| (0.55 * low + 0.45 * high, 0.45 * low + 0.55 * high);
-                question.frame = Some(Frame {
-                    loads: middle(frame.loads),
-                    outputs: middle(frame.outputs),
+            let pairs = recordings.entries().iter().zip(&outputs);
+            let measured = pairs.map(|(entry, outputs)| {
+                let loads = column(entry.recording.loads(), at, axes.len());
+                let outputs = column(outputs, at, axes.len());
+                let points = loads.zip(outputs);
+                points.map(|(load, own)| [load, own - load]).collect()
+            });
+            let measured: Measured = measured.collect();
+            assert_to_the_pixel(&format!("{name} {axis:?}"), &measured, |frame, pixels| {
+                request.question = Question::Loops(LoopQuestion {
+                    axis: *axis,
+                    up: Up::Error,
+                    span: Span::All,
+                    frame,
+                    pixels,
                 });
-            }
+                match viewer.look(&request, &Progress::default()) {
+                    Ok(Look::Loops(plot)) => {
+                        let own = &plot.curves[0].drawn;
+                        let strokes = own.strokes.iter().map(|one| one.points.clone());
+                        let clouds = own.clouds.iter().map(|one| Arc::clone(&one.density));
+                        (plot.whole, strokes.collect(), clouds.collect())
+                    }
+                    other => panic!("no loops of {name}: {other:?}"),
+                }
+            });
+        }
+    }
+}
+
+/// Cross-plots of every real recording: a gauge over the time, over the next gauge, and over the load; an output over the load.
+#[test]
+fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
+    for (name, mut request, outputs) in all_fitted() {
+        let axes = request.calibration.axes.clone();
+        let recordings = Arc::clone(&request.recordings);
+        let mut viewer = Viewer::default();
+        let load = Channel::Load(LoadKind::Calculated, axes[0]);
+        let output = Channel::Load(LoadKind::Output(Output::Conventional), axes[0]);
+        for (across, up) in [
+            (Channel::Time, Channel::Gauge(0)),
+            (Channel::Gauge(1), Channel::Gauge(0)),
+            (load, Channel::Gauge(0)),
+            (load, output),
+        ] {
+            let pairs = recordings.entries().iter().zip(&outputs);
+            let measured = pairs.map(|(entry, outputs)| {
+                let own = &entry.recording;
+                let values = |channel: Channel| -> Vec<f64> {
+                    match channel {
+                        Channel::Time => own.times().to_vec(),
+                        Channel::Gauge(at) => column(own.gauges(), at, own.n_gauges()).collect(),
+                        Channel::Load(LoadKind::Calculated, _) => {
+                            column(own.loads(), 0, axes.len()).collect()
+                        }
+                        Channel::Load(LoadKind::Output(_), _) => {
+                            column(outputs, 0, axes.len()).collect()
+                        }
+                    }
+                };
+                let points = values(across).into_iter().zip(values(up));
+                points.map(|(across, up)| [across, up]).collect()
+            });
+            let measured: Measured = measured.collect();
+            let what = format!("{name}: {up:?} over {across:?}");
+            assert_to_the_pixel(&what, &measured, |frame, pixels| {
+                request.question = Question::Cross(CrossQuestion {
+                    across,
+                    up,
+                    span: Span::All,
+                    frame,
+                    pixels,
+                });
+                match viewer.look(&request, &Progress::default()) {
+                    Ok(Look::Cross(plot)) => {
+                        let strokes = plot.drawn.strokes.iter().map(|one| one.points.clone());
+                        let clouds = plot.drawn.clouds.iter().map(|one| Arc::clone(&one.density));
+                        (plot.whole, strokes.collect(), clouds.collect())
+                    }
+                    other => panic!("no {what}: {other:?}"),
+                }
+            });
         }
     }
 }

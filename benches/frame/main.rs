@@ -1,6 +1,10 @@
 //! One frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation, as
-//! the window does them, without a graphics card. Then frames at the pace of a display while something else runs.
+//! the window does them, without a graphics card. Then what a frame with loops costs beside one with the traces of the same
+//! samples, and frames at the pace of a display while something else runs.
+//!
+//! `cargo bench --bench frame -- beside` makes the comparison alone.
 
+mod beside;
 mod paced;
 mod screen;
 
@@ -54,8 +58,12 @@ criterion_group!(benches, frame);
 fn main() {
     benches();
     // Cargo's tests of benches do without.
-    if std::env::args().any(|argument| argument == "--bench") {
-        paced::report();
+    let is_asked = |word| std::env::args().any(|argument| argument == word);
+    if is_asked("--bench") {
+        beside::report();
+        if !is_asked("beside") {
+            paced::report();
+        }
     }
     Criterion::default().configure_from_args().final_summary();
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::analysis::loops::{
-    Look, LookError, LookRequest, LoopCurve, LoopPlot, LoopQuestion, Output, Question, Span,
-    TableOf, TableQuestion, Up, Viewer, clouds,
+    FiguresOf, Inks, Look, LookError, LookRequest, LoopQuestion, LoopView, Output, Question, Span,
+    TableOf, TableQuestion, Up, Viewer,
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
@@ -317,7 +317,10 @@ impl<'a> Looker<'a> {
         });
         let look = self.look(question)?;
         Ok(look.and_then(|look| match look {
-            Look::Loops(picture) => Ok(loop_figure(&picture)),
+            Look::Loops(plot) => {
+                let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
+                Ok(view.figure(&Inks::PRINT, None).into_owned())
+            }
             _ => Err("There are no loops.".to_owned()),
         }))
     }
@@ -355,65 +358,6 @@ fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> 
     Line {
         dash,
         ..Line::new(name, color, pieces)
-    }
-}
-
-fn loop_figure(picture: &LoopPlot) -> Figure<'static> {
-    let axis = picture.question.axis;
-    let curves = || {
-        let curves = picture.curves.iter();
-        curves.filter_map(|curve| Some((curve.output?, curve)))
-    };
-    let branches = curves().map(|(output, curve)| {
-        let pieces = curve
-            .drawn
-            .strokes
-            .iter()
-            .map(|stroke| stroke.points.clone());
-        Line {
-            opacity: 0.25,
-            width: 0.8,
-            dash: None,
-            ..line(output, "", pieces.collect())
-        }
-    });
-    let shown = |curve: &LoopCurve| {
-        let (mean, largest) = (curve.mean.as_ref().ok(), curve.largest.as_ref().ok());
-        mean.or(largest).cloned()
-    };
-    let loops = curves().filter_map(|(output, curve)| {
-        let figures = shown(curve)?;
-        let width = significant(figures.mean_width, 3);
-        let name = format!("{}, mean width {width} {}", name(output), axis.unit());
-        Some(Line {
-            width: 2.4,
-            ..line(output, name, figures.branches.to_vec())
-        })
-    });
-    let found = picture.curves.first().and_then(shown);
-    let of = found.map_or_else(String::new, |figures| {
-        let basis = &figures.basis[0];
-        let share = significant(100.0 * basis.range_share, 2);
-        match basis.n_cycles {
-            1 => format!(": largest cycle, {share} % of the loads"),
-            n => format!(
-                ": mean of {n} of {} cycles, {share} % of the loads",
-                picture.n_cycles
-            ),
-        }
-    });
-    let label = |what: &str| axis.label_of(what);
-    Figure {
-        title: format!("{}{of}", axis.symbol()),
-        across: Scale::new(label("Calc."), picture.whole.loads),
-        up: Scale::new(label("error"), picture.whole.outputs),
-        clouds: curves()
-            .flat_map(|(output, curve)| {
-                clouds(&curve.drawn, line(output, "", Vec::new()).color, [0; 3])
-            })
-            .collect(),
-        lines: branches.chain(loops).collect(),
-        ..Figure::default()
     }
 }
 

@@ -29,6 +29,13 @@ pub(super) fn arrays(
                 arrays.extend(units.take().map(|units| texts(&name, units)));
             }
             Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(u8::from(flag))])),
+            Value::Flags(flags) => {
+                let flags: Vec<f64> = flags
+                    .iter()
+                    .map(|flag| f64::from(u8::from(*flag)))
+                    .collect();
+                arrays.push(vector(&name, &flags));
+            }
             Value::Count(count) => arrays.push(vector(&name, &[f64::from(count)])),
             Value::Text(text) => arrays.push(texts(&name, std::iter::once(text))),
             Value::Texts(all) => arrays.push(texts(&name, all.into_iter())),

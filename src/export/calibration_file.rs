@@ -163,6 +163,21 @@ mod tests {
         assert_eq!(read_calibration(&path).unwrap(), expected);
     }
 
+    /// Of two axes the first has a rated load.
+    #[test]
+    fn every_target_says_which_full_scales_are_rated_loads() {
+        for name in ["c.h", "c.rs", "c.py", "c.csv", "c.yaml"] {
+            let (_directory, path) = written(&calibration(), name);
+            let text = fs::read_to_string(path).unwrap();
+            let full_scale = "Fz 12.000 N (rated), Mx 0.25000 N·m";
+            let is_told = text.contains(full_scale) && !text.contains("N·m (rated)");
+            assert!(is_told, "{name}: {text}");
+        }
+        let (_directory, path) = written(&calibration(), "c.yaml");
+        let yaml = fs::read_to_string(path).unwrap();
+        assert!(yaml.contains("\nrated: [true, false]\n"), "{yaml}");
+    }
+
     #[test]
     fn csv_names_rows_and_columns() {
         let calibration = calibration();

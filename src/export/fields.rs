@@ -17,6 +17,8 @@ pub(super) struct Field {
 
 pub(super) enum Value {
     Flag(bool),
+    /// One per axis.
+    Flags(Vec<bool>),
     Count(u8),
     Text(String),
     Texts(Vec<String>),
@@ -31,6 +33,9 @@ pub(super) enum Value {
 pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     let features = &calibration.features;
     let scale = &calibration.gauge_scale;
+    // None is rated where nobody entered any.
+    let rated = (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true));
+    let rated = rated.collect();
     let symbols = calibration.axes.iter().map(|axis| axis.symbol().to_owned());
     let look_backs = |number: fn(&Thresholds) -> f64| {
         let look_backs = features.look_backs.iter();
@@ -41,6 +46,10 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         field("", "axes", Value::Texts(symbols.collect())),
         field("", "units", Value::Texts(calibration.units.clone())),
         numbers("", "full_scale", &calibration.full_scale),
+        Field {
+            about: "whether each full scale is the rated load that somebody entered",
+            ..field("", "rated", Value::Flags(rated))
+        },
         field("", "offset", Value::Flag(calibration.offset)),
         field("", "simulated", Value::Flag(calibration.simulated)),
         field(

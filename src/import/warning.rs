@@ -113,7 +113,7 @@ pub enum Finding {
     SkippedPreamble { n_lines: usize },
     /// A reference that is held between fewer measurements.
     #[error(
-        "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to so much"
+        "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to {samples_each} samples"
     )]
     HeldReference { samples_each: usize },
     /// A gauge sample at whose time there is no reference.

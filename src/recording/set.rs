@@ -125,6 +125,16 @@ impl RecordingSet {
         &self.layout
     }
 
+    /// The unit of a gauge as the first recording has it; `raw` where it says none.
+    pub fn gauge_unit(&self, gauge: usize) -> &str {
+        let units = self
+            .entries
+            .first()
+            .map(|entry| entry.recording.gauge_units());
+        let unit = units.and_then(|units| units.get(gauge)).map(String::as_str);
+        unit.filter(|unit| !unit.is_empty()).unwrap_or("raw")
+    }
+
     /// The recordings in the order of loading.
     pub fn entries(&self) -> &[Entry] {
         &self.entries

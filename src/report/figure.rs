@@ -15,6 +15,10 @@ pub const DASHED: [f32; 2] = [7.0, 4.0];
 /// What tells a line from both.
 pub const DOTTED: [f32; 2] = [2.0, 4.0];
 
+/// How far the tip of an arrow is ahead of its place, how far its other corners are behind it and beside it, in points of the
+/// screen: slim, since a triangle of equal sides points three ways.
+const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
+
 /// Lines or a heat map over two scales.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure<'a> {
@@ -30,6 +34,8 @@ pub struct Figure<'a> {
     pub clouds: Vec<Cloud>,
     /// In the order of drawing.
     pub lines: Vec<Line<'a>>,
+    /// Which way lines go, over these.
+    pub arrows: Vec<Arrow>,
     /// A interval of the scale across that is shaded.
     pub shaded: Option<(f64, f64)>,
     /// A place on the scale across that is marked by an upright line.
@@ -62,6 +68,17 @@ pub struct Line<'a> {
     pub dash: Option<[f32; 2]>,
     /// Points `[across, up]`; pieces are not joined.
     pub pieces: Vec<Cow<'a, [[f64; 2]]>>,
+}
+
+/// The head of an arrow on a line: which way it goes there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrow {
+    /// Where it stands.
+    pub at: [f64; 2],
+    /// It points as from the first of these to the second.
+    pub way: [[f64; 2]; 2],
+    /// Red, green, blue.
+    pub color: [u8; 3],
 }
 
 /// A number for every pair of cells of the two scales.
@@ -116,7 +133,83 @@ impl Scale {
     }
 }
 
+impl Figure<'_> {
+    /// The same, whatever its lines were borrowed from.
+    pub fn into_owned(self) -> Figure<'static> {
+        let owned = |Line {
+                         name,
+                         color,
+                         opacity,
+                         width,
+                         dash,
+                         pieces,
+                     }: Line<'_>| {
+            let pieces = pieces.into_iter();
+            Line {
+                opacity,
+                width,
+                dash,
+                ..Line::new(name, color, pieces.map(Cow::into_owned))
+            }
+        };
+        let Self {
+            title,
+            across,
+            up,
+            heat_map,
+            clouds,
+            lines,
+            arrows,
+            shaded,
+            marked,
+        } = self;
+        Figure {
+            title,
+            across,
+            up,
+            heat_map,
+            clouds,
+            lines: lines.into_iter().map(owned).collect(),
+            arrows,
+            shaded,
+            marked,
+        }
+    }
+}
+
+impl Arrow {
+    /// Its corners, the tip first, where `place` gives those of points on the picture; `None` where it points nowhere.
+    pub fn corners(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 3]> {
+        let [from, to] = self.way.map(&place);
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let length = way[0].hypot(way[1]);
+        let way = way.map(|part| part / length);
+        let at = place(self.at);
+        let corner = |along: f64, beside: f64| {
+            [
+                at[0] + along * way[0] - beside * way[1],
+                at[1] + along * way[1] + beside * way[0],
+            ]
+        };
+        let [ahead, behind, beside] = ARROW;
+        let corners = [(ahead, 0.0), (-behind, beside), (-behind, -beside)];
+        let corners = corners.map(|(along, beside)| corner(along, beside));
+        let is_there = corners.iter().flatten().all(|part| part.is_finite());
+        is_there.then_some(corners)
+    }
+}
+
 impl<'a> Line<'a> {
+    /// The line on which a load stands over itself, where it passes these ranges across and up.
+    pub fn one_to_one(across: (f64, f64), up: (f64, f64), color: [u8; 3]) -> Option<Self> {
+        let (low, high) = (across.0.max(up.0), across.1.min(up.1));
+        (low < high).then(|| Self {
+            width: 1.0,
+            dash: Some(DOTTED),
+            ..Line::new("", color, [vec![[low; 2], [high; 2]]])
+        })
+    }
+
     /// A solid line.
     pub fn new(
         name: impl Into<String>,
@@ -131,5 +224,35 @@ impl<'a> Line<'a> {
             dash: None,
             pieces: pieces.into_iter().map(Into::into).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a picture whose y goes down, an arrow that goes up points up.
+    #[test]
+    fn an_arrow_points_the_way_of_its_line() {
+        let arrow = |way| Arrow {
+            at: [1.0, 2.0],
+            way,
+            color: [0; 3],
+        };
+        let place = |[x, y]: [f64; 2]| [10.0 * x, 100.0 - 10.0 * y];
+        let up = arrow([[0.0, 0.0], [0.0, 3.0]]).corners(place).unwrap();
+        assert_eq!(up, [[10.0, 70.0], [14.0, 85.0], [6.0, 85.0]]);
+        let left = arrow([[3.0, 1.0], [0.0, 1.0]]).corners(place).unwrap();
+        assert_eq!(left[0], [0.0, 80.0]);
+        for way in [[[1.0; 2]; 2], [[0.0, f64::NAN], [1.0, 1.0]]] {
+            assert_eq!(arrow(way).corners(place), None, "{way:?}");
+        }
+    }
+
+    #[test]
+    fn the_one_to_one_line_stays_on_the_figure() {
+        let line = Line::one_to_one((-5.0, 5.0), (-1.0, 9.0), [0; 3]).unwrap();
+        assert_eq!(*line.pieces[0], [[-1.0; 2], [5.0; 2]]);
+        assert_eq!(Line::one_to_one((0.0, 1.0), (2.0, 3.0), [0; 3]), None);
     }
 }

@@ -8,13 +8,13 @@ use crate::recording::Axis;
 
 /// What loops stand over, and what their figures are shares of.
 #[derive(Clone, Copy, Debug)]
-pub struct LoopScale {
+pub struct LoopScale<'a> {
     /// The axis that they stand over.
     pub axis: Axis,
     /// Its full scale.
     pub full_scale: f64,
-    /// Whether a gauge goes up rather than a load of this axis.
-    pub is_gauge: bool,
+    /// The unit of the gauge that goes up, where one does rather than a load of this axis.
+    pub gauge_unit: Option<&'a str>,
     /// What is 100 % of what goes up; 0 where nothing is.
     pub output_scale: f64,
 }
@@ -51,16 +51,16 @@ pub(super) const MOVES: &str = "By how much the figure would change with half, a
 
 /// Largest width, mean width and area of each loop, in units and in percent, by how much the second differs from the first,
 /// and how far each depends on the dead band.
-pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale) -> Table {
-    let unit = if of.is_gauge { "raw" } else { of.axis.unit() };
-    let share = match of.is_gauge {
-        true => "% of half its span",
-        false => "% FS",
+pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
+    let unit = of.gauge_unit.unwrap_or(of.axis.unit());
+    let area_unit = match (of.gauge_unit, of.axis.is_force()) {
+        (Some(unit), _) => format!("{unit}·{}", of.axis.unit()),
+        (None, true) => "N²".to_owned(),
+        (None, false) => "N²·m²".to_owned(),
     };
-    let area_unit = match (of.is_gauge, of.axis.is_force()) {
-        (true, _) => format!("raw·{}", of.axis.unit()),
-        (false, true) => "N²".to_owned(),
-        (false, false) => "N²·m²".to_owned(),
+    let (share, area_share, of_what) = match of.gauge_unit {
+        Some(_) => ("%", "%", "In percent of half of what the gauge spans"),
+        None => ("% FS", "% FS²", "In percent of full scale"),
     };
     let described = [
         (
@@ -79,13 +79,13 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale) -> Table {
         ),
         (
             "Area",
-            "What the loop encloses: positive where the output lags behind the load; in percent of full scale times full scale",
+            "What the loop encloses: positive where the output lags behind the load; in percent of the full scales of both",
             &area_unit,
-            "% FS²",
+            area_share,
             of.output_scale * of.full_scale,
         ),
     ];
-    let mut columns = vec![Column::words("")];
+    let mut columns = vec![Column::words(""), Column::words("")];
     columns.extend(loops.iter().map(|one| match one.trace {
         Some(trace) => Column::of(trace, ""),
         None => Column::numbers("Gauge"),
@@ -95,25 +95,30 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale) -> Table {
     let mut rows = Vec::new();
     for (at, (name, about, unit, share, scale)) in described.into_iter().enumerate() {
         let values = || loops.iter().map(|one| one.figures[at].0);
-        let title = |unit: &str| Cell::words(format!("{name} [{unit}]")).about(about);
-        let mut row = vec![title(unit)];
+        let mut row = vec![
+            Cell::words(name).about(about),
+            Cell::words(unit).about(about),
+        ];
         row.extend(values().map(|value| Cell::digits(Some(value), 4)));
         if let [before, after] = loops {
             let sizes = [before, after].map(|one| one.figures[at].0.abs());
             row.push(Cell::change(sizes[0], sizes[1]));
         }
         rows.push(row);
-        let mut row = vec![title(share)];
+        let mut row = vec![Cell::words(""), Cell::words(share).about(of_what)];
         row.extend(values().map(|value| {
             let percent = (scale > 0.0).then(|| 100.0 * value / scale);
             Cell::digits(percent, 3)
         }));
         row.extend(is_compared.then(|| Cell::words("")));
         rows.push(row);
-        let mut row = vec![Cell::words("½, 2 × dead band").about(MOVES)];
+        let mut row = vec![
+            Cell::words("½, 2 × band").about(MOVES),
+            Cell::words("%").about(MOVES),
+        ];
         row.extend(loops.iter().map(|one| {
             let (value, basis) = &one.figures[at];
-            Cell::words(moves(*value, basis)).about(MOVES)
+            Cell::words(moves(*value, basis).trim_end_matches(" %")).about(MOVES)
         }));
         row.extend(is_compared.then(|| Cell::words("")));
         rows.push(row);
@@ -177,7 +182,7 @@ mod tests {
         let of = LoopScale {
             axis: Axis::Fz,
             full_scale: 20.0,
-            is_gauge: false,
+            gauge_unit: None,
             output_scale: 20.0,
         };
         let basis = Basis {
@@ -198,20 +203,22 @@ mod tests {
                 .collect()
         };
         let rows = shown(&loop_figures(&both, of));
-        assert_eq!(rows[0], ["Largest width [N]", "1.000", "0.5000", "-50.0 %"]);
-        assert_eq!(rows[1], ["Largest width [% FS]", "5.00", "2.50", ""]);
-        let moves = ["½, 2 × dead band", "+10.0, – %", "+120.0, – %", ""];
-        assert_eq!(rows[2], moves);
-        assert_eq!(rows[6], ["Area [N²]", "8.000", "-2.000", "-75.0 %"]);
-        assert_eq!(rows[7], ["Area [% FS²]", "2.00", "-0.500", ""]);
+        assert_eq!(
+            rows[0],
+            ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]
+        );
+        assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
+        assert_eq!(rows[2], ["½, 2 × band", "%", "+10.0, –", "+120.0, –", ""]);
+        assert_eq!(rows[6], ["Area", "N²", "8.000", "-2.000", "-75.0 %"]);
+        assert_eq!(rows[7], ["", "% FS²", "2.00", "-0.500", ""]);
         let gauge = LoopScale {
-            is_gauge: true,
+            gauge_unit: Some("ohm"),
             output_scale: 0.0,
             ..of
         };
         let rows = shown(&loop_figures(&[measures(None, [1.0; 3])], gauge));
-        assert_eq!(rows[0], ["Largest width [raw]", "1.000"]);
-        assert_eq!(rows[1], ["Largest width [% of half its span]", "–"]);
-        assert_eq!(rows[6][0], "Area [raw·N]");
+        assert_eq!(rows[0], ["Largest width", "ohm", "1.000"]);
+        assert_eq!(rows[1], ["", "%", "–"]);
+        assert_eq!(rows[6][1], "ohm·N");
     }
 }

@@ -103,10 +103,11 @@ fn body(
     ui.label(format!("{}: {table}", importing.path.display()))
         .on_hover_text(read);
     if !importing.waiting.is_empty() {
-        ui.label(format!(
-            "{} more files want a map; those like this one take the same",
-            importing.waiting.len()
-        ));
+        let more = match importing.waiting.len() {
+            1 => "1 more file wants".to_owned(),
+            n => format!("{n} more files want"),
+        };
+        ui.label(format!("{more} a map; those like this one take the same"));
     }
     questions(ui, importing, inspection, out);
     remembered(ui, engine, importing, out);

@@ -9,8 +9,8 @@ mod loop_view;
 mod save;
 
 use crate::analysis::loops::{
-    Channel, CrossQuestion, DwellQuestion, LoadKind, Look, LoopQuestion, Output, Question, Span,
-    TableOf, Up,
+    Channel, CrossQuestion, DwellQuestion, FiguresOf, LoadKind, Look, LoopQuestion, Output,
+    Question, Span, TableOf, Up,
 };
 use crate::engine::{Edit, Engine};
 use crate::evaluation::metrology::MetrologySettings;
@@ -24,7 +24,7 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots::{self, Drawn, Zoom};
 
 /// Beside the plot, so much is for figures.
-const FIGURES_WIDTH: f32 = 292.0;
+const FIGURES_WIDTH: f32 = 320.0;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -83,14 +83,6 @@ impl Zooms {
             Mode::Dwells => &mut self.dwells,
         }
     }
-}
-
-/// Which loop the figures are of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum FiguresOf {
-    #[default]
-    Mean,
-    Largest,
 }
 
 /// What the pane remembers between frames.
@@ -422,7 +414,8 @@ fn up_name(up: Up, gauges: &[String]) -> String {
     }
 }
 
-fn channel_name(channel: Channel, gauges: &[String]) -> String {
+fn channel_name(channel: Channel, engine: &Engine) -> String {
+    let gauges = &engine.project().recordings.layout().gauge_names;
     let load = |kind| match kind {
         LoadKind::Calculated => Trace::Calculated,
         LoadKind::Output(output) => trace_of(output),
@@ -434,16 +427,16 @@ fn channel_name(channel: Channel, gauges: &[String]) -> String {
     }
 }
 
-fn channel_unit(channel: Channel) -> &'static str {
+fn channel_unit(channel: Channel, engine: &Engine) -> &str {
     match channel {
         Channel::Time => "s",
-        Channel::Gauge(_) => "raw",
+        Channel::Gauge(gauge) => engine.project().recordings.gauge_unit(gauge),
         Channel::Load(_, axis) => axis.unit(),
     }
 }
 
 fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut Channel) {
-    let gauges = &engine.project().recordings.layout().gauge_names;
+    let n_gauges = engine.project().recordings.layout().gauge_names.len();
     let kinds = [
         LoadKind::Calculated,
         LoadKind::Output(Output::Conventional),
@@ -451,13 +444,13 @@ fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut
     ];
     let loads = (engine.project().axes().iter())
         .flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
-    let all = (0..gauges.len()).map(Channel::Gauge).chain(loads);
+    let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
     egui::ComboBox::from_label(label)
-        .selected_text(channel_name(*channel, gauges))
+        .selected_text(channel_name(*channel, engine))
         .width(96.0)
         .show_ui(ui, |ui| {
             for one in std::iter::once(Channel::Time).chain(all) {
-                item(ui, channel, one, channel_name(one, gauges));
+                item(ui, channel, one, channel_name(one, engine));
             }
         })
         .response

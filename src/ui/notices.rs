@@ -1,6 +1,7 @@
 //! What there is to say, over the window: it comes for a while, and stands in a list until it is dismissed. Nothing moves for it.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::time::{Duration, Instant};
 
 use egui::{Color32, RichText};
@@ -10,29 +11,34 @@ use crate::ui::command::Command;
 use crate::ui::numbers::elided;
 
 /// So many stand over the window, the newest ones.
-const MAX_SHOWN: usize = 4;
+const MAX_SHOWN: usize = 3;
 /// How wide they are.
 const WIDTH: f32 = 380.0;
 /// How far above the lower edge of the window they stand: above the status line.
 const ABOVE_STATUS: f32 = 34.0;
 /// Characters of one that have room there; the list has all.
-const MAX_CHARACTERS: usize = 400;
+const MAX_CHARACTERS: usize = 240;
+/// A notice stands for so long (s) …
+const LEAST_SECS: f32 = 3.0;
+/// … and a second longer for so many characters, as one reads them; never longer than this (s).
+const CHARACTERS_A_SEC: f32 = 30.0;
+const MOST_SECS: f32 = 9.0;
 
 /// What is remembered of them between frames.
 #[derive(Debug, Default)]
 pub struct Notices {
-    /// Since when each was there, by its number.
-    since: BTreeMap<u64, Instant>,
+    /// How long each has stood there, by its number, while nobody pointed at them.
+    stood: BTreeMap<u64, Duration>,
+    /// When they were drawn last, and whether the pointer was over them.
+    drawn: Option<(Instant, bool)>,
     list: bool,
 }
 
-/// How long it stands over the window; an error until it is dismissed.
-fn lasts(level: Level) -> Option<Duration> {
-    match level {
-        Level::Info => Some(Duration::from_secs(10)),
-        Level::Warning => Some(Duration::from_secs(20)),
-        Level::Error => None,
-    }
+/// How long it stands over the window: as long as it takes to read; an error until it is dismissed.
+fn lasts(notice: &Notice) -> Option<Duration> {
+    let shown = notice.text.chars().count().min(MAX_CHARACTERS) as f32;
+    let secs = (LEAST_SECS + shown / CHARACTERS_A_SEC).min(MOST_SECS);
+    (notice.level != Level::Error).then(|| Duration::from_secs_f32(secs))
 }
 
 impl Notices {
@@ -45,12 +51,22 @@ impl Notices {
     pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         let notices = &engine.notices;
         let now = Instant::now();
+        let passed = match self.drawn {
+            Some((last, false)) => now - last,
+            _ => Duration::ZERO,
+        };
         let is_there = |number: &u64| notices.iter().any(|notice| notice.number == *number);
-        self.since.retain(|number, _| is_there(number));
+        self.stood.retain(|number, _| is_there(number));
         let mut fresh = Vec::new();
         for (at, notice) in notices.iter().enumerate().rev() {
-            let age = now - *self.since.entry(notice.number).or_insert(now);
-            match lasts(notice.level).map(|lasts| lasts.checked_sub(age)) {
+            let stood = match self.stood.entry(notice.number) {
+                Entry::Vacant(new) => *new.insert(Duration::ZERO),
+                Entry::Occupied(mut known) => {
+                    *known.get_mut() += passed;
+                    *known.get()
+                }
+            };
+            match lasts(notice).map(|lasts| lasts.checked_sub(stood)) {
                 None => fresh.push((at, notice)),
                 Some(Some(left)) => {
                     context.request_repaint_after(left);
@@ -59,9 +75,10 @@ impl Notices {
                 Some(None) => {}
             }
         }
-        if !fresh.is_empty() && !self.list {
-            self.over_window(context, &fresh, notices.len(), out);
-        }
+        let is_pointed_at = !fresh.is_empty()
+            && !self.list
+            && self.over_window(context, &fresh, notices.len(), out);
+        self.drawn = Some((now, is_pointed_at));
         if notices.is_empty() {
             self.list = false;
         }
@@ -73,23 +90,30 @@ impl Notices {
         self.list = open;
     }
 
+    /// Draws them; whether the pointer is over one.
     fn over_window(
         &mut self,
         context: &egui::Context,
         fresh: &[(usize, &Notice)],
         n_all: usize,
         out: &mut Vec<Command>,
-    ) {
-        egui::Area::new(egui::Id::unique("notices"))
+    ) -> bool {
+        let area = egui::Area::new(egui::Id::unique("notices"))
             .order(egui::Order::Foreground)
             .anchor(egui::Align2::RIGHT_BOTTOM, [-10.0, -ABOVE_STATUS])
             .show(context, |ui| {
                 ui.set_max_width(WIDTH);
                 for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
-                    egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    let toast = egui::Frame::popup(ui.style()).show(ui, |ui| {
                         ui.set_width(WIDTH - 16.0);
-                        one(ui, *at, notice, MAX_CHARACTERS, out);
+                        one(ui, *at, notice, MAX_CHARACTERS, out)
                     });
+                    // Its button says so too, to whoever has no mouse.
+                    let is_pressed = toast.response.contains_pointer()
+                        && ui.input(|input| input.pointer.primary_clicked());
+                    if is_pressed && !toast.inner {
+                        out.push(Action::Dismiss(*at).into());
+                    }
                 }
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.set_width(WIDTH - 16.0);
@@ -109,6 +133,8 @@ impl Notices {
                     });
                 });
             });
+        let pointer = context.pointer_hover_pos();
+        pointer.is_some_and(|at| area.response.rect.contains(at))
     }
 }
 
@@ -140,22 +166,26 @@ fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
         });
 }
 
+/// Draws a notice; whether it was dismissed.
 fn one(
     ui: &mut egui::Ui,
     at: usize,
     notice: &Notice,
     max_characters: usize,
     out: &mut Vec<Command>,
-) {
-    ui.horizontal_top(|ui| {
+) -> bool {
+    let row = ui.horizontal_top(|ui| {
         let dismiss = ui.small_button("×");
-        if dismiss.on_hover_text("Dismiss this notice").clicked() {
+        let is_dismissed = dismiss.on_hover_text("Dismiss this notice").clicked();
+        if is_dismissed {
             out.push(Action::Dismiss(at).into());
         }
         let (label, color) = kind(notice.level, ui.visuals());
         ui.label(RichText::new(label).color(color));
         ui.add(egui::Label::new(elided(&notice.text, max_characters)).wrap());
+        is_dismissed
     });
+    row.inner
 }
 
 fn kind(level: Level, visuals: &egui::Visuals) -> (&'static str, Color32) {
@@ -163,5 +193,22 @@ fn kind(level: Level, visuals: &egui::Visuals) -> (&'static str, Color32) {
         Level::Info => ("Done", visuals.text_color()),
         Level::Warning => ("Warning", visuals.warn_fg_color),
         Level::Error => ("Error", visuals.error_fg_color),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_notice_stands_as_long_as_it_takes_to_read_and_an_error_until_it_was() {
+        let secs = |level, length: usize| {
+            let lasts = lasts(&Notice::new(level, "x".repeat(length)));
+            lasts.map(|lasts| lasts.as_secs_f32())
+        };
+        assert_eq!(secs(Level::Info, 30), Some(4.0));
+        assert_eq!(secs(Level::Warning, 120), Some(7.0));
+        assert_eq!(secs(Level::Warning, 5000), Some(MOST_SECS));
+        assert_eq!(secs(Level::Error, 30), None);
     }
 }

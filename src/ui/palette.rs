@@ -4,6 +4,7 @@
 
 use egui::{Color32, Stroke, Visuals};
 
+use crate::analysis::loops::Inks;
 use crate::evaluation::threshold_study::ScoreSet;
 pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
@@ -52,7 +53,19 @@ pub fn look_back(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode {
         Color32::from_rgb(0, 200, 150)
     } else {
-        Color32::from_rgb(0, 120, 90)
+        rgb(color::LOOK_BACK)
+    }
+}
+
+/// The colours of loops and cross-plots.
+pub fn inks(visuals: &Visuals) -> Inks {
+    let bytes = |color: Color32| [color.r(), color.g(), color.b()];
+    Inks {
+        conventional: bytes(Trace::Conventional.color(visuals)),
+        compensated: bytes(Trace::Compensated.color(visuals)),
+        gauge: bytes(look_back(visuals)),
+        text: bytes(visuals.strong_text_color()),
+        guide: bytes(visuals.weak_text_color()),
     }
 }
 
@@ -94,7 +107,7 @@ pub fn visuals(is_dark: bool) -> Visuals {
         }
         false => {
             let own = Visuals {
-                weak_text_color: Some(grey(100)),
+                weak_text_color: Some(rgb(color::GUIDE)),
                 warn_fg_color: Color32::from_rgb(115, 95, 0),
                 error_fg_color: Color32::from_rgb(185, 0, 0),
                 hyperlink_color: Color32::from_rgb(0, 90, 165),

@@ -21,6 +21,8 @@ use crate::ui::{palette, picture};
 
 /// The plot hands its grid the width of this many points as `base_step_size`; set so that both agree.
 pub const GRID_BASE_POINTS: f64 = 8.0;
+/// Lines of the grid so far apart would be as strong as text; nearer ones are fainter, and all are fainter than what is measured.
+const GRID_FULL_POINTS: f32 = 900.0;
 /// How far one notch of the wheel zooms.
 pub const ZOOM_PER_POINT: f64 = 0.004;
 /// Labels are at least this far apart, across and up.
@@ -69,7 +71,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
         .custom_x_axes(vec![hints(AxisHints::new_x(), across.unwrap_or(""))])
         .custom_y_axes(vec![hints(AxisHints::new_y(), up)])
         .y_axis_min_width(VALUE_AXIS_WIDTH)
-        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, 300.0))
+        .grid_spacing(egui::Rangef::new(GRID_BASE_POINTS as f32, GRID_FULL_POINTS))
         .x_grid_spacer(|input| grid(input, MIN_STEP_POINTS.0, CLOSEST_POINTS.0))
         .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1, CLOSEST_POINTS.1))
 }
@@ -137,6 +139,20 @@ pub fn plot(
             }
             lines(plot, drawing);
         });
+    let painter = ui.painter_at(response.response.rect);
+    for arrow in &drawing.arrows {
+        let corners = arrow.corners(|[x, y]| {
+            let at = response
+                .transform
+                .position_from_point(&PlotPoint::new(x, y));
+            [at.x, at.y].map(f64::from)
+        });
+        if let Some(corners) = corners {
+            let corners = corners.map(|[x, y]| egui::pos2(x as f32, y as f32));
+            let color = rgb(arrow.color);
+            painter.add(Shape::convex_polygon(corners.to_vec(), color, Stroke::NONE));
+        }
+    }
     follow_gestures(ui, &response, bounds, zoom);
     let print = || print.clone();
     finish(&response.response, &drawing.title, Some(&print), out);
@@ -174,12 +190,6 @@ impl Drawn {
     /// Where a point of its scales is on screen.
     pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
         self.transform.position_from_point(&PlotPoint::new(x, y))
-    }
-
-    /// The range across.
-    pub fn across(&self) -> (f64, f64) {
-        let bounds = self.transform.bounds();
-        (bounds.min()[0], bounds.max()[0])
     }
 
     /// Draws over it, and not beside it.
@@ -356,6 +366,11 @@ fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, 
             });
         }
     }
+}
+
+/// Draws a line in all its pieces.
+pub fn add<'a>(plot: &mut PlotUi<'a>, line: &'a Line<'a>) {
+    plot.add(Pieces::of(line));
 }
 
 /// All pieces of a line as one item: a plot with thousands of items is slow.

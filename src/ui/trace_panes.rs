@@ -8,6 +8,7 @@ mod pane;
 use crate::analysis::{AxisTraces, View as Shown};
 use crate::engine::{Action, Edit, Engine};
 use crate::features::Thresholds;
+use crate::report::figure;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
@@ -20,6 +21,8 @@ use pane::Place;
 const MIN_CELL_HEIGHT: f32 = 116.0;
 /// Room for the time axis under the lowest pane.
 const TIME_AXIS_HEIGHT: f32 = 34.0;
+/// Room above the uppermost pane: the number at the upper end of its scale stands a little above it.
+const ABOVE: i8 = 4;
 /// A column of panes is at least this wide, if there is more than one.
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
@@ -79,7 +82,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
         ui.centered_and_justified(|ui| ui.label("No axis is shown; choose some above"));
         return;
     }
-    let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0;
+    let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0 - f32::from(ABOVE);
     let columns = columns(&shown, egui::vec2(ui.available_width(), room));
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
@@ -98,6 +101,7 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
             // What a scale is of stands a little to the left of its plot.
             let room = egui::Margin {
                 left: 6,
+                top: ABOVE,
                 ..egui::Margin::ZERO
             };
             egui::Frame::NONE.inner_margin(room).show(ui, |ui| {
@@ -260,7 +264,8 @@ fn line_sample(ui: &mut egui::Ui, trace: Trace) {
     let ends = [place.left_center(), place.right_center()];
     let stroke = trace.stroke(ui.visuals());
     if trace.is_dashed() {
-        let dashes = egui::Shape::dashed_line(&ends, stroke, pane::DASH, pane::DASH_GAP);
+        let [dash, gap] = figure::DASHED;
+        let dashes = egui::Shape::dashed_line(&ends, stroke, dash, gap);
         ui.painter().extend(dashes);
     } else {
         ui.painter().line_segment(ends, stroke);

@@ -46,6 +46,8 @@ const SAME_ARRAYS: &str = "
 for name in ['conventional', 'compensated']:
     assert np.array_equal(read[name], np.array(truth[name]['matrix'])), name
 assert np.array_equal(np.ravel(read['full_scale']), truth['full_scale'])
+rated = truth.get('rated') or [False] * len(truth['axes'])
+assert np.array_equal(np.ravel(read['rated']), rated)
 assert np.array_equal(np.ravel(read['t_th_secs']), [15, 4])
 layers = truth['learned']['network']['layers']
 for at, layer in enumerate(layers):

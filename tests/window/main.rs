@@ -738,11 +738,11 @@ fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
     window.hover_at(pane.center() + Vec2::new(20.0, 0.0));
     window.run_steps(3);
     assert!(has(&window, "Fx at "));
-    assert!(has(&window, "past: "));
+    assert!(has(&window, "past sample: "));
     assert!(has(&window, " s earlier, "));
     window.remove_cursor();
     window.run_steps(3);
-    assert!(!has(&window, "past: "));
+    assert!(!has(&window, "past sample: "));
 }
 
 #[test]
@@ -1093,9 +1093,10 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     assert_eq!(panes(&window, "Fz error [N] over Fz Calc. [N]"), 1);
     assert_eq!(panes(&window, "Width over load"), 1);
     for part in [
-        "Largest width [N]",
-        "Mean width [N]",
-        "Area [N²]",
+        "Largest width",
+        "Mean width",
+        "Area",
+        "N²",
         "% FS²",
         "400 samples of 1 recording",
     ] {
@@ -1109,7 +1110,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
 
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
-    assert!(has(&window, "Largest width [raw]"));
+    assert!(has(&window, "raw·N"));
     assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
@@ -1117,11 +1118,31 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     click(&mut window, Role::Button, "Fx");
     assert_eq!(panes(&window, "S1 [raw] over Fx Calc. [N]"), 1);
     click(&mut window, Role::Button, "Largest cycle");
-    assert!(has(&window, "Largest width [raw]"));
+    assert!(has(&window, "raw·N"));
     type_number(&mut window, "Dead band", "50");
     assert!(has(&window, "within the dead band of 50 N"));
     click(&mut window, Role::CheckBox, "from data");
     assert!(!has(&window, "within the dead band"));
+}
+
+#[test]
+fn a_press_on_a_notice_dismisses_it() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    type_into(&mut window, "Open", "missing.csv");
+    click(&mut window, Role::Button, "Load");
+    told(&window, Level::Error, "missing.csv");
+    let text = window.get_all_by_role(Role::Label);
+    let text = text.into_iter().find_map(|label| {
+        let words = label.accesskit_node().value().unwrap_or_default();
+        words.contains("missing.csv").then(|| label.rect().center())
+    });
+    let at = text.expect("it stands over the window");
+    window.hover_at(at);
+    window.drag_at(at);
+    window.drop_at(at);
+    settle(&mut window);
+    assert!(state(&window).notices.is_empty());
 }
 
 #[test]
@@ -1221,4 +1242,50 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
     settle(&mut window);
     let (from, to) = shell(&window).visible_time().expect("one cycle");
     assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
+}
+
+/// Of three recordings the traces show the first.
+#[test]
+fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.key_press(Key::F6);
+    settle(&mut window);
+    assert!(!has(&window, "inked with Traces"));
+    for (up, title) in [
+        (None, "Fz error [N] over Fz Calc. [N]"),
+        (Some("S1"), "S1 [raw] over Fz Calc. [N]"),
+    ] {
+        if let Some(up) = up {
+            click(&mut window, Role::ComboBox, "up");
+            click(&mut window, Role::Button, up);
+        }
+        click(&mut window, Role::ComboBox, "of");
+        click(&mut window, Role::Button, "Test recordings");
+        assert!(has(
+            &window,
+            "Not linked with Traces, which shows other recordings"
+        ));
+        click(&mut window, Role::ComboBox, "of");
+        click(&mut window, Role::Button, "All recordings");
+        assert!(has(&window, "Linked with Traces for 1 of 3 recordings"));
+        let plot = window
+            .get_by_role_and_label(Role::GraphicsObject, title)
+            .rect();
+        let on_loop = (1..60).find_map(|step| {
+            let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);
+            window.hover_at(at);
+            window.run_steps(4);
+            has(&window, "a press shows it alone").then_some(at)
+        });
+        let at = on_loop.expect("a loop passes the middle");
+        window.drag_at(at);
+        window.drop_at(at);
+        settle(&mut window);
+        assert!(shell(&window).visible_time().is_some());
+        assert!(has(&window, "of 1 recording"), "it is shown alone");
+        window.hover_at(plot.left_top());
+        window.key_press(Key::F6);
+        settle(&mut window);
+    }
 }

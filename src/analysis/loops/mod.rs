@@ -8,6 +8,7 @@
 
 mod cross;
 mod dwell;
+mod figure;
 mod picture;
 mod source;
 
@@ -21,16 +22,17 @@ use crate::evaluation::metrology::{
 };
 use crate::progress::{Cancelled, Progress};
 use crate::recording::{Axis, RecordingSet, Role};
-use crate::report::figure;
 
 use source::Source;
 
-pub(crate) use cross::{Channel, CrossPlot, CrossQuestion, LoadKind};
+pub use cross::{Channel, CrossPlot, CrossQuestion, LoadKind};
 pub(crate) use dwell::{DwellCurve, DwellPlot, DwellQuestion};
-pub(crate) use picture::{Drawn, LoopCurve, LoopFigures, LoopPlot};
+pub(crate) use figure::{FiguresOf, Inks, LoopView};
+pub(crate) use picture::LoopPlot;
 pub use picture::{LoopQuestion, Up};
 
-/// More points than this of rising or of falling branches are drawn as their density.
+/// More points than this of rising or of falling branches are drawn as their density, even where a larger picture could show them
+/// as lines: those of both outputs are about as many as the traces of six axes have, and a frame costs no more than theirs.
 const MAX_POINTS: usize = 8000;
 /// What a picture leaves free around its points, as a share of its width and height.
 const MARGIN: f64 = 0.04;
@@ -269,20 +271,6 @@ fn frame_around(loads: (f64, f64), outputs: (f64, f64)) -> Frame {
         loads: wider(loads),
         outputs: wider(outputs),
     }
-}
-
-/// What of the branches is drawn as their density, rising ones in this colour, falling ones halfway to that of the ink.
-pub(crate) fn clouds(drawn: &Drawn, color: [u8; 3], ink: [u8; 3]) -> Vec<figure::Cloud> {
-    let clouds = drawn.clouds.iter();
-    clouds
-        .map(|cloud| figure::Cloud {
-            density: Arc::clone(&cloud.density),
-            color: match cloud.rising {
-                true => color,
-                false => figure::color::falling(color, ink),
-            },
-        })
-        .collect()
 }
 
 #[cfg(test)]

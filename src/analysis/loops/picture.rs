@@ -54,8 +54,8 @@ pub struct LoopPlot {
     pub output_scale: f64,
     /// How many samples are drawn.
     pub n_samples: usize,
-    /// From how many recordings they are.
-    pub n_recordings: usize,
+    /// Whose they are: recordings with their samples after decimation.
+    pub parts: Vec<(usize, Range<usize>)>,
     /// How many cycles there are.
     pub n_cycles: usize,
     /// Where they are: the recording, and its samples after decimation, in the order of their beginnings.
@@ -206,7 +206,9 @@ pub(super) fn picture(
             Up::Load | Up::Error => full_scale,
         },
         n_samples: loads.iter().map(Vec::len).sum(),
-        n_recordings: parts.len(),
+        parts: (parts.iter())
+            .map(|part| (part.recording, part.samples.clone()))
+            .collect(),
         n_cycles: cycles.loops.cycles().len(),
         cycles: (cycles.loops.cycles().iter())
             .map(|cycle| {

@@ -5,6 +5,7 @@ use crate::analysis::{Analysis, Request, View, analyse};
 use crate::calibration::FitSettings;
 use crate::evaluation::loops::Stroke;
 use crate::recording::{Entry, Recording, Source as Origin};
+use crate::report::figure::DOTTED;
 
 /// The half-width of the play in the gauge.
 const RADIUS: f64 = 0.5;
@@ -96,6 +97,15 @@ fn picture(request: &LookRequest) -> LoopPlot {
 
 fn points(strokes: &[Stroke]) -> usize {
     strokes.iter().map(|stroke| stroke.points.len()).sum()
+}
+
+/// Points of lines, and cells that are touched where samples are too dense for lines.
+fn n_drawn(drawn: &picture::Drawn) -> usize {
+    let touched = drawn
+        .clouds
+        .iter()
+        .map(|cloud| cloud.density.touched().count());
+    points(&drawn.strokes) + touched.sum::<usize>()
 }
 
 /// Falling, the play gauge stands at load + r, rising at load − r: a width of 2 r, but for the ends, where it turns over
@@ -196,7 +206,7 @@ fn only_what_is_on_screen_is_looked_at() {
     assert_eq!(picture(&request).n_samples, 4000);
     request.visible = Some((50.0, 110.0));
     let part = picture(&request);
-    assert_eq!((part.n_recordings, part.n_samples), (2, 1201));
+    assert_eq!((part.parts.len(), part.n_samples), (2, 1201));
     request.visible = Some((1e4, 2e4));
     assert_eq!(look(&request).unwrap_err(), LookError::NoSamples);
     request.question = Question::Loops(loops(Up::Error, Span::One(1)));
@@ -212,7 +222,7 @@ fn a_dead_band_above_the_load_leaves_a_sentence_and_a_line_to_see() {
     let picture = picture(&behind(50.0, request(&recordings, question)));
     let reason = picture.curves[0].mean.clone().unwrap_err();
     assert!(matches!(reason, Reason::ConstantLoad { .. }), "{reason}");
-    assert!(points(&picture.curves[0].drawn.strokes) > 100);
+    assert!(n_drawn(&picture.curves[0].drawn) > 100);
 }
 
 #[test]
@@ -244,7 +254,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
             panic!("no picture of {up:?}")
         };
         assert_eq!(found.n_samples, 2000);
-        assert!(points(&found.drawn.strokes) > 100);
+        assert!(n_drawn(&found.drawn) > 100);
     }
     request.question = Question::Cross(cross(Channel::Gauge(2)));
     assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
@@ -315,6 +325,42 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
 }
 
+/// On screen, in files and in the report: an arrow up the rising and one down the falling branch of each output, and the line on
+/// which a load stands over itself.
+#[test]
+fn a_figure_of_loops_says_which_way_they_go() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    for (up, n_guides) in [(Up::Error, 0), (Up::Load, 1)] {
+        let plot = picture(&request(&recordings, Question::Loops(loops(up, Span::All))));
+        let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
+        let figure = view.figure(&Inks::PRINT, None);
+        let arrows = figure.arrows.iter();
+        let rise: Vec<bool> = arrows
+            .map(|arrow| arrow.way[1][0] > arrow.way[0][0])
+            .collect();
+        assert_eq!(rise, [true, false, true, false]);
+        let guides = figure.lines.iter().filter(|line| line.dash == Some(DOTTED));
+        assert_eq!(guides.count(), n_guides);
+        let svg = figure.svg((620.0, 480.0));
+        assert_eq!(svg.matches("class=\"arrow\"").count(), 4);
+    }
+    let cross = |up| CrossQuestion {
+        across: Channel::Load(LoadKind::Calculated, Axis::Fz),
+        up,
+        span: Span::All,
+        frame: None,
+        pixels: [400.0, 300.0],
+    };
+    let output = Channel::Load(LoadKind::Output(Output::Conventional), Axis::Fz);
+    for (up, n_lines) in [(output, 2), (Channel::Gauge(0), 1)] {
+        let Ok(Look::Cross(plot)) = look(&request(&recordings, Question::Cross(cross(up)))) else {
+            panic!("no cross-plot of {up:?}")
+        };
+        let figure = plot.figure(["across", "up"].map(str::to_owned), &Inks::PRINT, None);
+        assert_eq!(figure.lines.len(), n_lines, "{up:?}");
+    }
+}
+
 /// Of two recordings, one with a tenth of the other's load: a dead band of 5 % of all loads, whichever is looked at.
 #[test]
 fn whatever_is_looked_at_the_dead_band_is_the_same() {
@@ -361,29 +407,29 @@ fn a_cancelled_look_says_so() {
     assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
 }
 
-/// A slow triangle with noise, drifting, in twenty million samples, and all of it within a pixel of every cell that is drawn.
+/// A slow triangle with noise, drifting, in twenty million samples: everything measured is within a pixel of something drawn, and
+/// everything drawn within a pixel of something measured. In a debug build it takes half a minute.
 #[test]
-#[ignore = "takes a gigabyte and half a minute"]
-fn twenty_million_samples_are_drawn_by_their_density() {
+#[cfg_attr(
+    debug_assertions,
+    ignore = "slow without optimisation: `cargo test --release` runs it"
+)]
+fn twenty_million_samples_are_drawn_to_the_pixel() {
     let n = 20_000_000;
     let noise = |k: usize| ((k.wrapping_mul(2_654_435_761)) % 65_536) as f64 / 65_536.0 - 0.5;
     let load = |k: usize| {
         let phase = (k % 200_000) as f64 / 100_000.0;
         10.0 * (1.0 - 2.0 * (phase - 1.0).abs()) + 0.2 * noise(k)
     };
-    let loads: Vec<f64> = (0..n).map(load).collect();
-    let gauges: Vec<f64> = (0..n)
-        .map(|k| load(k) + noise(7 * k + 3) + 1e-7 * k as f64)
-        .collect();
-    let times = (0..n).map(|k| 1e-3 * k as f64).collect();
+    let gauge = |k: usize| load(k) + noise(7 * k + 3) + 1e-7 * k as f64;
     let recording = Recording::new(
         "long",
         Origin::Simulated,
-        times,
+        (0..n).map(|k| 1e-3 * k as f64).collect(),
         vec!["S1".to_owned()],
-        gauges.clone(),
+        (0..n).map(gauge).collect(),
         vec![Axis::Fz],
-        loads.clone(),
+        (0..n).map(load).collect(),
     );
     let recordings = set(vec![recording.unwrap()]);
     let question = Question::Loops(loops(Up::Gauge(0), Span::All));
@@ -392,26 +438,47 @@ fn twenty_million_samples_are_drawn_by_their_density() {
         panic!("one gauge is one curve")
     };
     assert_eq!((picture.n_full_cycles, curve.drawn.clouds.len()), (100, 2));
-    let Frame {
-        loads: across,
-        outputs: up,
-    } = picture.whole;
-    let cells = curve.drawn.clouds[0].density.cells;
-    let place = |value: f64, (low, high): (f64, f64), n: usize| {
-        ((value - low) / (high - low) * n as f64) as usize
+    let Frame { loads, outputs } = picture.whole;
+    let [n_across, n_up] = curve.drawn.clouds[0].density.cells;
+    let place =
+        |value: f64, (low, high): (f64, f64), n: usize| (value - low) / (high - low) * n as f64;
+    // By another way than it is drawn: places along the steps from sample to sample, a fifth of a pixel apart.
+    let mut measured = vec![false; n_across * n_up];
+    let mut last = None;
+    for k in 0..n {
+        let at = [
+            place(load(k), loads, n_across),
+            place(gauge(k), outputs, n_up),
+        ];
+        let from = last.replace(at).unwrap_or(at);
+        let steps = (2.5 * (at[0] - from[0]).hypot(at[1] - from[1]))
+            .ceil()
+            .max(1.0);
+        for step in 0..=steps as usize {
+            let share = step as f64 / steps;
+            let [column, row] = [0, 1].map(|i| (from[i] + share * (at[i] - from[i])) as usize);
+            measured[row.min(n_up - 1) * n_across + column.min(n_across - 1)] = true;
+        }
+    }
+    let densities = || curve.drawn.clouds.iter().map(|cloud| &cloud.density.levels);
+    let drawn = |at: usize| densities().any(|levels| levels[at] > 0);
+    let sampled = |at: usize| densities().any(|levels| levels[at] > 1);
+    let drawn: Vec<bool> = (0..measured.len()).map(drawn).collect();
+    // A cell is half a pixel, so one beside another is within a pixel.
+    let is_near = |cells: &[bool], at: usize| {
+        let (column, row) = (at % n_across, at / n_across);
+        let rows = row.saturating_sub(1)..=(row + 1).min(n_up - 1);
+        let columns = column.saturating_sub(1)..=(column + 1).min(n_across - 1);
+        rows.into_iter()
+            .any(|row| columns.clone().any(|column| cells[row * n_across + column]))
     };
-    let touched = |at: usize| {
-        curve
-            .drawn
-            .clouds
-            .iter()
-            .any(|cloud| cloud.density.levels[at] > 1)
-    };
+    for at in 0..measured.len() {
+        assert!(!measured[at] || is_near(&drawn, at), "cell {at} is missing");
+        assert!(!drawn[at] || is_near(&measured, at), "nothing is in {at}");
+    }
     for k in (0..n).step_by(997) {
-        let (column, row) = (
-            place(loads[k], across, cells[0]),
-            place(gauges[k], up, cells[1]),
-        );
-        assert!(touched(row * cells[0] + column), "sample {k} is missing");
+        let column = place(load(k), loads, n_across) as usize;
+        let row = place(gauge(k), outputs, n_up) as usize;
+        assert!(sampled(row * n_across + column), "sample {k} is missing");
     }
 }

@@ -9,6 +9,9 @@ use super::raster::Raster;
 const CELLS_PER_PIXEL: f64 = 2.0;
 /// A sample this near to the last one that was kept, across and up, is passed over (cells).
 const REACH: f64 = 0.4;
+/// Lines that pass over each other so often, in the mean over the pixels that they touch, hide each other: at the opacity that so
+/// many are drawn with, one more is no longer seen.
+const MAX_PASSES: f64 = 4.0;
 /// No screen has more cells across or up; a question may ask for any number.
 const MAX_CELLS: f64 = 16_384.0;
 
@@ -54,8 +57,10 @@ pub enum Outline {
 /// What is drawn of paths on a picture of `frame` that is so many pixels wide and high.
 ///
 /// A path goes straight from sample to sample; it ends at what is not finite and is cut off at the frame. Samples are
-/// passed over while they lie within a fifth of a pixel of the last one that was kept. Where that leaves more than `most`
-/// points, it is the density that is drawn: every cell that a path touches, by the number of samples in it.
+/// passed over while they lie within a fifth of a pixel of the last one that was kept. It is the density that is drawn, every
+/// cell that a path touches by the number of samples in it, where samples are denser than pixels can show: where there are
+/// more of them than pixels that they touch, and lines would pass over each of these pixels more than a few times. And where
+/// more than `most` points are left, which would be dear to draw in every frame.
 pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     paths: impl IntoIterator<Item = P>,
     frame: Frame,
@@ -68,13 +73,14 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
         raster: Raster::new(n),
         counts: vec![0; n[0] * n[1]],
         all: Lines::default(),
+        length: 0.0,
         grid,
         most,
     };
     for path in paths {
         drawn.add(path);
     }
-    if drawn.all.n_points <= most {
+    if drawn.all.n_points <= most && !drawn.hides_itself() {
         Outline::Lines(drawn.all.lines)
     } else {
         Outline::Density(drawn.density(frame))
@@ -189,6 +195,8 @@ struct Drawn {
     counts: Vec<u16>,
     /// Every step, while they are few.
     all: Lines,
+    /// Of all steps, in pixels.
+    length: f64,
     most: usize,
 }
 
@@ -254,7 +262,15 @@ impl Drawn {
         if self.all.n_points <= self.most {
             self.all.step(from.point, to.point);
         }
+        let way = [0, 1].map(|i| (to.cell[i] - from.cell[i]).abs());
+        self.length += way[0].max(way[1]) / CELLS_PER_PIXEL;
         self.raster.touch(from.cell, to.cell);
+    }
+
+    /// Whether there are more samples than pixels, and so many lines over each pixel that none could be told from the others.
+    fn hides_itself(&self) -> bool {
+        let n_pixels = self.raster.n_touched_squares();
+        self.all.n_points > n_pixels && self.length > MAX_PASSES * n_pixels as f64
     }
 
     fn density(self, frame: Frame) -> Density {
@@ -508,6 +524,29 @@ mod tests {
         assert!((100..1000).contains(&line.len()), "{}", line.len());
         assert_eq!([line[0], line[line.len() - 1]], [circle[0], circle[9999]]);
         assert!(line.iter().all(|point| circle.contains(point)));
+    }
+
+    /// The same circle once is a line; twenty times it is drawn by how often, and so is noise that fills a spot; twenty times in
+    /// few samples it is lines all the same, since their density would be dots.
+    #[test]
+    fn what_passes_over_itself_is_drawn_by_how_often_however_few_samples_it_has() {
+        let circle = |n: usize, turns: usize| {
+            path(n, |k| {
+                let angle = (k * turns) as f64 * std::f64::consts::TAU / (n - 1) as f64;
+                [0.9 * angle.sin(), 1.8 * angle.cos()]
+            })
+        };
+        let spot = path(2000, |k| [0.1 * uniform(2 * k), 0.2 * uniform(2 * k + 1)]);
+        for (what, path, is_density) in [
+            ("one circle", circle(2000, 1), false),
+            ("twenty", circle(2000, 20), true),
+            ("twenty of few samples", circle(101, 20), false),
+            ("a spot", spot, true),
+        ] {
+            let drawn = outline([path], FRAME, PIXELS, 8000);
+            let found = matches!(drawn, Outline::Density(_));
+            assert_eq!(found, is_density, "{what}");
+        }
     }
 
     #[test]

@@ -9,6 +9,8 @@ const LEVELS: usize = 4;
 pub(super) struct Raster {
     /// Cells, blocks, blocks of blocks, and so on.
     levels: [Level; LEVELS],
+    /// Squares that count as touched though they lie beyond the picture.
+    n_beyond: usize,
 }
 
 /// One bit for each cell or block, a word for each block of them.
@@ -65,9 +67,12 @@ struct Step {
 impl Raster {
     pub(super) fn new(n: [usize; 2]) -> Self {
         let of = |level: usize| Level::new(n.map(|n| n.div_ceil(SIDE.pow(level as u32))));
-        Self {
+        let mut raster = Self {
             levels: std::array::from_fn(of),
-        }
+            n_beyond: 0,
+        };
+        raster.n_beyond = raster.n_touched_squares();
+        raster
     }
 
     /// Touches every cell between two places on the picture.
@@ -80,6 +85,16 @@ impl Raster {
     /// Whether this cell was touched.
     pub(super) fn is_touched(&self, cell: [usize; 2]) -> bool {
         self.levels[0].has(cell)
+    }
+
+    /// How many squares of two by two cells were touched.
+    pub(super) fn n_touched_squares(&self) -> usize {
+        // The bits of a block stand row by row: those of a square's upper row, then of its right column fall on its first one.
+        let squares = self.levels[0].words.iter().map(|word| {
+            let rows = word | word >> SIDE;
+            ((rows | rows >> 1) & 0x0055_0055_0055_0055).count_ones() as usize
+        });
+        squares.sum::<usize>() - self.n_beyond
     }
 
     /// Goes through the blocks of a level within these limits, from one share of the step to another.

@@ -29,9 +29,9 @@ pub enum Reason {
     #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "{count} of the cycles of {} cover {} % of the largest one's range, over {} % of all loads; a mean loop takes {} over more \
-         than {} %. The largest cycle stands by itself",
-        .axis.symbol(), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES, short(100.0 * MOST)
+        "full cycles of {}: {count}, over {} % of all loads (full is {} % of the largest one's range); a mean loop takes {} over \
+         more than {} %. The largest cycle stands by itself",
+        .axis.symbol(), short(100.0 * .share), short(100.0 * FULL_SHARE), FEWEST_CYCLES, short(100.0 * MOST)
     )]
     FewCycles {
         axis: Axis,
@@ -114,7 +114,7 @@ impl Reason {
             Self::NotRepeated { .. } | Self::OthersDiffer { .. } => "no repeats",
             Self::NotLinear { .. } => "1 load",
             Self::NoFullScale { .. } => "no FS",
-            Self::NoHold { .. } => "no hold",
+            Self::NoHold { .. } => "no dwell",
             Self::NoZero { .. } => "no zero",
             Self::NoReturn { .. } => "no return",
             Self::NoRecovery { .. } => "no zero",

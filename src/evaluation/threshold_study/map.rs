@@ -3,10 +3,14 @@
 //! Guarantees: rows may come in any order; what has not come yet is `None`, and everything else works meanwhile.
 
 use crate::calibration::{CrossValidation, FactoryScores, Scores};
+use crate::evaluation::quantile::quantile;
 use crate::evaluation::threshold_study::{
     Measure, MeasureScale, NoSuggestion, PointScores, Suggestion, ThresholdGrid,
 };
 use crate::features::{Distance, Thresholds};
+
+/// So many of the numbers of a map are within the range of its colours.
+const SHADED_SHARE: f64 = 0.95;
 
 /// On which samples errors are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -209,6 +213,16 @@ impl ThresholdMap {
         (0..self.rows.len() * n_t)
             .map(|at| self.value(set, measure, at / n_t, at % n_t))
             .collect()
+    }
+
+    /// The range of the numbers that colours tell apart: the few greatest are left above it, since a handful of pairs that find
+    /// hardly any past sample can be many times worse than all others. `None` where no number has come.
+    pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
+        let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
+        let least = known.iter().copied().reduce(f64::min)?;
+        let greatest = known.iter().copied().fold(least, f64::max);
+        let most = quantile(&mut known, SHADED_SHARE)?;
+        Some((least, if most > least { most } else { greatest }))
     }
 
     /// `(threshold, number)` along one threshold through the pair at these positions, rising; pairs that have not come are left

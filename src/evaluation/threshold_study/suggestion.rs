@@ -163,6 +163,21 @@ mod tests {
         map
     }
 
+    /// Forty rows of about 2 N, of which one finds hardly any past sample.
+    #[test]
+    fn one_bad_pair_does_not_take_all_colours() {
+        let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();
+        rows[39] = [900.0; 4];
+        let of = |rows: &[[f64; 4]]| map(rows).shades(ScoreSet::LeftOut, Measure::Axis(0));
+        let (low, high) = of(&rows).unwrap();
+        assert_eq!(low, 2.0);
+        assert!((2.05..2.1).contains(&high), "{high}");
+        // Where all but it are alike, it is what there is to see.
+        let mut rows = vec![[4.0; 4]; 40];
+        rows[39] = [900.0; 4];
+        assert_eq!(of(&rows), Some((2.0, 30.0)));
+    }
+
     /// Row 3 is best. Row 2 loses and wins by turns: mean +0.05, far less than its standard error. Row 4 is worse by 0.1 on
     /// every part, with no spread at all; row 5 would be flat again, but beyond row 4. Row 1 is far.
     #[test]

@@ -60,6 +60,7 @@ impl Target for Yaml {
 fn entries(field: &Field) -> Vec<(&'static str, String)> {
     let value = match &field.value {
         Value::Flag(flag) => flag.to_string(),
+        Value::Flags(flags) => format!("{flags:?}"),
         Value::Count(count) => count.to_string(),
         Value::Text(text) => for_yaml(text),
         Value::Texts(all) => texts(all),

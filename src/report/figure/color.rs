@@ -18,6 +18,10 @@ pub const CALCULATED: [u8; 3] = [60, 60, 60];
 pub const CONVENTIONAL: [u8; 3] = [184, 78, 0];
 /// Comp. on a light ground.
 pub const COMPENSATED: [u8; 3] = BLUE;
+/// The look-back, and raw gauges, on a light ground.
+pub const LOOK_BACK: [u8; 3] = [0, 120, 90];
+/// What stands behind the lines on a light ground.
+pub const GUIDE: [u8; 3] = [100, 100, 100];
 /// Factory on a light ground.
 pub const FACTORY: [u8; 3] = [160, 70, 120];
 
@@ -31,7 +35,9 @@ pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
 
 /// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
 pub fn shade(share: f64) -> [u8; 3] {
-    colorous::VIRIDIS.eval_continuous(share).as_array()
+    colorous::VIRIDIS
+        .eval_continuous(share.clamp(0.0, 1.0))
+        .as_array()
 }
 
 #[cfg(test)]

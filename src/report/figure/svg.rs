@@ -75,6 +75,7 @@ impl fmt::Display for Svg<'_> {
         for line in &figure.lines {
             self.line(line, out)?;
         }
+        self.arrows(out)?;
         // What runs out of the plot is covered rather than clipped: every reader of SVG can do that.
         writeln!(
             out,
@@ -190,6 +191,26 @@ impl Svg<'_> {
             }
         }
         writeln!(out, r#""/>"#)
+    }
+
+    fn arrows(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for arrow in &self.figure.arrows {
+            let corners = arrow.corners(|[across, up]| [self.x(across), self.y(up)]);
+            if let Some([tip, one, other]) = corners {
+                writeln!(
+                    out,
+                    r#"<path class="arrow" fill="{}" d="M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z"/>"#,
+                    hex(arrow.color),
+                    tip[0],
+                    tip[1],
+                    one[0],
+                    one[1],
+                    other[0],
+                    other[1]
+                )?;
+            }
+        }
+        Ok(())
     }
 
     /// The part of a step that lies on the plot or near it; what is cut off stays where it was, however far the rest goes.

@@ -17,6 +17,9 @@ const MISSING: &str = "A number that means that there is none";
 /// One row a column: what it is, its name and unit, its sign and scale, what it holds.
 pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
+    // Without names the room is for what the columns hold.
+    let has_names = reports.iter().any(|report| !report.header.is_empty());
+    let header_width = if has_names { 130.0 } else { 52.0 };
     let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
     egui::ScrollArea::horizontal()
         .id_salt(id)
@@ -28,7 +31,7 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                 .vscroll(false)
                 .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
                 .column(Column::exact(28.0))
-                .column(Column::initial(130.0).clip(true).resizable(true))
+                .column(Column::initial(header_width).clip(true).resizable(true))
                 .column(Column::exact(130.0))
                 .columns(Column::exact(76.0), 2)
                 .column(Column::exact(90.0))

@@ -4,10 +4,12 @@ use std::ops::Range;
 
 use egui::{Pos2, Stroke};
 
-use super::{LoopsPane, trace_of};
-use crate::analysis::loops::{LoopPlot, Output, Up};
-use crate::analysis::{AxisTraces, TraceSet};
+use super::trace_of;
+use crate::analysis::loops::{LoopPlot, LoopView, Output, Up};
+use crate::analysis::{AxisTraces, Segment, TraceSet};
+use crate::engine::Engine;
 use crate::evaluation::Series;
+use crate::recording::Recording;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;
 use crate::ui::plots::Drawn;
@@ -20,137 +22,186 @@ const MAX_SAMPLES: usize = 200_000;
 /// Characters of a recording's name that have room.
 const NAME_LENGTH: usize = 44;
 
-/// Draws the line on which a load stands over itself.
-pub(super) fn one_to_one(ui: &egui::Ui, drawn: &Drawn) {
-    let (low, high) = drawn.across();
-    let ends = [drawn.place([low, low]), drawn.place([high, high])];
-    let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
-    drawn
-        .painter(ui)
-        .extend(egui::Shape::dashed_line(&ends, stroke, 3.0, 4.0));
+/// The samples of a loop that the traces show too.
+pub(super) struct Shared<'a> {
+    plot: &'a LoopPlot,
+    traces: &'a TraceSet,
+    axis: &'a AxisTraces,
+    /// Empty where a recording in the traces has no reference, so that they have none.
+    parts: Vec<Part<'a>>,
 }
 
-/// What goes up of one axis' traces; `None` where they have it not.
-fn up_of(axis: &AxisTraces, up: Up, output: Output) -> Option<&Series> {
-    match (up, output) {
-        (Up::Error, Output::Conventional) => axis.conventional_error.as_deref(),
-        (Up::Error, Output::Compensated) => axis.compensated_error.as_deref(),
-        (Up::Load, Output::Conventional) => Some(&axis.conventional),
-        (Up::Load, Output::Compensated) => Some(&axis.compensated),
-        (Up::Gauge(_), _) => None,
+/// Those of one recording.
+struct Part<'a> {
+    segment: &'a Segment,
+    /// Counted over the traces.
+    samples: Range<usize>,
+    calculated: &'a Series,
+    recording: &'a Recording,
+    decimation: usize,
+}
+
+impl<'a> Shared<'a> {
+    pub(super) fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
+        let analysis = engine.analysis()?;
+        let traces = &*analysis.traces;
+        let axis = traces
+            .axes
+            .iter()
+            .find(|own| own.axis == plot.question.axis)?;
+        let entries = engine.project().recordings.entries();
+        let part = |(recording, own): &(usize, Range<usize>)| {
+            let mut segments = traces.segments.iter();
+            let segment = segments.find(|segment| segment.recording == *recording)?;
+            let over_traces =
+                |sample: usize| (segment.samples.start + sample).min(segment.samples.end);
+            Some(Part {
+                segment,
+                samples: over_traces(own.start)..over_traces(own.end),
+                calculated: axis.calculated.as_deref()?,
+                recording: &entries.get(*recording)?.recording,
+                decimation: analysis.calibration.decimation,
+            })
+        };
+        Some(Self {
+            parts: plot.parts.iter().filter_map(part).collect(),
+            plot,
+            traces,
+            axis,
+        })
+    }
+
+    /// What of the loop cannot be found in the traces, and why.
+    pub(super) fn missing(&self) -> Option<String> {
+        let symbol = self.axis.axis.symbol();
+        match (self.parts.len(), self.plot.parts.len()) {
+            (n, all) if n == all => None,
+            _ if self.axis.calculated.is_none() => Some(format!(
+                "Not linked with Traces: a recording there has no reference {symbol}."
+            )),
+            (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
+            (n, all) => Some(format!(
+                "Linked with Traces for {n} of {all} recordings: those that it shows."
+            )),
+        }
+    }
+
+    fn part_of(&self, k: usize) -> Option<&Part<'a>> {
+        self.parts.iter().find(|part| part.samples.contains(&k))
+    }
+
+    /// Where a sample of the traces stands in the loop.
+    fn point(&self, part: &Part<'_>, output: Option<Output>, k: usize) -> Option<[f64; 2]> {
+        let up = match (self.plot.question.up, output) {
+            (Up::Gauge(gauge), _) => {
+                let sample = (k - part.segment.samples.start) * part.decimation.max(1);
+                let n_gauges = part.recording.n_gauges();
+                let row = part.recording.gauges().chunks_exact(n_gauges).nth(sample)?;
+                *row.get(gauge)?
+            }
+            (Up::Error, Some(Output::Conventional)) => {
+                self.axis.conventional_error.as_ref()?.value(k)
+            }
+            (Up::Error, Some(Output::Compensated)) => {
+                self.axis.compensated_error.as_ref()?.value(k)
+            }
+            (Up::Load, Some(Output::Conventional)) => self.axis.conventional.value(k),
+            (Up::Load, Some(Output::Compensated)) => self.axis.compensated.value(k),
+            (_, None) => return None,
+        };
+        Some([part.calculated.value(k), up])
+    }
+
+    /// The sample that is drawn nearest to the pointer, and of which output.
+    fn nearest(
+        &self,
+        drawn: &Drawn,
+        shown: &[Option<Output>],
+        pointer: Pos2,
+    ) -> Option<(usize, Option<Output>)> {
+        let n_samples: usize = self.parts.iter().map(|part| part.samples.len()).sum();
+        let stride = n_samples.div_ceil(MAX_SAMPLES).max(1);
+        let all = self.parts.iter().flat_map(|part| {
+            shown.iter().flat_map(move |output| {
+                let samples = part.samples.clone().step_by(stride);
+                samples.filter_map(move |k| {
+                    let at = drawn.place(self.point(part, *output, k)?);
+                    Some((at.distance_sq(pointer), k, *output))
+                })
+            })
+        });
+        let found = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (found.0 <= NEAR * NEAR).then_some((found.1, found.2))
+    }
+
+    /// The innermost cycle that holds a sample: its number, and its samples counted over the traces.
+    fn cycle_at(&self, k: usize) -> Option<(usize, Range<usize>)> {
+        let segment = self.part_of(k)?.segment;
+        let first = segment.samples.start;
+        let cycles = self.plot.cycles.iter().enumerate();
+        let own = cycles.filter(|(_, (recording, samples))| {
+            *recording == segment.recording && samples.contains(&(k - first))
+        });
+        let (at, (_, samples)) = own.min_by_key(|(_, (_, samples))| samples.len())?;
+        Some((at, first + samples.start..first + samples.end))
     }
 }
 
-/// Marks in the loop what the traces look at; where the loop is of the same samples, tells of what the pointer is near, marks it in
-/// the traces, and shows its cycle alone at a press.
+/// Marks in the loop what the traces look at; tells of what the pointer is near and marks it in the traces. The samples of its cycle,
+/// where it was pressed.
 pub(super) fn link(
     ui: &egui::Ui,
     drawn: &Drawn,
-    picture: &LoopPlot,
-    traces: &TraceSet,
-    (pane, follows): (&LoopsPane, bool),
+    view: &LoopView<'_>,
+    shared: &Shared<'_>,
     time: &mut TimeView,
-) {
-    let question = &picture.question;
-    let axis = traces.axes.iter().find(|own| own.axis == question.axis);
-    let Some((axis, calculated)) = axis.and_then(|own| Some((own, own.calculated.as_deref()?)))
-    else {
-        return;
-    };
-    let shown = Output::ALL
-        .into_iter()
-        .filter(|output| pane.is_shown(*output));
-    let series: Vec<(Output, &Series)> = shown
-        .filter_map(|output| Some((output, up_of(axis, question.up, output)?)))
-        .collect();
-    let pointer = drawn.response.hover_pos().filter(|_| follows);
-    let near = pointer.and_then(|pointer| {
-        let samples = on_screen(traces, time.visible_time());
-        nearest(drawn, calculated, &series, samples, pointer)
-    });
+) -> Option<Range<usize>> {
+    let shown: Vec<_> = view.shown.iter().map(|curve| curve.output).collect();
+    let pointer = drawn.response.hover_pos();
+    let near = pointer.and_then(|pointer| shared.nearest(drawn, &shown, pointer));
     let marked = near.map(|(k, _)| k).or(time.looked_at(ui.ctx()));
-    if let Some(k) = marked.filter(|k| *k < traces.times.len()) {
+    if let Some((part, k)) = marked.and_then(|k| Some((shared.part_of(k)?, k))) {
         let painter = drawn.painter(ui);
-        for (output, values) in &series {
-            let at = drawn.place([calculated.value(k), values.value(k)]);
-            let color = trace_of(*output).color(ui.visuals());
-            painter.circle_filled(at, 4.5, color);
-            painter.circle_stroke(at, 6.0, Stroke::new(1.2, palette::present(ui.visuals())));
+        for output in &shown {
+            if let Some(point) = shared.point(part, *output, k) {
+                let at = drawn.place(point);
+                painter.circle_filled(at, 4.5, color(*output, ui.visuals()));
+                painter.circle_stroke(at, 6.0, Stroke::new(1.2, palette::present(ui.visuals())));
+            }
         }
     }
-    let Some((k, output)) = near else {
-        return;
-    };
+    let (k, output) = near?;
     time.point_at(k, ui.ctx());
-    let cycle = cycle_at(picture, traces, k);
+    let cycle = shared.cycle_at(k);
     if !drawn.response.context_menu_opened() {
-        tell(
-            ui,
-            drawn,
-            picture,
-            traces,
-            (axis, output, k),
-            cycle.as_ref(),
-        );
+        tell(ui, drawn, view, shared, (output, k), cycle.as_ref());
     }
-    if let Some((_, samples)) = cycle.filter(|_| drawn.response.clicked()) {
-        time.show_samples(samples);
-    }
+    cycle
+        .filter(|_| drawn.response.clicked())
+        .map(|(_, samples)| samples)
 }
 
-/// The samples of the interval of time that the traces show.
-fn on_screen(traces: &TraceSet, visible: Option<(f64, f64)>) -> Range<usize> {
-    match visible {
-        None => 0..traces.times.len(),
-        Some((from, to)) => {
-            let start = traces.times.partition_point(|time| *time < from);
-            start..traces.times.partition_point(|time| *time <= to).max(start)
-        }
+fn color(output: Option<Output>, visuals: &egui::Visuals) -> egui::Color32 {
+    match output {
+        Some(output) => trace_of(output).color(visuals),
+        None => palette::look_back(visuals),
     }
-}
-
-/// The sample that is drawn nearest to the pointer, and of which output.
-fn nearest(
-    drawn: &Drawn,
-    calculated: &Series,
-    series: &[(Output, &Series)],
-    samples: Range<usize>,
-    pointer: Pos2,
-) -> Option<(usize, Output)> {
-    let stride = samples.len().div_ceil(MAX_SAMPLES).max(1);
-    let all = series.iter().flat_map(|(output, values)| {
-        samples.clone().step_by(stride).map(move |k| {
-            let at = drawn.place([calculated.value(k), values.value(k)]);
-            (at.distance_sq(pointer), k, *output)
-        })
-    });
-    let found = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (found.0 <= NEAR * NEAR).then_some((found.1, found.2))
-}
-
-/// The innermost cycle that holds a sample: its number, and its samples counted over the traces.
-fn cycle_at(picture: &LoopPlot, traces: &TraceSet, k: usize) -> Option<(usize, Range<usize>)> {
-    let segment = traces.segment_of(k)?;
-    let own = k - segment.samples.start;
-    let holds = |(recording, samples): &(usize, Range<usize>)| {
-        *recording == segment.recording && samples.contains(&own)
-    };
-    let cycles = picture.cycles.iter().enumerate();
-    let (at, (_, samples)) = cycles
-        .filter(|(_, cycle)| holds(cycle))
-        .min_by_key(|(_, (_, samples))| samples.len())?;
-    let over_traces = |sample: usize| segment.samples.start + sample;
-    Some((at, over_traces(samples.start)..over_traces(samples.end)))
 }
 
 fn tell(
     ui: &egui::Ui,
     drawn: &Drawn,
-    picture: &LoopPlot,
-    traces: &TraceSet,
-    (axis, output, k): (&AxisTraces, Output, usize),
+    view: &LoopView<'_>,
+    shared: &Shared<'_>,
+    (output, k): (Option<Output>, usize),
     cycle: Option<&(usize, Range<usize>)>,
 ) {
+    let Some((part, [load, up])) = shared
+        .part_of(k)
+        .and_then(|part| Some((part, shared.point(part, output, k)?)))
+    else {
+        return;
+    };
     egui::Tooltip::always_open(
         ui.ctx().clone(),
         ui.layer_id(),
@@ -159,37 +210,24 @@ fn tell(
     )
     .gap(18.0)
     .show(|ui| {
-        let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
-        let trace = trace_of(output);
-        let name = traces.segment_of(k).map_or("", |segment| &segment.name);
-        ui.colored_label(trace.color(ui.visuals()), trace.label());
-        ui.weak(elided(name, NAME_LENGTH));
-        let mut lines = vec![format!("at {} s", significant(traces.times[k], 6))];
+        let (symbol, unit) = (shared.axis.axis.symbol(), shared.axis.axis.unit());
+        let label = output.map_or(view.gauge.0, |output| trace_of(output).label());
+        ui.colored_label(color(output, ui.visuals()), label);
+        ui.weak(elided(&part.segment.name, NAME_LENGTH));
+        ui.label(format!("at {} s", significant(shared.traces.times[k], 6)));
         if let Some((at, _)) = cycle {
-            lines.push(format!(
-                "cycle {} of {}; a press shows it alone",
-                at + 1,
-                picture.n_cycles
+            let n_cycles = shared.plot.n_cycles;
+            ui.label(format!(
+                "cycle {} of {n_cycles}; a press shows it alone",
+                at + 1
             ));
         }
-        if let Some(load) = &axis.calculated {
-            lines.push(format!(
-                "{symbol} Calc. {} {unit}",
-                significant(load.value(k), 4)
-            ));
-        }
-        let what = match picture.question.up {
-            Up::Error => "error",
-            _ => trace.label(),
+        ui.label(format!("{symbol} Calc. {} {unit}", significant(load, 4)));
+        let what = match shared.plot.question.up {
+            Up::Error => format!("{symbol} error"),
+            Up::Load => format!("{symbol} {label}"),
+            Up::Gauge(_) => label.to_owned(),
         };
-        if let Some(values) = up_of(axis, picture.question.up, output) {
-            lines.push(format!(
-                "{symbol} {what} {} {unit}",
-                significant(values.value(k), 4)
-            ));
-        }
-        for line in lines {
-            ui.label(line);
-        }
+        ui.label(format!("{what} {} {}", significant(up, 4), view.unit()));
     });
 }

@@ -22,6 +22,8 @@ pub struct MapTexture {
     made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
     texture: Option<TextureHandle>,
     range: Option<(f64, f64)>,
+    /// Whether there is more than the range of the colours.
+    is_cut_off: bool,
 }
 
 /// Width of the scale of colours beside the map.
@@ -110,7 +112,11 @@ pub fn map(
                 out.push(Edit::Thresholds(thresholds).into());
             }
         }
-        scale_of_colors(ui, height, least, greatest, measure.unit(&map.scale));
+        let unit = measure.unit(&map.scale);
+        let least = format!("{} {unit}", significant(least, 3));
+        let above = if texture.is_cut_off { "≥ " } else { "" };
+        let greatest = format!("{above}{} {unit}", significant(greatest, 3));
+        scale_of_colors(ui, height, &least, &greatest);
     });
 }
 
@@ -167,11 +173,11 @@ impl MapTexture {
             return;
         }
         let values = map.values(set, measure);
-        let known = values.iter().flatten();
-        let range = known.fold(None, |range: Option<(f64, f64)>, value| {
-            let (low, high) = range.unwrap_or((*value, *value));
-            Some((low.min(*value), high.max(*value)))
-        });
+        let range = map.shades(set, measure);
+        let greatest = values.iter().flatten().copied().reduce(f64::max);
+        self.is_cut_off = range
+            .zip(greatest)
+            .is_some_and(|((_, high), most)| most > high);
         self.range = range;
         self.texture = range.map(|range| {
             let image = picture(map, &values, range);
@@ -203,9 +209,9 @@ fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) 
     ColorImage::new([n_f, n_t], pixels)
 }
 
-fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: f64, greatest: f64, unit: &str) {
+fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: &str, greatest: &str) {
     ui.vertical(|ui| {
-        ui.small(format!("{} {unit}", significant(greatest, 3)));
+        ui.small(greatest);
         let size = Vec2::new(SCALE_WIDTH, (height - 60.0).max(20.0));
         let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
         let steps = 64;
@@ -218,6 +224,6 @@ fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: f64, greatest: f64, un
             let share = 1.0 - f64::from(from);
             ui.painter().rect_filled(slice, 0.0, rgb(shade(share)));
         }
-        ui.small(format!("{} {unit}", significant(least, 3)));
+        ui.small(least);
     });
 }

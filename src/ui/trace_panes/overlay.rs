@@ -256,13 +256,13 @@ fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> Strin
     let past = traces.past[k] as usize;
     if past == k {
         return format!(
-            "no past: nothing differs by {} within {} s",
+            "no past sample found: nothing differs by {} within {} s",
             amount(thresholds.f_th),
             significant(thresholds.t_th_secs, 3),
         );
     }
     format!(
-        "past: {} s earlier, {} away",
+        "past sample: {} s earlier, {} away",
         significant(traces.times[k] - traces.times[past], 3),
         amount(traces.distance_between(k, past)),
     )

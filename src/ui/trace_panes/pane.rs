@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use egui_plot::{
-    FilledArea, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotResponse, PlotUi,
-    Span, VLine,
-};
+use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::evaluation::Series;
@@ -20,15 +17,10 @@ use crate::ui::trace_panes::overlay;
 
 /// The share of a cell's height that the traces get; the errors get the rest.
 const TRACES_SHARE: f32 = 0.55;
-/// More recordings than this on screen are drawn as one line each trace, without marks between them.
-const MAX_SEPARATE_SEGMENTS: usize = 30;
+/// Marks between recordings that are nearer to each other (pixels, in the mean) would hide them.
+const MARKS_APART: usize = 8;
 /// A picture in a file has at least so many.
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
-/// A dash of a dashed line (points).
-pub const DASH: f32 = 6.0;
-/// And the gap after it.
-pub const DASH_GAP: f32 = 4.0;
-
 /// How high a cell is, and whether the time axis stands under it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
@@ -111,32 +103,25 @@ fn pane(
         .show_crosshair(false)
         .set_margin_fraction(egui::Vec2::ZERO);
     let hovered = panes.hovered;
-    // Dashes of a line that goes up and down within a pixel would be noise.
     let lie_apart = visible.samples.len() < columns;
+    let mut drawn = lines(&shown, traces, &visible, columns, &visuals);
+    for line in &mut drawn {
+        // Dashes of a line that goes up and down within a pixel would be noise.
+        line.dash = line.dash.filter(|_| lie_apart);
+    }
     let cursors = &panes.cursors;
     let response = plot.show(ui, |plot| {
         plot.set_plot_bounds(bounds);
         shade_without_past(plot, traces, &visible, columns, &visuals);
-        separate_segments(plot, traces, &visible, &visuals);
+        separate_segments(plot, traces, &visible, columns, &visuals);
         if kind == Kind::Load {
             overlay::thresholds(plot, traces, hovered, &visuals);
         }
         if kind == Kind::Load {
             shade_band(plot, traces, axis, &visible, columns, &visuals);
         }
-        for (trace, series) in &shown {
-            for points in polylines(series, traces, &visible, columns) {
-                let style = match trace.is_dashed() && lie_apart {
-                    true => LineStyle::Dashed { length: DASH },
-                    false => LineStyle::Solid,
-                };
-                let line = Line::new(trace.label(), PlotPoints::Owned(points))
-                    .stroke(trace.stroke(&visuals))
-                    .style(style)
-                    .allow_band(false)
-                    .allow_hover(false);
-                plot.line(line);
-            }
+        for line in &drawn {
+            plots::add(plot, line);
         }
         overlay::samples(plot, traces, axis, kind == Kind::Load, hovered, &visuals);
         cursors.mark(plot, &visuals);
@@ -150,7 +135,13 @@ fn pane(
         },
         across: Scale::new("time [s]", visible.time),
         up: Scale::new(&title, values),
-        lines: printed(&shown, traces, &visible, columns.max(PRINTED_COLUMNS)),
+        lines: lines(
+            &shown,
+            traces,
+            &visible,
+            columns.max(PRINTED_COLUMNS),
+            &egui::Visuals::light(),
+        ),
         ..Figure::default()
     };
     plots::finish(&response.response, &title, Some(&print), out);
@@ -241,24 +232,25 @@ fn visible_segments<'a>(
     &segments[first..end.max(first)]
 }
 
-/// What is drawn of a series in columns of a pixel: a line for each recording.
+/// What is drawn of a series in columns of a pixel: a line for each recording, so that none is joined to the next, while they are
+/// wide enough to be seen.
 fn polylines(
     series: &Series,
     traces: &TraceSet,
     visible: &Visible,
     columns: usize,
-) -> Vec<Vec<PlotPoint>> {
+) -> Vec<Vec<[f64; 2]>> {
     let column_secs = visible.column_secs(columns);
     let line = |run: Range<usize>| {
         let mut points = Vec::new();
         series.draw(&traces.times, run, column_secs, |time, value| {
-            points.push(PlotPoint::new(time, value));
+            points.push([time, value]);
         });
         points
     };
     let samples = &visible.samples;
     let segments = visible_segments(traces, samples);
-    if segments.len() > MAX_SEPARATE_SEGMENTS {
+    if segments.len() > columns {
         return vec![line(samples.clone())];
     }
     segments
@@ -270,21 +262,19 @@ fn polylines(
         .collect()
 }
 
-/// The same lines for a picture that stays sharp, in the light theme's colours.
-fn printed(
+/// All of them in their colours.
+fn lines(
     shown: &[(Trace, &Series)],
     traces: &TraceSet,
     visible: &Visible,
     columns: usize,
+    visuals: &egui::Visuals,
 ) -> Vec<figure::Line<'static>> {
-    let light = egui::Visuals::light();
     let line = |(trace, series): &(Trace, &Series)| {
-        let [red, green, blue, _] = trace.color(&light).to_array();
-        let pieces = polylines(series, traces, visible, columns).into_iter();
-        let pieces = pieces
-            .map(|points| -> Vec<_> { points.iter().map(|point| [point.x, point.y]).collect() });
+        let [red, green, blue, _] = trace.color(visuals).to_array();
+        let pieces = polylines(series, traces, visible, columns);
         figure::Line {
-            width: trace.stroke(&light).width,
+            width: trace.stroke(visuals).width,
             dash: trace.is_dashed().then_some(figure::DASHED),
             ..figure::Line::new(trace.label(), [red, green, blue], pieces)
         }
@@ -366,10 +356,11 @@ fn separate_segments(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
     visible: &Visible,
+    columns: usize,
     visuals: &egui::Visuals,
 ) {
     let segments = visible_segments(traces, &visible.samples);
-    if segments.len() > MAX_SEPARATE_SEGMENTS {
+    if segments.len() > columns / MARKS_APART {
         return;
     }
     for segment in segments.iter().skip(1) {

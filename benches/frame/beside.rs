@@ -1,0 +1,61 @@
+//! What a frame with loops costs beside one with the traces of the same samples: it should not be more.
+
+use std::time::Instant;
+
+use loopscope::analysis::View;
+use loopscope::engine::Action;
+use loopscope::recording::simulated;
+use loopscope::ui::{Command, pane};
+
+use crate::screen::{Screen, long_recording};
+
+/// So many frames of each are drawn; their median counts.
+const FRAMES: usize = 200;
+
+/// Prints a table of frames.
+pub fn report() {
+    println!("a frame at rest, median of {FRAMES} [ms]");
+    println!(
+        "{:<34} {:>8} {:>8} {:>16}",
+        "samples", "traces", "loops", "loops : traces"
+    );
+    let sensor = || simulated::recordings(simulated::DEFAULT_SEED);
+    // Few enough for lines, all of the built-in sensor, and very many: both by their density.
+    row(
+        "2,700, one recording",
+        Screen::showing(sensor()),
+        View::One(0),
+    );
+    row("243,000", Screen::showing(sensor()), View::All);
+    row(
+        "20,000,000",
+        Screen::showing(long_recording(20_000_000)),
+        View::All,
+    );
+}
+
+fn row(name: &str, mut screen: Screen, view: View) {
+    screen.shell.send(Action::Show(view));
+    let [traces, loops] = ["traces", "loops"].map(|key| {
+        let shown = pane(key).expect("there is such a pane");
+        screen.shell.send(Command::ShowPane(shown));
+        screen.settle();
+        median_ms(&mut screen)
+    });
+    println!(
+        "{name:<34} {traces:>8.2} {loops:>8.2} {:>16.2}",
+        loops / traces
+    );
+}
+
+fn median_ms(screen: &mut Screen) -> f64 {
+    let mut all: Vec<f64> = (0..FRAMES)
+        .map(|_| {
+            let start = Instant::now();
+            screen.frame(None);
+            1e3 * start.elapsed().as_secs_f64()
+        })
+        .collect();
+    all.sort_unstable_by(f64::total_cmp);
+    all[FRAMES / 2]
+}
