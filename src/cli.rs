@@ -5,6 +5,7 @@ mod choices;
 mod compare;
 mod fit;
 mod inspect;
+mod live;
 mod metrology;
 mod progress_line;
 mod report;
@@ -196,12 +197,16 @@ pub struct Apply {
     /// A calibration: .json, or an ATI-style .cal, whose gauges are taken in the order of the recording.
     #[arg(value_parser = named_file())]
     calibration: PathBuf,
-    /// Recordings with the gauges that it was made for.
-    #[arg(required = true, value_name = "FILE", value_parser = named_file())]
+    /// Recordings with the gauges that it was made for; or - for rows on standard input, CSV with a header or JSON lines, each
+    /// answered as it comes on standard output.
+    #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Where `<name>_loads.csv` goes; made if it is not there.
-    #[arg(long, value_name = "DIR", required_unless_present = "traces")]
+    #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
+    #[arg(long, conflicts_with_all = ["out", "traces"])]
+    follow: bool,
     #[command(flatten)]
     traces: traces::TraceArgs,
     /// Write over files that are there already.
@@ -276,6 +281,23 @@ pub enum JobError {
         recording: PathBuf,
         calibration: PathBuf,
     },
+    #[error("say where the loads go: --out DIR, or --traces FILE")]
+    NoOutput,
+    #[error(
+        "standard input and a file that is followed are answered alone, on standard output: name nothing else"
+    )]
+    NotAlone,
+    #[error(
+        "gauges are tared over a whole recording; tare those that come one by one before they come"
+    )]
+    TareLive,
+    #[error("{}: {source}", .path.display())]
+    Follow { path: PathBuf, source: io::Error },
+    #[error("the rows have the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
+    LiveGauges {
+        expected: Vec<String>,
+        actual: Vec<String>,
+    },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
     SameOutput {
         first: PathBuf,
@@ -290,6 +312,9 @@ impl JobError {
         matches!(
             self,
             Self::NamedTwice { .. }
+                | Self::NoOutput
+                | Self::NotAlone
+                | Self::TareLive
                 | Self::NoGroup { .. }
                 | Self::Swapped { .. }
                 | Self::Read(ReadError::File {
@@ -445,6 +470,13 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     let mut calibration =
         read_calibration(&args.calibration).map_err(|error| swapped(args, error))?;
     let names_gauges = names_gauges(&args.calibration);
+    let is_live = args.follow || args.files.iter().any(|path| path.as_os_str() == "-");
+    if is_live {
+        return run_live(args, calibration, names_gauges);
+    }
+    if args.out.is_none() && args.traces.traces.is_none() {
+        return Err(JobError::NoOutput);
+    }
     args.traces.check()?;
     let outputs = load_files(args)?;
     let inputs = args.files.iter().chain([&args.calibration]);
@@ -493,6 +525,34 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     Ok(())
 }
 
+/// Answers samples as they come.
+fn run_live(args: &Apply, calibration: Calibration, names_gauges: bool) -> Result<(), JobError> {
+    let [path] = &args.files[..] else {
+        return Err(JobError::NotAlone);
+    };
+    if args.out.is_some() || args.traces.traces.is_some() {
+        return Err(JobError::NotAlone);
+    }
+    if args.read.tare.is_some() {
+        return Err(JobError::TareLive);
+    }
+    if let Some(tare) = calibration.tare {
+        tell(&format_args!(
+            "note: the calibration was made of gauges less their mean over {tare}; those that come must be tared, too"
+        ));
+    }
+    let map = args.read.columns.as_deref().map(ColumnMap::read);
+    let tap = live::Tap {
+        calibration,
+        names_gauges,
+        map: map.transpose()?,
+    };
+    match path.as_os_str() == "-" {
+        true => live::standard_input(tap),
+        false => live::follow(tap, path),
+    }
+}
+
 /// Why there is no calibration: perhaps it stands where the recordings should.
 fn swapped(args: &Apply, error: ReadCalibrationError) -> JobError {
     let may_be_one =
@@ -536,15 +596,13 @@ fn write_atomically_applied(
     recordings: &[Recording],
     output: &Path,
 ) -> Result<(), JobError> {
-    let applied = recordings
-        .iter()
-        .map(|recording| Ok((recording, calibration.apply(recording)?)))
-        .collect::<Result<Vec<_>, CalibrationError>>()
-        .map_err(|source| JobError::Apply {
-            path: path.to_owned(),
-            source,
-        })?;
-    write_atomically(output, |out| write_loads_csv(calibration, &applied, out))?;
+    let check = |recording| calibration.check_gauges(recording);
+    let checked: Result<(), CalibrationError> = recordings.iter().try_for_each(check);
+    checked.map_err(|source| JobError::Apply {
+        path: path.to_owned(),
+        source,
+    })?;
+    write_atomically(output, |out| write_loads_csv(calibration, recordings, out))?;
     Ok(())
 }
 

@@ -62,6 +62,29 @@ pub enum Taken {
     Beyond,
 }
 
+impl Taken {
+    /// In words.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::GoesOn => "ok",
+            Self::Filling => "filling",
+            Self::AfterGap => "after a gap",
+            Self::Restarted => "restarted",
+            Self::Beyond => "beyond",
+        }
+    }
+}
+
+impl SampleError {
+    /// In a few words, as [`Taken::label`].
+    pub fn label(&self) -> &'static str {
+        match self {
+            Self::OffTheClock { .. } => "rejected: time",
+            Self::Gauges { .. } | Self::NotFinite => "rejected: value",
+        }
+    }
+}
+
 impl<'a> Estimator<'a> {
     /// Before the first sample; `design` is the calibration's own.
     ///

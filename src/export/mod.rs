@@ -40,5 +40,5 @@ pub(crate) use threshold_maps::{
     write_threshold_svg,
 };
 pub use traces::Interval;
-pub(crate) use traces::{TRACE_FORMATS, write_loads_csv, write_traces};
+pub(crate) use traces::{LiveSample, LoadRows, TRACE_FORMATS, write_loads_csv, write_traces};
 pub(crate) use writable::{TargetError, check_targets};

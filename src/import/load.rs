@@ -167,7 +167,10 @@ impl<'a> Reading<'a> {
 }
 
 /// The map that the names of a file make, and what is to be said about it.
-fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Finding>), ReadError> {
+pub(super) fn by_names(
+    path: &Path,
+    opened: &Opened,
+) -> Result<(ColumnMap, Vec<Finding>), ReadError> {
     let no_header = || ReadError::NoHeader {
         path: path.to_owned(),
     };

@@ -11,6 +11,7 @@
 //! | `rows` | the cells of rows to numbers, each where it belongs |
 //! | [`pose`], `weigh`, `estimate` | poses to loads; loads to a weight |
 //! | `two_clocks`, `join`, [`clock_offset`] | gauges and reference to one table |
+//! | [`live`] | rows as they come |
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
 //! | [`inspect`] | what a file holds, before it is loaded |
@@ -22,6 +23,7 @@ mod error;
 mod estimate;
 pub mod inspect;
 mod join;
+pub mod live;
 mod load;
 pub mod map;
 mod names;

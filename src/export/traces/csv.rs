@@ -21,7 +21,8 @@ pub(super) const FORMAT: FileFormat<BeginTraces> = FileFormat {
 impl<W: io::Write> TraceTable for CsvWriter<W> {
     fn row(&mut self, recording: &str, row: &[Option<f64>]) -> io::Result<()> {
         self.cell(recording)?;
-        write_row(self, row)
+        write_cells(self, row)?;
+        self.end_row()
     }
 
     fn finish(mut self: Box<Self>) -> io::Result<()> {
@@ -29,12 +30,12 @@ impl<W: io::Write> TraceTable for CsvWriter<W> {
     }
 }
 
-pub(super) fn write_row<W: io::Write>(
+pub(super) fn write_cells<W: io::Write>(
     csv: &mut CsvWriter<W>,
     row: &[Option<f64>],
 ) -> io::Result<()> {
-    csv.row(
-        row.iter()
-            .map(|number| number.map_or_else(String::new, |number| number.to_string())),
-    )
+    let cells = row
+        .iter()
+        .map(|number| number.map_or_else(String::new, |x| x.to_string()));
+    cells.map(|cell| csv.cell(cell)).collect()
 }

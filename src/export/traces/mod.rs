@@ -13,7 +13,7 @@ use std::path::Path;
 
 use super::format::FileFormat;
 use super::{WriteError, write_atomically};
-use crate::calibration::{AppliedLoads, Calibration};
+use crate::calibration::{AppliedLoads, Calibration, Estimator};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
@@ -70,12 +70,22 @@ pub fn write_traces(
 ) -> Result<(), WriteError> {
     let format = FileFormat::for_path(TRACE_FORMATS, path).unwrap_or(&TRACE_FORMATS[0]);
     let recordings = intervals.iter().map(|interval| interval.recording);
-    let columns = Columns::of(calibration, recordings, &KINDS);
+    let reference: Vec<Axis> = recordings.flat_map(Recording::axes).copied().collect();
+    let columns = Columns::of(calibration, &reference, &KINDS);
     write_atomically(path, |out| {
         let mut table = (format.write)(&columns.head(), out)?;
         let mut row = Vec::new();
         for_each(calibration, intervals, progress, |part| {
-            columns.fill(part.recording, part.loads, part.sample, &mut row);
+            let (recording, n_axes) = (part.recording, part.recording.axes().len());
+            let reference = &recording.loads()[part.sample * n_axes..][..n_axes];
+            let own =
+                part.sample * calibration.axes.len()..(part.sample + 1) * calibration.axes.len();
+            let loads = (
+                &part.loads.conventional[own.clone()],
+                &part.loads.compensated[own],
+            );
+            let reference = (recording.axes(), reference);
+            columns.fill(recording.times()[part.sample], reference, loads, &mut row);
             table.row(part.recording.name(), &row)
         })?;
         table.finish()
@@ -121,33 +131,112 @@ fn for_each(
     Ok(())
 }
 
-/// Writes recordings with what a calibration makes of them, one row per sample: time, then per axis Calc. (where the
-/// recording has it), Conv. and Comp.
-///
-/// The recordings are the uninterrupted runs of one file, so the rows are those of the file.
+/// Writes what a calibration makes, sample by sample, of the recordings of one file, one after another, as comma-separated text:
+/// time, Calc. where there is a reference, Conv. and Comp. per axis, and what became of the sample. What runs on a robot gives the
+/// same.
 ///
 /// # Errors
 /// Whatever `out` fails with.
 pub fn write_loads_csv(
     calibration: &Calibration,
-    recordings: &[(&Recording, AppliedLoads)],
+    recordings: &[Recording],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let columns = Columns::of(
-        calibration,
-        recordings.iter().map(|(recording, _)| *recording),
-        &KINDS[..3],
-    );
-    let mut csv = CsvWriter::new(out);
-    csv.row(columns.head())?;
-    let mut row = Vec::new();
-    for (recording, loads) in recordings {
-        for sample in 0..recording.n_samples() {
-            columns.fill(recording, loads, sample, &mut row);
-            csv::write_row(&mut csv, &row)?;
+    let design = calibration.design();
+    let mut estimator = Estimator::new(calibration, &design).map_err(io::Error::other)?;
+    let axes = recordings.iter().flat_map(Recording::axes).copied();
+    let mut loads = LoadRows::new(calibration, axes.collect(), out)?;
+    for recording in recordings {
+        let n_axes = recording.axes().len();
+        for (k, time) in recording.times().iter().enumerate() {
+            let reference = &recording.loads()[k * n_axes..][..n_axes];
+            let sample = LiveSample {
+                time: *time,
+                gauges: recording.gauges_at(k),
+                reference: (recording.axes(), reference),
+            };
+            loads.write(&mut estimator, Some(sample))?;
         }
     }
-    csv.flush()
+    loads.flush()
+}
+
+/// A sample as it comes.
+#[derive(Clone, Copy, Debug)]
+pub struct LiveSample<'a> {
+    /// Its time (s).
+    pub time: f64,
+    /// Its gauges, in the order of the calibration.
+    pub gauges: &'a [f64],
+    /// What was really applied, where that is known.
+    pub reference: (&'a [Axis], &'a [f64]),
+}
+
+/// Loads as comma-separated text, a row as each sample comes.
+pub struct LoadRows<W: io::Write> {
+    columns: Columns,
+    csv: CsvWriter<W>,
+    row: Vec<Option<f64>>,
+}
+
+impl<W: io::Write> LoadRows<W> {
+    /// Writes the head; `reference` are the axes that are known.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    pub fn new(calibration: &Calibration, reference: Vec<Axis>, out: W) -> io::Result<Self> {
+        let columns = Columns::of(calibration, &reference, &KINDS[..3]);
+        let mut csv = CsvWriter::new(out);
+        csv.row(columns.head().into_iter().chain(["status".to_owned()]))?;
+        Ok(Self {
+            columns,
+            csv,
+            row: Vec::new(),
+        })
+    }
+
+    /// Runs a sample and writes its row; without one, that it could not be read.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    pub fn write(
+        &mut self,
+        estimator: &mut Estimator<'_>,
+        sample: Option<LiveSample<'_>>,
+    ) -> io::Result<()> {
+        let mut status = "rejected: value";
+        self.row.clear();
+        match sample {
+            None => self.row.resize(1 + self.columns.columns.len(), None),
+            Some(sample) => {
+                let nothing = [f64::NAN; Axis::ALL.len()];
+                let updated = estimator.update(sample.time, sample.gauges);
+                let compensated = match updated {
+                    Ok((taken, loads)) => {
+                        status = taken.label();
+                        loads.to_vec()
+                    }
+                    Err(error) => {
+                        status = error.label();
+                        nothing[..estimator.conventional().len()].to_vec()
+                    }
+                };
+                let loads = (estimator.conventional(), &compensated[..]);
+                (self.columns).fill(sample.time, sample.reference, loads, &mut self.row);
+            }
+        }
+        csv::write_cells(&mut self.csv, &self.row)?;
+        self.csv.cell(status)?;
+        self.csv.end_row()
+    }
+
+    /// Hands on what is written.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.csv.flush()
+    }
 }
 
 /// What is told of an axis.
@@ -186,30 +275,20 @@ impl Kind {
 
 /// Time, then one column for each kind and axis.
 struct Columns {
-    n_axes: usize,
     /// Kind, axis, and the place of the axis in the calibration.
     columns: Vec<(Kind, Axis, usize)>,
 }
 
 impl Columns {
     /// What needs a reference is there for the axes that some recording has one for.
-    fn of<'a>(
-        calibration: &Calibration,
-        recordings: impl Iterator<Item = &'a Recording> + Clone,
-        kinds: &[Kind],
-    ) -> Self {
-        let has_reference = |axis: &Axis| {
-            recordings
-                .clone()
-                .any(|recording| recording.axes().contains(axis))
-        };
+    fn of(calibration: &Calibration, reference: &[Axis], kinds: &[Kind]) -> Self {
+        let has_reference = |axis: &Axis| reference.contains(axis);
         let columns = kinds.iter().flat_map(|kind| {
             let axes = calibration.axes.iter().enumerate();
             axes.filter(|(_, axis)| !kind.needs_reference() || has_reference(axis))
                 .map(|(at, axis)| (*kind, *axis, at))
         });
         Self {
-            n_axes: calibration.axes.len(),
             columns: columns.collect(),
         }
     }
@@ -221,33 +300,29 @@ impl Columns {
         std::iter::once("t [s]".to_owned()).chain(labels).collect()
     }
 
-    /// The numbers of one sample; `None` where the recording has no reference.
+    /// The numbers of one sample, given its reference and its conventional and compensated load; `None` where there is none.
     fn fill(
         &self,
-        recording: &Recording,
-        loads: &AppliedLoads,
-        sample: usize,
+        time: f64,
+        (axes, reference): (&[Axis], &[f64]),
+        (conventional, compensated): (&[f64], &[f64]),
         row: &mut Vec<Option<f64>>,
     ) {
-        let truth = &recording.loads()[sample * recording.axes().len()..];
-        let first = sample * self.n_axes;
         row.clear();
-        row.push(Some(recording.times()[sample]));
+        row.push(Some(time));
         row.extend(self.columns.iter().map(|(kind, axis, at)| {
             let reference = || {
-                let column = recording.axes().iter().position(|own| own == axis)?;
-                Some(truth[column])
+                let column = axes.iter().position(|own| own == axis)?;
+                Some(reference[column])
             };
-            let (conventional, compensated) = (
-                loads.conventional[first + at],
-                loads.compensated[first + at],
-            );
+            let known = |load: f64| load.is_finite().then_some(load);
+            let (conventional, compensated) = (known(conventional[*at]), known(compensated[*at]));
             match kind {
                 Kind::Calculated => reference(),
-                Kind::Conventional => Some(conventional),
-                Kind::Compensated => Some(compensated),
-                Kind::ConventionalError => Some(conventional - reference()?),
-                Kind::CompensatedError => Some(compensated - reference()?),
+                Kind::Conventional => conventional,
+                Kind::Compensated => compensated,
+                Kind::ConventionalError => Some(conventional? - reference()?),
+                Kind::CompensatedError => Some(compensated? - reference()?),
             }
         }));
     }

@@ -1,0 +1,385 @@
+//! Rows as they come: from a pipe, or from a file that somebody writes to.
+//!
+//! Guarantees: the columns are settled once, by the code that reads whole files; after that a line costs what its cells cost,
+//! and a line that is no row is said to be none and changes nothing. JSON lines are read as rows whose names are their keys.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read as _, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::{Map, Value};
+
+use super::ReadError;
+use super::error::at;
+use super::load::{Reading, by_names};
+use super::map::ColumnMap;
+use super::plan::{Plan, Side, TimeScale};
+use super::rows::Rows;
+use super::{TableError, assemble};
+use crate::formats::Part;
+use crate::progress::Progress;
+use crate::recording::Axis;
+
+/// So many lines may stand before the first row.
+const MAX_HEAD_LINES: usize = 200;
+
+/// One row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LiveRow {
+    /// Its time (s).
+    pub time: f64,
+    /// Its gauges, as [`LiveTable::gauge_names`] names them.
+    pub gauges: Vec<f64>,
+    /// Its reference, as [`LiveTable::axes`] names it.
+    pub loads: Vec<f64>,
+}
+
+/// What the lines of a table are, once its head has come.
+#[derive(Debug)]
+pub struct LiveTable {
+    plan: Plan,
+    per_second: f64,
+    /// The keys of JSON lines, in the order of the columns.
+    keys: Option<Vec<String>>,
+    n_rows: f64,
+}
+
+impl LiveTable {
+    /// The names of the gauges.
+    pub fn gauge_names(&self) -> &[String] {
+        &self.plan.gauge_names
+    }
+
+    /// The axes of the reference; empty without one.
+    pub fn axes(&self) -> &[Axis] {
+        &self.plan.axes
+    }
+
+    /// Looks at the first lines, and gives the table with the rows that are among them; `None` if more must come.
+    ///
+    /// # Errors
+    /// [`ReadError`] if no more lines will make a table of them.
+    pub fn begin(
+        lines: &[String],
+        map: Option<&ColumnMap>,
+    ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
+        match Self::of_all(lines, map) {
+            Ok(begun) => Ok(Some(begun)),
+            Err(_) if lines.len() < MAX_HEAD_LINES => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// [`begin`](Self::begin) where no more lines come.
+    ///
+    /// # Errors
+    /// [`ReadError`] if they make no table.
+    pub fn of_all(
+        lines: &[String],
+        map: Option<&ColumnMap>,
+    ) -> Result<(Self, Vec<LiveRow>), ReadError> {
+        let objects: Vec<Map<String, Value>> = (lines.iter())
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .collect();
+        let keys: Option<Vec<String>> = objects
+            .first()
+            .map(|first| cells_of(first).map(|(key, _)| key).collect());
+        let text = match &keys {
+            Some(keys) => {
+                let rows = objects.iter().map(|object| row_of(object, keys));
+                let head = std::iter::once(csv_line(keys));
+                head.chain(rows).collect::<Vec<_>>().join("\n")
+            }
+            None => lines.join("\n"),
+        };
+        let (plan, rows) = Self::of_text(&(text + "\n"), map)?;
+        let mut table = Self {
+            per_second: per_second(&plan, &rows),
+            plan,
+            keys,
+            n_rows: 0.0,
+        };
+        let rows = table.rows(rows);
+        Ok((table, rows))
+    }
+
+    fn of_text(text: &str, map: Option<&ColumnMap>) -> Result<(Plan, Rows), ReadError> {
+        let folder = tempfile::tempdir().map_err(|source| ReadError::File {
+            path: PathBuf::from("standard input"),
+            source: source.into(),
+        })?;
+        let path = folder.path().join("standard input");
+        std::fs::write(&path, text).map_err(|source| ReadError::File {
+            path: path.clone(),
+            source: source.into(),
+        })?;
+        let progress = Progress::default();
+        let reading = Reading::whole(&progress);
+        let opened = reading.open(&path)?;
+        let map = match map {
+            Some(map) => map.clone(),
+            None => by_names(&path, &opened)?.0,
+        };
+        let head = opened
+            .head(&map.table.text)
+            .ok_or_else(|| ReadError::NoHeader { path: path.clone() })?;
+        let plan = Plan::new(&map.table, &head, Side::Both, None).map_err(at(&path, head.line))?;
+        let mut rows = Rows::starting_after(head.n_lines);
+        let parse = |part: Part<'_>| Rows::parse(part, &plan);
+        let read = opened.read(&head, &progress, parse, |parts, share| {
+            rows.append_all(parts, share, &plan);
+        });
+        read.map_err(super::error::of_file(&path))?;
+        match rows.times.is_empty() {
+            true => Err(at(&path, plan.line)(TableError::NoRows)),
+            false => Ok((plan, rows)),
+        }
+    }
+
+    /// Reads one line; `None` if it is no row.
+    pub fn row(&mut self, line: &str) -> Option<LiveRow> {
+        let text;
+        let line = match &self.keys {
+            Some(keys) => {
+                text = row_of(&serde_json::from_str(line).ok()?, keys);
+                &text
+            }
+            None => line,
+        };
+        let rows = Rows::parse(Part::Lines(line.as_bytes()), &self.plan);
+        self.rows(rows).pop()
+    }
+
+    fn rows(&mut self, rows: Rows) -> Vec<LiveRow> {
+        let (n_gauges, n_axes) = (self.plan.gauge_names.len(), self.plan.axes.len());
+        let first = self.n_rows;
+        self.n_rows += rows.times.len() as f64;
+        let counted = self.plan.time_column.is_none();
+        let times = rows.times.iter().enumerate();
+        times
+            .map(|(k, time)| LiveRow {
+                time: if counted { first + k as f64 } else { *time } / self.per_second,
+                gauges: rows.gauges[k * n_gauges..][..n_gauges].to_vec(),
+                loads: rows.loads[k * n_axes..][..n_axes].to_vec(),
+            })
+            .collect()
+    }
+}
+
+/// How many of the times make a second.
+fn per_second(plan: &Plan, rows: &Rows) -> f64 {
+    match (plan.time_scale, plan.time_column) {
+        (TimeScale::PerSecond(per_second), _) => per_second,
+        (TimeScale::ByValues, Some(_)) => assemble::per_second_by_values(&rows.times),
+        (TimeScale::ByValues, None) => 1.0,
+    }
+}
+
+/// The cells of a JSON object; those of a list are called by its name and their place.
+fn cells_of(object: &Map<String, Value>) -> impl Iterator<Item = (String, &Value)> {
+    object.iter().flat_map(|(key, value)| match value {
+        Value::Array(list) => (list.iter().enumerate())
+            .map(|(at, value)| (format!("{key}[{at}]"), value))
+            .collect(),
+        value => vec![(key.clone(), value)],
+    })
+}
+
+fn row_of(object: &Map<String, Value>, keys: &[String]) -> String {
+    let cells: Vec<(String, &Value)> = cells_of(object).collect();
+    let cells = keys.iter().map(|key| {
+        let found = cells.iter().find(|(own, _)| own == key);
+        match found {
+            Some((_, Value::String(text))) => text.clone(),
+            Some((_, value)) => value.to_string(),
+            None => String::new(),
+        }
+    });
+    csv_line(&cells.collect::<Vec<_>>())
+}
+
+fn csv_line(cells: &[String]) -> String {
+    let quoted = cells
+        .iter()
+        .map(|cell| match cell.contains([',', '"', '\n']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => cell.clone(),
+        });
+    quoted.collect::<Vec<_>>().join(",")
+}
+
+/// How often a file that does not grow is looked at again.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
+
+/// A file that somebody writes to: its end is waited at, and one that takes its place, or starts from the beginning, is followed.
+#[derive(Debug)]
+pub struct GrowingFile {
+    path: PathBuf,
+    file: BufReader<File>,
+    /// So many bytes of it are read.
+    n_read: u64,
+    /// The line that has begun.
+    begun: Vec<u8>,
+}
+
+/// What a growing file has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Grown {
+    /// A whole line.
+    Line(String),
+    /// Nothing new for now.
+    Nothing,
+    /// Another file stands in its place, or it was cut and begins anew: a new head comes.
+    Replaced,
+}
+
+impl GrowingFile {
+    /// From the beginning.
+    ///
+    /// # Errors
+    /// If it cannot be opened.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            path: path.to_owned(),
+            file: BufReader::new(File::open(path)?),
+            n_read: 0,
+            begun: Vec::new(),
+        })
+    }
+
+    /// The next line that is whole; where there is none, what there is instead, after a short wait.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn next(&mut self) -> io::Result<Grown> {
+        // No line of a table is longer; a file without line ends must not fill the memory.
+        const LONGEST_LINE: u64 = 1 << 20;
+        let n = (&mut self.file)
+            .take(LONGEST_LINE)
+            .read_until(b'\n', &mut self.begun)?;
+        self.n_read += n as u64;
+        if self.begun.ends_with(b"\n") || n as u64 == LONGEST_LINE {
+            let line = String::from_utf8_lossy(&self.begun)
+                .trim_end_matches(['\r', '\n'])
+                .to_owned();
+            self.begun.clear();
+            return Ok(Grown::Line(line));
+        }
+        if n > 0 {
+            return Ok(Grown::Nothing);
+        }
+        if self.is_replaced() {
+            *self = Self::open(&self.path)?;
+            return Ok(Grown::Replaced);
+        }
+        std::thread::sleep(LOOK_AGAIN);
+        // Where the system remembers that the end was reached.
+        self.file.seek(SeekFrom::Start(self.n_read))?;
+        Ok(Grown::Nothing)
+    }
+
+    /// Whether another file has its name, or less is in it than was read. One that is gone may come again.
+    fn is_replaced(&self) -> bool {
+        let (Ok(here), Ok(there)) = (
+            self.file.get_ref().metadata(),
+            std::fs::metadata(&self.path),
+        ) else {
+            return false;
+        };
+        there.len() < self.n_read || is_other(&here, &there)
+    }
+}
+
+#[cfg(unix)]
+fn is_other(here: &std::fs::Metadata, there: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (here.dev(), here.ino()) != (there.dev(), there.ino())
+}
+
+#[cfg(not(unix))]
+fn is_other(here: &std::fs::Metadata, there: &std::fs::Metadata) -> bool {
+    here.created().ok() != there.created().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    fn begin(lines: &[&str]) -> Option<(LiveTable, Vec<LiveRow>)> {
+        let lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+        LiveTable::begin(&lines, None).unwrap()
+    }
+
+    #[test]
+    fn a_head_and_a_row_make_a_table_and_broken_lines_change_nothing() {
+        assert!(begin(&["# logger 3"]).is_none());
+        assert!(begin(&["# logger 3", "t [ms],S1,S2,Fz"]).is_none());
+        let (mut table, rows) =
+            begin(&["# logger 3", "t [ms],S1,S2,Fz [kN]", "20,1,2,0.003"]).unwrap();
+        assert_eq!(table.gauge_names(), ["S1", "S2"]);
+        assert_eq!(table.axes(), [Axis::Fz]);
+        let row = |time, gauges: [f64; 2], load| LiveRow {
+            time,
+            gauges: gauges.to_vec(),
+            loads: vec![load],
+        };
+        assert_eq!(rows, [row(0.02, [1.0, 2.0], 3.0)]);
+        for broken in ["", "30,1", "x,1,2,0", "30,nan,2,0", "{}", "\u{0}"] {
+            assert_eq!(table.row(broken), None, "{broken:?}");
+        }
+        assert_eq!(table.row("30,4,5,0.001"), Some(row(0.03, [4.0, 5.0], 1.0)));
+    }
+
+    #[test]
+    fn json_lines_are_rows_by_their_keys() {
+        let (mut table, rows) = begin(&[r#"{"time": 0.5, "gauges": [1, 2.5], "Fz": 3}"#]).unwrap();
+        assert_eq!(table.gauge_names().len(), 2);
+        assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
+        let row = table
+            .row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#)
+            .unwrap();
+        assert_eq!(
+            (row.time, row.gauges, row.loads),
+            (0.6, vec![7.0, 8.0], vec![4.0])
+        );
+        for broken in [
+            "",
+            "[1]",
+            r#"{"time": 1}"#,
+            r#"{"time": 1, "gauges": [1], "Fz": 2}"#,
+        ] {
+            assert_eq!(table.row(broken), None, "{broken:?}");
+        }
+    }
+
+    #[test]
+    fn a_file_is_followed_while_it_grows_and_when_another_takes_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        let mut out = File::create(&path).unwrap();
+        write!(out, "a\nb").unwrap();
+        let mut file = GrowingFile::open(&path).unwrap();
+        let mut next = || loop {
+            match file.next().unwrap() {
+                Grown::Nothing => return None,
+                grown => return Some(grown),
+            }
+        };
+        let line = |text: &str| Some(Grown::Line(text.to_owned()));
+        assert_eq!(next(), line("a"));
+        assert_eq!(next(), None);
+        assert_eq!(next(), None);
+        writeln!(out, "c").unwrap();
+        assert_eq!(next(), line("bc"));
+        std::fs::rename(&path, folder.path().join("log.1.csv")).unwrap();
+        assert_eq!(next(), None);
+        std::fs::write(&path, "d\n").unwrap();
+        assert_eq!(next(), Some(Grown::Replaced));
+        assert_eq!(next(), line("d"));
+        std::fs::write(&path, "").unwrap();
+        assert_eq!(next(), Some(Grown::Replaced));
+    }
+}
