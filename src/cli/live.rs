@@ -81,7 +81,12 @@ impl Tap {
                 Some(out) => out,
                 None => {
                     let axes: Vec<Axis> = table.axes().to_vec();
-                    out.insert(LoadRows::new(&self.calibration, axes, io::stdout().lock())?)
+                    out.insert(LoadRows::new(
+                        &self.calibration,
+                        axes,
+                        true,
+                        io::stdout().lock(),
+                    )?)
                 }
             };
             let mut gauges = vec![0.0; places.len()];
