@@ -390,7 +390,8 @@ fn main() {
         };
         let best = find_best(&search, &Progress::default(), &|_| {}).expect("all can be fitted");
         let test = |at: usize| {
-            best.tried[at]
+            let scores = &best.tried[at].model.scores;
+            scores
                 .test_rmse
                 .as_deref()
                 .expect("there are test recordings")
@@ -425,9 +426,9 @@ fn main() {
                     "    {:36} cv {:.3} ± {:.3} test {:.3} {:6.2} s {} {}",
                     tried.name,
                     tried.relative,
-                    tried.spread,
+                    tried.model.spread.unwrap_or_default(),
                     error,
-                    tried.seconds,
+                    tried.model.seconds.unwrap_or_default(),
                     if tried.is_good { "=" } else { " " },
                     tried.blocks
                 );

@@ -7,7 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::{AppliedLoads, FitSettings};
 use loopscope::evaluation::loops::{Frame, Loop, Loops, default_dead_band, outline};
-use loopscope::evaluation::metrology::{MetrologySettings, Run, table};
+use loopscope::evaluation::metrology::{MetrologySettings, Rules, Run, extents_of_set, table_by};
 use loopscope::progress::Progress;
 use loopscope::recording::{RecordingSet, simulated};
 
@@ -27,9 +27,14 @@ fn metrology(c: &mut Criterion) {
     let runs: Vec<Run<'_>> = (recordings.entries().iter().zip(&applied))
         .map(|(entry, applied)| Run::new(&entry.recording, applied))
         .collect();
-    let settings = MetrologySettings::default();
+    let rules = Rules {
+        axes: &calibration.axes,
+        full_scale: &calibration.full_scale,
+        settings: &MetrologySettings::default(),
+        extents: &extents_of_set(&recordings, &calibration.axes),
+    };
     c.bench_function("table, six axes, 243,000 samples", |b| {
-        b.iter(|| table(&runs, &calibration.axes, &calibration.full_scale, &settings));
+        b.iter(|| table_by(&runs, &rules));
     });
     loop_pane(c, &recordings, &applied);
 }

@@ -37,7 +37,7 @@ use dataset::{Dataset, Key, is_same};
 use factory::Factory;
 use traces::FixedTraces;
 
-pub use best::{Best, Cost, Search, Tried, best_table, find_best};
+pub use best::{Best, Search, Tried, find_best};
 pub use cautions::{Caution, cautions};
 pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
@@ -46,7 +46,7 @@ pub use dataset::Datasets;
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
 pub use learning::TrainingStep;
-pub use models::Model;
+pub use models::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
 pub use report::report;
 pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};

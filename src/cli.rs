@@ -26,8 +26,9 @@ use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    ReadCalibrationError, TargetError, TraceFormat, WriteError, check_targets, name_gauges,
-    names_gauges, read_calibration, target_endings, target_for, write_atomically, write_loads_csv,
+    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, WriteError, check_targets,
+    name_gauges, names_gauges, read_calibration, target_endings, target_for, write_atomically,
+    write_loads_csv,
 };
 use crate::formats::FileError;
 use crate::formats::csv::write_csv;
@@ -245,7 +246,7 @@ pub enum JobError {
     Minutes(f64),
     #[error("{}: the ending says no format; use one of {}", .path.display(), target_endings())]
     Ending { path: PathBuf },
-    #[error("{}: the ending says no format of traces; use {}", .path.display(), TraceFormat::LISTED)]
+    #[error("{}: the ending says no format of traces; use {}", .path.display(), FileFormat::listed(TRACE_FORMATS))]
     TracesEnding { path: PathBuf },
     #[error(
         "traces from {from_secs} s to {to_secs} s hold nothing; the first must not be above the second"

@@ -10,20 +10,20 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::analysis::models::{Mark, Model, ModelRow, model_table, weights};
 use crate::analysis::study::Study;
 use crate::analysis::{AnalysisError, Datasets, Request, train_unscored};
 use crate::calibration::{
-    Calibration, Estimator, FitSettings, Quality, Regressor, RidgeChoice, SettingsError,
+    Calibration, FitSettings, Quality, Regressor, RidgeChoice, Scores, SettingsError,
 };
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
-use crate::export::bytes_in_float;
 use crate::features::{
     BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
 };
 use crate::progress::Progress;
-use crate::recording::{Axis, Entry, RECORDING, RecordingSet, Role};
-use crate::report::{Cell, Column, Table};
+use crate::recording::{Entry, RECORDING, RecordingSet, Role};
+use crate::report::Table;
 
 /// More folds than this are put together: each costs a whole search.
 const MAX_FOLDS: usize = 5;
@@ -40,8 +40,6 @@ const ENOUGH_SAMPLES: usize = 60_000;
 const EPOCHS: usize = 60;
 /// The degree of a polynomial.
 const DEGREE: f64 = 2.0;
-/// Steps of an estimator that are timed.
-const TIMED_STEPS: usize = 2_000;
 
 /// A way to calibrate, its numbers still open: they are chosen from the training recordings.
 #[derive(Clone, Copy, Debug)]
@@ -129,32 +127,16 @@ pub struct Search {
 pub struct Tried {
     /// What it is.
     pub name: &'static str,
-    /// Its settings, with the numbers that all training recordings ask for.
-    #[serde(skip)]
-    pub settings: FitSettings,
     /// The blocks in words; empty without any.
     pub blocks: String,
     /// How the load is made of them.
     pub regressor: Regressor,
-    /// The axes, in the order of the errors.
-    pub axes: Vec<Axis>,
-    /// RMSE per axis over all folds.
-    pub cv_rmse: Vec<f64>,
-    /// The standard deviation of the folds' RMSE, per axis.
-    pub cv_spread: Vec<f64>,
+    /// Its settings, with the numbers that all training recordings ask for, and how it came out over all folds. Recordings in
+    /// the test role have no say in the choice.
+    #[serde(flatten)]
+    pub model: Model,
     /// The root of its mean squared error, each axis relative to the conventional calibration: 1 is no better.
     pub relative: f64,
-    /// The standard error of its mean squared error's difference to the conventional one, over the folds, on the same
-    /// scale.
-    pub spread: f64,
-    /// RMSE per axis on the training recordings themselves.
-    pub train_rmse: Option<Vec<f64>>,
-    /// RMSE per axis on recordings in the test role; they have no say in the choice.
-    pub test_rmse: Option<Vec<f64>>,
-    /// What it costs where it runs.
-    pub cost: Cost,
-    /// How long it took to try (s).
-    pub seconds: f64,
     /// Whether it is within one standard error of the best.
     pub is_good: bool,
     /// Whether it is proposed: the first of the good ones.
@@ -164,15 +146,26 @@ pub struct Tried {
     squares: Vec<f64>,
 }
 
-/// What a calibration costs where it runs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Cost {
-    /// Numbers that it consists of.
-    pub coefficients: usize,
-    /// Bytes of an export in single precision, its numbers and its state, at the rate of the recordings.
-    pub bytes: usize,
-    /// Time of a sample on this machine (µs).
-    pub micros_a_sample: f64,
+impl Tried {
+    /// Whether it is the one to take.
+    pub fn mark(&self) -> Mark {
+        match (self.is_proposed, self.is_good) {
+            (true, _) => Mark::Proposed,
+            (false, true) => Mark::Good,
+            (false, false) => Mark::None,
+        }
+    }
+
+    /// A row of the table of models.
+    fn row(&self) -> ModelRow<'_> {
+        ModelRow {
+            mark: self.mark().cell(),
+            name: self.name,
+            data: "",
+            settings: &self.model.settings,
+            state: Ok(&self.model),
+        }
+    }
 }
 
 /// How a search came out, or how far it is.
@@ -201,8 +194,7 @@ impl Best {
     /// Why the proposed one is proposed, in a sentence; `None` while nothing is tried.
     pub fn why(&self) -> Option<String> {
         let proposed = self.proposed()?;
-        let by_error = |a: &&Tried, b: &&Tried| a.relative.total_cmp(&b.relative);
-        let lowest = self.tried.iter().min_by(by_error)?;
+        let lowest = self.lowest()?;
         let percent = |own: &Tried| format!("{} %", significant(100.0 * own.relative, 3));
         let of_all = format!("of the conventional error ({})", self.folds);
         Some(match lowest.name == proposed.name {
@@ -237,34 +229,26 @@ impl Best {
     }
 
     /// Takes one more, and says anew which are good.
-    fn push(&mut self, tried: Tried, fold_samples: &[u64]) {
-        self.tried.push(tried);
-        let conventional = &self.tried[0];
-        let n: u64 = fold_samples.iter().sum();
-        let weights = weights(&conventional.cv_rmse);
-        let in_all = |squares: &[f64]| weighted(squares, &weights) / n.max(1) as f64;
+    fn push(&mut self, mut tried: Tried, fold_samples: &[u64]) {
+        // The first is always the conventional calibration.
+        let conventional = self.tried.first().unwrap_or(&tried);
         let reference = conventional.squares.clone();
-        for own in &mut self.tried {
-            // Where nothing has an error there is nothing to be better at.
-            let says_nothing = weights.iter().all(|weight| *weight == 0.0);
-            own.relative = if says_nothing {
-                1.0
-            } else {
-                in_all(&own.squares).sqrt()
-            };
-            let against = paired(&own.squares, &reference, fold_samples, &weights);
-            own.spread = against.map_or(0.0, |found| found.standard_error);
-        }
-        let by_error = |a: &&Tried, b: &&Tried| a.relative.total_cmp(&b.relative);
-        let best = self
-            .tried
-            .iter()
-            .min_by(by_error)
-            .map(|best| best.squares.clone());
+        tried.model.conventional = conventional.model.scores.clone();
+        tried.model.left_out.clone_from(&self.folds);
+        // Where nothing has an error there is nothing to be better at.
+        tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
+        let conventional = tried.model.conventional.cv_rmse.as_deref();
+        let weights = weights(conventional.unwrap_or_default());
+        let against =
+            |own: &Tried, other: &[f64]| paired(&own.squares, other, fold_samples, &weights);
+        let spread = against(&tried, &reference).map_or(0.0, |found| found.standard_error);
+        tried.model.spread = Some(spread);
+        self.tried.push(tried);
+        let best = self.lowest().map(|best| best.squares.clone());
         let best = best.unwrap_or_default();
         let few = OF_FOLDS[fold_samples.len().clamp(2, MAX_FOLDS) - 2];
         for own in &mut self.tried {
-            own.is_good = paired(&own.squares, &best, fold_samples, &weights)
+            own.is_good = against(own, &best)
                 .is_none_or(|found| found.difference <= few * found.standard_error);
         }
         let first = self.tried.iter().position(|own| own.is_good);
@@ -272,95 +256,26 @@ impl Best {
             own.is_proposed = Some(at) == first;
         }
     }
-}
 
-/// One row per candidate: its error per axis on these samples, what it costs, and whether it is good.
-pub fn best_table(best: &Best, set: ScoreSet) -> Table {
-    let axes = best.tried.first().map_or(&[][..], |tried| &tried.axes);
-    let folds = match set {
-        ScoreSet::Test => String::new(),
-        _ => format!("; {}", best.folds),
-    };
-    let mut columns = vec![Column::words("")];
-    columns.extend(["model", "features"].map(Column::words));
-    columns.extend(axes.iter().map(|axis| Column::load(*axis)));
-    columns.extend(
-        [
-            "of conventional",
-            "±",
-            "numbers",
-            "bytes",
-            "µs a sample",
-            "s",
-        ]
-        .map(Column::numbers),
-    );
-    let cells = |own: &Tried| {
-        let mark = match (own.is_proposed, own.is_good) {
-            (true, _) => "→",
-            (false, true) => "=",
-            (false, false) => "",
-        };
-        let mut cells = [mark, own.name, &own.blocks].map(Cell::words).to_vec();
-        let rmse = match set {
-            ScoreSet::Test => own.test_rmse.as_ref(),
-            _ => Some(&own.cv_rmse),
-        };
-        cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
-        let (relative, spread) = match set {
-            ScoreSet::Test => (test_relative(own, &best.tried[0]), None),
-            _ => (Some(own.relative), Some(own.spread)),
-        };
-        cells.push(Cell::digits(relative, 3));
-        cells.push(Cell::digits(spread, 2));
-        cells.push(Cell::number(
-            own.cost.coefficients as f64,
-            own.cost.coefficients.to_string(),
-        ));
-        cells.push(Cell::number(
-            own.cost.bytes as f64,
-            own.cost.bytes.to_string(),
-        ));
-        cells.push(Cell::digits(Some(own.cost.micros_a_sample), 2));
-        cells.push(Cell::digits(Some(own.seconds), 2));
-        cells
-    };
-    Table {
-        title: format!("RMSE, {}{folds}", set.label()),
-        rows: best.tried.iter().map(cells).collect(),
-        columns,
-        note: "→ proposed: the first within one standard error of the best; = within it, too"
-            .to_owned(),
+    fn lowest(&self) -> Option<&Tried> {
+        let by_error = |a: &&Tried, b: &&Tried| a.relative.total_cmp(&b.relative);
+        self.tried.iter().min_by(by_error)
     }
-}
 
-/// The error on the test relative to that of the conventional calibration, each axis counting alike.
-fn test_relative(own: &Tried, conventional: &Tried) -> Option<f64> {
-    let [own, conventional] = [own, conventional].map(|tried| tried.test_rmse.as_ref());
-    let weights = weights(conventional?);
-    let squares: Vec<f64> = own?.iter().map(|rmse| rmse * rmse).collect();
-    Some(weighted(&squares, &weights).sqrt())
-}
-
-/// What makes each axis count alike: one over the conventional calibration's mean square.
-fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
-    let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
-    let counts = |rmse: &f64| *rmse > 1e-9 * largest;
-    let n = conventional_rmse.iter().filter(|rmse| counts(rmse)).count();
-    let weight = |rmse: &f64| match counts(rmse) {
-        true => 1.0 / (rmse * rmse * n as f64),
-        false => 0.0,
-    };
-    conventional_rmse.iter().map(weight).collect()
-}
-
-fn weighted(squares: &[f64], weights: &[f64]) -> f64 {
-    let weights = weights.iter().cycle();
-    squares
-        .iter()
-        .zip(weights)
-        .map(|(square, w)| w * square)
-        .sum()
+    /// One row per candidate: its errors on these samples, what it costs, and whether it is good.
+    pub fn table(&self, set: ScoreSet) -> Table {
+        let axes = (self.tried.first()).map_or(&[][..], |tried| &tried.model.axes);
+        let folds = match set {
+            ScoreSet::Test => String::new(),
+            _ => format!("; {}", self.folds),
+        };
+        Table {
+            title: format!("RMSE, {}{folds}", set.label()),
+            note: "→ proposed: the first within one standard error of the best; = within it, too"
+                .to_owned(),
+            ..model_table(axes, &[set], self.tried.iter().map(Tried::row))
+        }
+    }
 }
 
 /// Tries the candidates, and shows what is known after each.
@@ -411,12 +326,13 @@ pub fn find_best(
         }
         let since = Instant::now();
         match try_one(recipe, asked, &mut whole, &mut folds, progress) {
-            Ok((tried, fold_samples)) => {
+            Ok((mut tried, fold_samples)) => {
                 let seconds = since.elapsed().as_secs_f64();
-                let is_same = |own: &Tried| own.settings == tried.settings;
+                let is_same = |own: &Tried| own.model.settings == tried.model.settings;
                 // What is left of it once nothing useless is in it may have been tried before.
                 if !best.tried.iter().any(is_same) {
-                    best.push(Tried { seconds, ..tried }, &fold_samples);
+                    tried.model.seconds = Some(seconds);
+                    best.push(tried, &fold_samples);
                 }
             }
             Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -466,22 +382,23 @@ fn try_one(
         let own: f64 = squares.iter().skip(axis).step_by(n_axes).sum();
         (own / n.max(1) as f64).sqrt()
     });
+    let quality = &calibration.quality.compensated;
+    let scores = Scores {
+        cv_rmse: Some(cv_rmse.collect()),
+        ..quality.clone()
+    };
+    let spread = |axis: usize| spread(&squares, &fold_samples, axis);
     let tried = Tried {
         name: recipe.name,
         blocks: settings.features.describe(),
         regressor: recipe.regressor,
-        settings,
-        axes: calibration.axes.clone(),
-        cv_rmse: cv_rmse.collect(),
-        cv_spread: (0..n_axes)
-            .map(|axis| spread(&squares, &fold_samples, axis))
-            .collect(),
+        model: Model {
+            scores,
+            cv_spread: (0..n_axes).map(spread).collect(),
+            trained: None,
+            ..Model::fitted(settings, &Arc::new(calibration), &whole.recordings)
+        },
         relative: 1.0,
-        spread: 0.0,
-        train_rmse: calibration.quality.compensated.train_rmse.clone(),
-        test_rmse: calibration.quality.compensated.test_rmse.clone(),
-        cost: cost(&calibration, &whole.recordings),
-        seconds: 0.0,
         is_good: false,
         is_proposed: false,
         squares,
@@ -643,33 +560,6 @@ impl Side {
     }
 }
 
-/// What the calibration costs where it runs.
-pub(super) fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
-    let design = calibration.design();
-    let coefficients = calibration.n_coefficients();
-    let entry = recordings
-        .entries()
-        .iter()
-        .find(|entry| entry.role == Role::Train);
-    let micros = entry.and_then(|entry| {
-        let recording = &entry.recording;
-        let mut estimator = Estimator::new(calibration, &design).ok()?;
-        let steps = recording.n_samples().min(TIMED_STEPS);
-        let start = Instant::now();
-        for k in 0..steps {
-            estimator
-                .update(recording.times()[k], recording.gauges_at(k))
-                .ok()?;
-        }
-        Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
-    });
-    Cost {
-        coefficients,
-        bytes: bytes_in_float(calibration),
-        micros_a_sample: micros.unwrap_or(f64::NAN),
-    }
-}
-
 /// The training recordings with each fold in the test role in turn, and what a fold is.
 fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
     let groups = recordings.groups();
@@ -751,7 +641,7 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::simulated;
+    use crate::recording::{Axis, simulated};
 
     fn of_lengths(n: usize) -> RecordingSet {
         let mut set = RecordingSet::default();
@@ -815,22 +705,17 @@ mod tests {
         let sum: f64 = squares.iter().sum();
         Tried {
             name,
-            settings: FitSettings::default(),
             blocks: String::new(),
             regressor: Regressor::Linear,
-            axes: vec![Axis::Fz],
-            cv_rmse: vec![(sum / 40.0).sqrt()],
-            cv_spread: vec![0.0],
-            relative: 0.0,
-            spread: 0.0,
-            train_rmse: None,
-            test_rmse: None,
-            cost: Cost {
-                coefficients: 1,
-                bytes: 4,
-                micros_a_sample: 1.0,
+            model: Model {
+                axes: vec![Axis::Fz],
+                scores: Scores {
+                    cv_rmse: Some(vec![(sum / 40.0).sqrt()]),
+                    ..Scores::default()
+                },
+                ..Model::default()
             },
-            seconds: 0.0,
+            relative: 0.0,
             is_good: false,
             is_proposed: false,
             squares: squares.to_vec(),
@@ -861,12 +746,5 @@ mod tests {
         assert!((spread(&squares, &[4, 9], 0) - 2.0_f64.sqrt()).abs() < 1e-12);
         assert_eq!(spread(&squares, &[4, 9], 1), 0.0);
         assert_eq!(spread(&squares[..2], &[4], 0), 0.0);
-    }
-
-    /// An axis that is always zero has no say.
-    #[test]
-    fn an_axis_without_error_does_not_count() {
-        assert_eq!(weights(&[2.0, 0.0]), [0.25, 0.0]);
-        assert_eq!(weights(&[0.0, 0.0]), [0.0, 0.0]);
     }
 }

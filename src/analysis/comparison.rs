@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::analysis::best::{Cost, cost};
+use crate::analysis::models::Model;
 use crate::analysis::{AnalysisError, Request, TrainingStep, cross_validation_cost, train};
-use crate::calibration::{Calibration, FitSettings, Learner, Regressor, Scores};
+use crate::calibration::{FitSettings, Learner, Regressor, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::caught;
@@ -42,15 +42,6 @@ impl Candidate {
         }
     }
 
-    /// What the amount of data is.
-    pub fn data(&self) -> &'static str {
-        match (self.few_trajectories, self.decimation) {
-            (false, 1) => "All samples",
-            (false, _) => "Every tenth sample",
-            (true, _) => "Every tenth sample of the first programme (path) alone",
-        }
-    }
-
     /// What kind of history it has: "none", or the blocks in words.
     pub fn history(&self) -> String {
         let blocks = self.features.describe();
@@ -63,7 +54,7 @@ impl Candidate {
 }
 
 /// How a candidate came out.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct ComparedRow {
     /// What was fitted.
     #[serde(flatten)]
@@ -77,18 +68,10 @@ pub struct ComparedRow {
     /// The strength of the linear part's ridge, per axis.
     pub ridge: Vec<f64>,
     /// How long it took (s).
-    #[serde(rename = "seconds", serialize_with = "seconds")]
-    pub elapsed: Duration,
-    /// What it costs where it runs.
+    pub seconds: f64,
+    /// All that came of it.
     #[serde(skip)]
-    pub cost: Cost,
-    /// What was fitted or trained.
-    #[serde(skip)]
-    pub calibration: Arc<Calibration>,
-}
-
-fn seconds<S: serde::Serializer>(elapsed: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_f64(elapsed.as_secs_f64())
+    pub model: Box<Model>,
 }
 
 /// One row per entry: what was fitted, how long that took, and RMSE per axis on these samples; empty where nothing could be
@@ -113,7 +96,7 @@ pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
         let regressor = candidate.regressor.label().to_owned();
         let words = [regressor, candidate.history(), candidate.pattern()];
         let mut cells = words.map(Cell::words).to_vec();
-        cells.push(Cell::words(format!("{:.3}", row.elapsed.as_secs_f64())));
+        cells.push(Cell::words(format!("{:.3}", row.seconds)));
         for set in sets {
             let rmse = set.rmse(&row.scores);
             cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
@@ -255,6 +238,16 @@ pub fn compare(
 }
 
 impl Candidate {
+    /// What fits it, where all candidates have the rest in common.
+    pub fn settings(&self, common: &FitSettings) -> FitSettings {
+        FitSettings {
+            regressor: self.regressor,
+            features: self.features.clone(),
+            decimation: self.decimation,
+            ..common.clone()
+        }
+    }
+
     /// How much work it is, in passes over all samples.
     fn weight(&self, settings: &FitSettings) -> u64 {
         let passes = match self.regressor.learner() {
@@ -262,10 +255,7 @@ impl Candidate {
             Some(Learner::Kernel) => 50,
             Some(Learner::Network) => settings.network.epochs as u64,
         };
-        let settings = FitSettings {
-            regressor: self.regressor,
-            ..settings.clone()
-        };
+        let settings = self.settings(settings);
         let passes = 1000.0 * passes as f64 * (1.0 + cross_validation_cost(&settings));
         (passes / self.decimation.max(1) as f64).max(1.0) as u64
     }
@@ -283,15 +273,7 @@ fn compare_one(
         true => Arc::new(few_trajectories(recordings).ok_or(AnalysisError::OneProgramme)?),
         false => Arc::clone(recordings),
     };
-    let request = Request::fit(
-        recordings,
-        FitSettings {
-            regressor: candidate.regressor,
-            features: candidate.features.clone(),
-            decimation: candidate.decimation,
-            ..settings.clone()
-        },
-    );
+    let request = Request::fit(recordings, candidate.settings(settings));
     let weight = candidate.weight(settings);
     let training = 1.0 / (1.0 + cross_validation_cost(&request.settings));
     let mut counted = 0;
@@ -308,15 +290,20 @@ fn compare_one(
     // A network that was stopped half way is no row of a comparison.
     progress.check()?;
     progress.advance(weight - counted);
+    let seconds = start.elapsed().as_secs_f64();
+    let calibration = Arc::new(calibration);
+    let quality = &calibration.quality;
     Ok(ComparedRow {
         candidate: candidate.clone(),
         axes: calibration.axes.clone(),
-        n_train: calibration.quality.n_train,
-        scores: calibration.quality.compensated.clone(),
-        ridge: calibration.quality.ridge.clone(),
-        elapsed: start.elapsed(),
-        cost: cost(&calibration, &request.recordings),
-        calibration: Arc::new(calibration),
+        n_train: quality.n_train,
+        scores: quality.compensated.clone(),
+        ridge: quality.ridge.clone(),
+        seconds,
+        model: Box::new(Model {
+            seconds: Some(seconds),
+            ..Model::fitted(request.settings, &calibration, &request.recordings)
+        }),
     })
 }
 

@@ -9,13 +9,14 @@ use rayon::prelude::*;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
     Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
-    loads_from_gauges, past_samples,
+    history_step_by_rate, loads_from_gauges, past_samples,
 };
 use crate::evaluation::coverage::Coverage;
 use crate::evaluation::metrics;
 use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::{Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of};
+use crate::recording::gap::gap_by_rate;
+use crate::recording::{Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of, median};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
@@ -49,7 +50,11 @@ impl Key {
     }
 }
 
-/// The searches of all recordings, for one set of weights.
+/// A load beyond the largest of the training recordings by more than this is beyond what is known of the sensor, where nobody
+/// entered a rated load.
+const BEYOND_TRAINING: f64 = 1.2;
+
+/// The searches of all recordings, for one set of weights and one history step.
 pub(super) type Paths = Arc<Vec<LoadPath>>;
 
 /// Recordings as they are used, with their conventional loads.
@@ -67,8 +72,12 @@ pub(super) struct Dataset {
     pub loads: Vec<Vec<f64>>,
     /// Full scale of each axis over the training recordings, where none is entered.
     full_scale: Vec<f64>,
+    /// The largest magnitude of each axis over the training recordings.
+    largest: Vec<f64>,
+    /// The longest gap of the training recordings, where their steps say one (s).
+    gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
-    /// The newest searches, with the weights that they were prepared for.
+    /// The newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
 }
 
@@ -148,6 +157,8 @@ impl Dataset {
             key: key.clone(),
             groups: key.recordings.groups(),
             full_scale: full_scale(&training),
+            largest: largest(&training),
+            gap_secs: gap_secs(&training),
             entries,
             conventional,
             map,
@@ -163,16 +174,22 @@ impl Dataset {
             .get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// The searches for these weights of the axes.
-    pub fn paths(&self, weights: &[f64]) -> Paths {
+    /// The searches of this calibration.
+    pub fn paths(&self, calibration: &Calibration) -> Paths {
+        let weights = calibration.distance_weights();
+        let step_secs = calibration.history_step_secs;
+        let key = [weights.clone(), vec![step_secs]].concat();
         let mut newest = self.paths.lock().unwrap_or_else(PoisonError::into_inner);
         match &*newest {
-            Some((own, paths)) if own == weights => Arc::clone(paths),
+            Some((own, paths)) if *own == key => Arc::clone(paths),
             _ => {
-                let paths = self.loads.par_iter();
-                let paths = paths.map(|loads| LoadPath::new(loads, weights));
+                let paths = self.loads.par_iter().zip(&self.entries);
+                let paths = paths.map(|(loads, entry)| {
+                    let times = entry.recording.times();
+                    LoadPath::with_history_step(times, loads, &weights, step_secs)
+                });
                 let paths: Paths = Arc::new(paths.collect());
-                *newest = Some((weights.to_vec(), Arc::clone(&paths)));
+                *newest = Some((key, Arc::clone(&paths)));
                 paths
             }
         }
@@ -207,6 +224,17 @@ impl Dataset {
         } else {
             Vec::new()
         };
+        let training = in_role(&self.entries, Role::Train);
+        let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
+        let history_step_secs = match settings.history_rate_hz {
+            0.0 => history_step_by_rate(rate_hz),
+            // A clock's last digits must not drop a sample.
+            rate_hz => (1.0 - 1e-6) / rate_hz,
+        };
+        let limits = self.largest.iter().enumerate().map(|(axis, largest)| {
+            let entered = settings.full_scale.get(axis).copied().flatten();
+            entered.unwrap_or(BEYOND_TRAINING * largest)
+        });
         let mut features = settings.features.clone();
         features.distance = features.distance.effective(&layout.axes);
         let conventional = self.conventional.as_ref().expect("fitting has prepared it");
@@ -226,6 +254,9 @@ impl Dataset {
             rated,
             offset: settings.offset,
             decimation: settings.decimation,
+            gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
+            history_step_secs,
+            limits: limits.collect(),
             features,
             gauge_scale: conventional.scale.clone(),
             regressor: crate::calibration::Regressor::Linear,
@@ -249,7 +280,7 @@ impl Dataset {
         calibration: &Calibration,
         progress: &Progress,
     ) -> Result<Vec<Past>, Cancelled> {
-        let paths = self.paths(&calibration.distance_weights());
+        let paths = self.paths(calibration);
         (self.entries.par_iter().zip(&*paths))
             .map(|(entry, path)| {
                 progress.check()?;
@@ -347,6 +378,26 @@ pub(super) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
         .filter(|entry| entry.role == role)
         .map(|entry| &*entry.recording)
         .collect()
+}
+
+/// The largest magnitude of each axis.
+fn largest(training: &[&Recording]) -> Vec<f64> {
+    let n_axes = training.first().map_or(0, |first| first.axes().len());
+    let mut largest = vec![0.0_f64; n_axes];
+    let rows = training
+        .iter()
+        .flat_map(|recording| recording.loads().chunks_exact(n_axes.max(1)));
+    for row in rows {
+        for (largest, load) in largest.iter_mut().zip(row) {
+            *largest = largest.max(load.abs());
+        }
+    }
+    largest
+}
+
+fn gap_secs(training: &[&Recording]) -> Option<f64> {
+    let gaps = training.iter().map(|recording| recording.gap_secs());
+    gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
 /// What counts as full scale of each axis.

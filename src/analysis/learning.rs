@@ -344,7 +344,7 @@ impl Rows for TrainingRows<'_> {
             conventional,
             pieces,
         } = &self.runs[run];
-        let mut stream = FeatureStream::new(self.design);
+        let mut stream = FeatureStream::of(self.design, recording);
         let mut raw = vec![0.0; self.design.n_columns()];
         let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = vec![0.0; self.n_axes];

@@ -14,10 +14,10 @@ use crate::analysis::{
 use crate::evaluation::Series;
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::numbers::significant;
-use crate::evaluation::threshold_study::{Measure, ThresholdGrid, ThresholdMap};
+use crate::evaluation::threshold_study::{Along, Measure, ThresholdGrid, ThresholdMap};
 use crate::export::{
-    ReportCurves, ReportData, ReportErrors, ReportRecording, curves_over_f_th, curves_over_t_th,
-    f_th_label, used_recordings,
+    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
+    used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
@@ -224,19 +224,20 @@ fn curves(
     present: Thresholds,
     warnings: &mut Vec<String>,
 ) -> ReportCurves {
-    let (f_at, t_at) = map.nearest(present);
+    let at = map.nearest(present);
+    let shown = ShownFTh::of(map.distance);
     let groups = [Measure::Forces, Measure::Moments].into_iter();
     let groups = groups.filter(|group| group.weights(&map.scale).is_some());
     let settings = &request.settings;
     let has_look_back = !settings.features.look_backs.is_empty();
-    let marked = |plot: Figure<'static>, at: f64| Figure {
-        marked: has_look_back.then_some(at),
-        ..plot
+    let marked = |group: Measure, along: Along, own: f64| Figure {
+        marked: has_look_back.then_some(own),
+        ..threshold_curve(map, group, along, at, None, &|_| color::SCORE)
     };
     let plots = groups.flat_map(|group| {
         [
-            marked(curves_over_f_th(map, group, t_at, None), present.f_th),
-            marked(curves_over_t_th(map, group, f_at, None), present.t_th_secs),
+            marked(group, Along::F, present.f_th * shown.factor),
+            marked(group, Along::T, present.t_th_secs),
         ]
     });
     let plots = plots.collect();
@@ -253,10 +254,11 @@ fn curves(
     if let Ok(found) = map.suggestion(measure) {
         let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
         let Thresholds { f_th, t_th_secs } = found.thresholds;
+        let f_th = shown.number(f_th);
         about.push_str(&format!(
             " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}; {}).",
             significant(found.left_out, 4),
-            f_th_label(map.distance),
+            shown.label(),
             significant(found.conventional, 4),
             found.cross_validation,
         ));

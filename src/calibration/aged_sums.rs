@@ -120,7 +120,7 @@ pub fn aged_sums(
     let n_axes = recording.axes().len();
     let n_columns = design.n_columns();
     let times = recording.times();
-    let mut stream = FeatureStream::new(design);
+    let mut stream = FeatureStream::of(design, recording);
     let (mut rows, mut classes) = (Vec::new(), Vec::with_capacity(BLOCK));
     pieces
         .iter()
@@ -183,6 +183,7 @@ mod tests {
             },
             scale: conventional.scale,
             offset: true,
+            history_step_secs: 0.0,
         };
         let n = recording.n_samples();
         let pieces = [(0..n / 3, 0), (n / 3..n, 1)].map(|(samples, fold)| Piece { samples, fold });

@@ -193,6 +193,17 @@ pub struct Calibration<M = LinearMap> {
     pub offset: bool,
     /// Every how many-th sample was fitted.
     pub decimation: usize,
+    /// A longer step than this is a gap (s): look-backs and lags forget what was before it; creep relaxes through it, play holds.
+    #[serde(default = "not_said")]
+    pub gap_secs: f64,
+    /// Look-backs and lags keep no samples that are closer to each other than this (s).
+    #[serde(default = "not_said")]
+    pub history_step_secs: f64,
+    /// The load of each axis, in its unit, beyond which nothing is known of the sensor: the rated one where somebody entered it,
+    /// else a fifth above the largest that it was fitted to; zero or
+    /// missing where it is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<f64>,
     /// What is appended to the gauges.
     pub features: FeatureSettings,
     /// How gauges are standardised: for play radii, monomials, and what was learned.
@@ -222,6 +233,19 @@ pub struct Calibration<M = LinearMap> {
     /// How their gauges were tared; gauges that it is applied to must be tared, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
+}
+
+/// In place of a number that an older file does not have; [`Calibration::from_json`] puts another in its place.
+fn not_said() -> f64 {
+    f64::NAN
+}
+
+/// How far apart kept samples are at least where nobody says (s): a third of a step of recordings of this rate, so that jitter
+/// drops none of them, and the memory of a robot that samples faster stays what these recordings need.
+pub(crate) fn history_step_by_rate(rate_hz: Option<f64>) -> f64 {
+    const UNKNOWN_RATE_HZ: f64 = 1000.0;
+    // No simple fraction: the last digits of no clock decide.
+    0.3137 / rate_hz.unwrap_or(UNKNOWN_RATE_HZ)
 }
 
 /// What a calibration makes of a recording.
@@ -268,6 +292,7 @@ impl Calibration {
             features: self.features.clone(),
             scale: self.gauge_scale.clone(),
             offset: self.offset,
+            history_step_secs: self.history_step_secs,
         }
     }
 
@@ -359,7 +384,12 @@ impl Calibration {
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
         self.check_gauges(recording)?;
         let conventional = loads_from_gauges(&self.conventional, recording);
-        let path = LoadPath::new(&conventional, &self.distance_weights());
+        let path = LoadPath::with_history_step(
+            recording.times(),
+            &conventional,
+            &self.distance_weights(),
+            self.history_step_secs,
+        );
         let past = past_samples(&self.features, &path, recording);
         let compensated = self.compensated_loads(recording, &past);
         Ok(AppliedLoads {
@@ -409,7 +439,7 @@ impl Calibration {
     ) {
         let design = self.design();
         let width = design.n_columns();
-        let mut stream = FeatureStream::new(&design);
+        let mut stream = FeatureStream::of(&design, recording);
         let mut raw = vec![0.0; BLOCK * width];
         let (mut inputs, mut scratch) = (Vec::new(), LearnedScratch::default());
         for start in (0..recording.n_samples()).step_by(BLOCK) {

@@ -33,6 +33,7 @@ impl Conventional {
             features: FeatureSettings::present(),
             scale: GaugeScale::measure(training.iter().copied(), first.n_gauges(), offset),
             offset,
+            history_step_secs: 0.0,
         };
         let n_columns = design.n_columns();
         let mut map = LinearMap {

@@ -1,16 +1,15 @@
 //! A calibration at work: one sample in, one load out, as a robot runs it.
 //!
-//! Guarantees: the numbers are those of [`Calibration::apply`] on the whole recording, as far as its clock does not leap
-//! (features to the last bit; a network's sums may round differently); memory is bounded by the longest t_th and lag; a bad sample is refused and leaves
-//! no trace in what follows; a clock that was set anew starts the history anew within [`STRAYS`] samples, so no load is
-//! ever that of an older sample. Exported code does the same.
+//! Guarantees: the numbers are those of [`Calibration::apply`] on the same samples as recordings that follow each other, as far
+//! as their clock does not leap (features to the last bit; a network's sums may round differently); memory is bounded by the
+//! longest t_th and lag; a bad sample is refused and leaves no trace in what follows; a clock that was set anew starts the
+//! history anew within [`STRAYS`] samples, so no load is ever that of an older sample. Exported code does the same.
 
 use crate::calibration::learned::LearnedScratch;
 use crate::calibration::{Calibration, CalibrationError, learned_inputs};
 use crate::features::{Design, FeatureStream, LiveLookBack};
+use crate::recording::gap::{LEAP_SECS, after_wrap};
 
-/// A time further after the last than this is off the clock (s).
-pub const LEAP_SECS: f64 = 86_400.0;
 /// So many samples in a row with times that are off the clock are those of a clock that was set anew.
 pub const STRAYS: u32 = 3;
 
@@ -23,6 +22,10 @@ pub struct Estimator<'a> {
     look_back: LiveLookBack,
     /// The time of the last sample that was taken.
     last_secs: Option<f64>,
+    /// What is added to times for a counter that has begun anew.
+    wrapped_secs: f64,
+    /// When the history began: at the first sample, after a gap, at a restart.
+    since_secs: f64,
     /// So many samples in a row were off the clock.
     strays: u32,
     raw: Vec<f64>,
@@ -34,6 +37,7 @@ pub struct Estimator<'a> {
 
 /// Why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SampleError {
     #[error("{actual} gauges are given where the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
@@ -43,13 +47,19 @@ pub enum SampleError {
     OffTheClock { last_secs: f64, time: f64 },
 }
 
-/// What became of a sample that was not refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What became of a sample that was not refused: the last of these that is true.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Taken {
     /// The history goes on with it.
     GoesOn,
+    /// So it does, but less than the longest t_th or lag lies behind it: look-backs and lags may not have their past yet.
+    Filling,
+    /// It comes after a gap: look-backs and lags have forgotten what was before it.
+    AfterGap,
     /// The history starts anew with it: the clock was set anew.
     Restarted,
+    /// Its load is beyond what is known of the sensor.
+    Beyond,
 }
 
 impl<'a> Estimator<'a> {
@@ -66,6 +76,8 @@ impl<'a> Estimator<'a> {
             stream: FeatureStream::new(design),
             look_back: look_back(calibration),
             last_secs: None,
+            wrapped_secs: 0.0,
+            since_secs: 0.0,
             strays: 0,
             raw: vec![0.0; design.n_columns()],
             inputs: Vec::new(),
@@ -75,26 +87,44 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// Takes the next sample and gives its compensated load, and whether the history starts anew with it.
+    /// Takes the next sample and gives its compensated load, and what became of the sample.
     ///
-    /// A time that is before the last, or more than [`LEAP_SECS`] after it, is off the clock. Such a sample is refused; the
-    /// [`STRAYS`]th in a row is taken as the first of a clock that was set anew. The same time again is no time gone by, as
-    /// in recordings.
+    /// A time that is before the last, or more than [`LEAP_SECS`] after it, is off the clock, unless a counter of 32 bits has
+    /// begun anew. Such a sample is refused; the [`STRAYS`]th in a row is taken as the first of a clock that was set anew. The
+    /// same time again is no time gone by, as in recordings. A step longer than the calibration's gap is one.
     ///
     /// **Units** `time` (s); gauges as in the training recordings; loads (N) and (N·m).
     ///
     /// # Errors
     /// [`SampleError`] if the sample cannot be used; the next good one goes on where the last good one was.
     pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Taken, &[f64]), SampleError> {
-        let taken = self.judge(time, gauges);
-        match taken {
-            Ok(_) => self.take(time, gauges),
-            Err(_) => self.conventional.fill(f64::NAN),
+        let taken = match self.judge(time, gauges) {
+            Ok(taken) => taken,
+            Err(error) => {
+                self.conventional.fill(f64::NAN);
+                return Err(error);
+            }
+        };
+        let time = time + self.wrapped_secs;
+        if taken != Taken::GoesOn || self.last_secs.is_none() {
+            self.since_secs = time;
         }
-        taken.map(|taken| (taken, &*self.compensated))
+        self.take(time, gauges);
+        let limits = self.calibration.limits.iter();
+        let is_filling = time - self.since_secs < self.calibration.features.window_secs();
+        let taken = match taken {
+            _ if (self.compensated.iter().zip(limits))
+                .any(|(load, limit)| *limit > 0.0 && load.abs() > *limit) =>
+            {
+                Taken::Beyond
+            }
+            Taken::GoesOn if is_filling => Taken::Filling,
+            taken => taken,
+        };
+        Ok((taken, &self.compensated))
     }
 
-    /// What is to become of a sample; the history is forgotten if it restarts.
+    /// What is to become of a sample; the history is forgotten as far as it must be.
     fn judge(&mut self, time: f64, gauges: &[f64]) -> Result<Taken, SampleError> {
         let expected = self.calibration.gauges.len();
         if gauges.len() != expected {
@@ -109,15 +139,27 @@ impl<'a> Estimator<'a> {
         let Some(last_secs) = self.last_secs else {
             return Ok(Taken::GoesOn);
         };
-        if (0.0..=LEAP_SECS).contains(&(time - last_secs)) {
+        let gap_secs = self.calibration.gap_secs;
+        let mut step = time + self.wrapped_secs - last_secs;
+        if let Some(wrap) = after_wrap(step, gap_secs) {
+            self.wrapped_secs += wrap;
+            step += wrap;
+        }
+        if (0.0..=LEAP_SECS).contains(&step) {
             self.strays = 0;
-            return Ok(Taken::GoesOn);
+            if step <= gap_secs {
+                return Ok(Taken::GoesOn);
+            }
+            self.stream.gap();
+            self.look_back = look_back(self.calibration);
+            return Ok(Taken::AfterGap);
         }
         self.strays += 1;
         if self.strays < STRAYS {
             return Err(SampleError::OffTheClock { last_secs, time });
         }
         self.strays = 0;
+        self.wrapped_secs = 0.0;
         self.stream = FeatureStream::new(self.design);
         self.look_back = look_back(self.calibration);
         Ok(Taken::Restarted)
@@ -161,6 +203,7 @@ fn look_back(calibration: &Calibration) -> LiveLookBack {
         &calibration.distance_weights(),
         longest_secs.fold(0.0, f64::max),
         calibration.gauges.len(),
+        calibration.history_step_secs,
     )
 }
 
@@ -233,7 +276,7 @@ mod tests {
             let (taken, load) = estimator
                 .update(recording.times()[k], recording.gauges_at(k))
                 .unwrap();
-            assert_eq!(taken, Taken::GoesOn);
+            assert!(!matches!(taken, Taken::AfterGap | Taken::Restarted));
             for ((actual, expected), scale) in
                 load.iter().zip(expected).zip(&calibration.full_scale)
             {
@@ -346,5 +389,85 @@ mod tests {
         );
         let calibration = calibration(every_block(), Regressor::Linear);
         assert_runs_as_applied(&calibration, &stamped.unwrap(), 0.0);
+    }
+
+    /// Samples that are missing cost no more than the history that went with them: right after a pause the compensated load is
+    /// no worse than the conventional one, but for what its noise is anyway.
+    #[test]
+    fn after_a_pause_the_load_is_no_worse_than_without_history() {
+        let all = simulated::recordings(7);
+        let entries = all.entries();
+        let mut set = RecordingSet::default();
+        for entry in entries.iter().step_by(9) {
+            set.push(Entry::new((*entry.recording).clone(), Role::Train))
+                .unwrap();
+        }
+        let set = Arc::new(set);
+        let every = Blocks::every();
+        let mut sets = vec![("look-back", FeatureSettings::default())];
+        for (block, values) in every.used() {
+            sets.push((
+                block.name(),
+                FeatureSettings {
+                    blocks: Blocks::default().with(block, values),
+                    ..FeatureSettings::present()
+                },
+            ));
+        }
+        sets.push((
+            "all",
+            FeatureSettings {
+                blocks: every.clone(),
+                ..FeatureSettings::default()
+            },
+        ));
+        for (name, features) in sets {
+            let settings = FitSettings {
+                features,
+                ridge: RidgeChoice::Auto,
+                ..FitSettings::default()
+            };
+            let request = Request::fit(Arc::clone(&set), settings);
+            let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
+            let design = calibration.design();
+            for pause_secs in [0.0, 0.15, 1.5, 10.0] {
+                let mut squares = [0.0, 0.0];
+                let mut n = 0;
+                for entry in entries.iter().skip(4).step_by(9) {
+                    let recording = &entry.recording;
+                    let times = recording.times();
+                    for start_secs in [7.0, 13.0, 22.0, 31.0] {
+                        let mut estimator = Estimator::new(&calibration, &design).unwrap();
+                        let end_secs = start_secs + pause_secs;
+                        for k in 0..recording.n_samples() {
+                            let time = times[k] - times[0];
+                            if time > start_secs && time < end_secs {
+                                continue;
+                            }
+                            let (_, load) =
+                                estimator.update(times[k], recording.gauges_at(k)).unwrap();
+                            let load = load.to_vec();
+                            if time >= end_secs && time < end_secs + 5.0 {
+                                n += 1;
+                                let reference = &recording.loads()[k * 6..][..6];
+                                for axis in 0..6 {
+                                    let scale = calibration.full_scale[axis];
+                                    squares[0] += ((load[axis] - reference[axis]) / scale).powi(2);
+                                    squares[1] += ((estimator.conventional()[axis]
+                                        - reference[axis])
+                                        / scale)
+                                        .powi(2);
+                                }
+                            }
+                        }
+                    }
+                }
+                let rms = squares.map(|s: f64| 100.0 * (s / f64::from(6 * n)).sqrt());
+                assert!(
+                    rms[0] < rms[1],
+                    "{name}, {pause_secs} s: {rms:?} % of full scale"
+                );
+            }
+        }
     }
 }

@@ -4,9 +4,11 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use crate::calibration::calibration::history_step_by_rate;
 use crate::calibration::validate::{check_features, check_head};
 use crate::calibration::{Calibration, CalibrationError, LinearMap};
 use crate::features::{Column, Distance, FeatureSettings, GaugeScale, Thresholds};
+use crate::recording::gap::gap_by_rate;
 
 /// Why bytes are no calibration that can be used.
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +76,14 @@ impl Calibration {
         let compensated =
             compensated.map(|compensated| map("compensated", compensated, &file.features));
         let compensated = compensated.transpose()?;
-        let calibration = file.with_maps(conventional, compensated);
+        let mut calibration = file.with_maps(conventional, compensated);
+        let rate_hz = (calibration.rate_hz).map(|rate| rate / calibration.decimation.max(1) as f64);
+        if calibration.gap_secs.is_nan() {
+            calibration.gap_secs = gap_by_rate(rate_hz);
+        }
+        if calibration.history_step_secs.is_nan() {
+            calibration.history_step_secs = history_step_by_rate(rate_hz);
+        }
         calibration.validate()?;
         Ok(calibration)
     }
@@ -105,6 +114,9 @@ impl<M> Calibration<M> {
             rated: self.rated,
             offset: self.offset,
             decimation: self.decimation,
+            gap_secs: self.gap_secs,
+            history_step_secs: self.history_step_secs,
+            limits: self.limits,
             features: self.features,
             gauge_scale: self.gauge_scale,
             regressor: self.regressor,

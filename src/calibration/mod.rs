@@ -26,12 +26,12 @@ pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
 pub use calibration::CrossValidation;
 pub use calibration::{AppliedLoads, Calibration};
 pub(crate) use calibration::{
-    BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION,
+    BlockRidge, FORMAT, FactoryScores, Quality, Scores, Undetermined, VERSION, history_step_by_rate,
 };
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub(crate) use conventional::Conventional;
-pub use estimator::{Estimator, Taken};
-pub(crate) use estimator::{LEAP_SECS, STRAYS};
+pub(crate) use estimator::STRAYS;
+pub use estimator::{Estimator, SampleError, Taken};
 pub(crate) use kernel::GridEdge;
 pub(crate) use kernel::LANDMARKS;
 pub use kernel::{Kernel, KernelSettings};
@@ -45,9 +45,8 @@ pub(crate) use network::{
 };
 pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;
-pub(crate) use one_standard_error::{
-    SHARES, best_share, is_within_one_standard_error, simplest_good,
-};
+pub use one_standard_error::Paired;
+pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::sample_row;

@@ -22,15 +22,44 @@ pub(crate) fn simplest_good(
         .unwrap_or(0);
     let chosen = tried.rev().find(|&at| {
         let differences = (0..n_parts).map(|part| square(at, part) - square(best, part));
-        is_within_one_standard_error(differences)
+        let n = n_parts as f64;
+        let parts: Vec<(f64, f64)> = differences.map(|own| (1.0 / n, own / n)).collect();
+        Paired::of(&parts).is_within_one_standard_error()
     });
     chosen.unwrap_or(best)
 }
 
-/// Whether the mean of these differences, one a part, is no larger than its standard error.
-pub(crate) fn is_within_one_standard_error(differences: impl Iterator<Item = f64> + Clone) -> bool {
-    let (mean, error) = mean_and_standard_error(differences);
-    mean <= error * (1.0 + TIE)
+/// How much larger one mean squared error is than another, over the same parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paired {
+    /// The difference of the pooled mean squared errors.
+    pub difference: f64,
+    /// Its standard error, over the parts.
+    pub standard_error: f64,
+}
+
+impl Paired {
+    /// Of each part's share `w` of the samples, and `w d` with `d` its difference of mean squared errors.
+    ///
+    /// The difference is `D = Σ w d` and its standard error `√(R/(R−1) Σ w² (d − D)²)` over R parts: for parts of equal size the
+    /// deviation of `d` over √R, for a single one zero.
+    pub(crate) fn of(parts: &[(f64, f64)]) -> Self {
+        let difference: f64 = parts.iter().map(|(_, share)| share).sum();
+        let squares = parts
+            .iter()
+            .map(|(w, share)| (share - w * difference).powi(2));
+        let n = parts.iter().filter(|(w, _)| *w > 0.0).count() as f64;
+        let correction = n / (n - 1.0).max(1.0);
+        Self {
+            difference,
+            standard_error: (correction * squares.sum::<f64>()).sqrt(),
+        }
+    }
+
+    /// Whether the difference is no larger than its standard error.
+    pub fn is_within_one_standard_error(&self) -> bool {
+        self.difference <= self.standard_error * (1.0 + TIE)
+    }
 }
 
 /// How much of what a second stage has learned may be added to the linear one, the most first; with nothing the linear one
@@ -47,15 +76,6 @@ pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -
     let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));
     let tried = [best.unwrap_or(0), SHARES.len() - 1];
     tried[simplest_good(tried.len(), n_parts, |at, part| square(tried[at], part))]
-}
-
-/// The mean of some values and its standard error; zero for a single value.
-fn mean_and_standard_error(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / n;
-    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-    let variance = squares / (n - 1.0).max(1.0);
-    (mean, (variance / n).sqrt())
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{KernelError, KernelSettings};
 use crate::calibration::network::{NetworkError, NetworkSettings};
-use crate::features::{FeatureError, FeatureSettings, OutOfRange, Range, Setting, Unit};
+use crate::features::{
+    FeatureError, FeatureSettings, HISTORY_RATE, OutOfRange, Range, Setting, Unit,
+};
 
 /// How strong the ridge is.
 pub const RIDGE: Setting = Setting {
@@ -70,6 +72,8 @@ pub struct FitSettings {
     pub offset: bool,
     /// [`DECIMATION`].
     pub decimation: usize,
+    /// [`HISTORY_RATE`](crate::features::HISTORY_RATE).
+    pub history_rate_hz: f64,
     /// Full scale per axis, in axis order; missing or `None` entries are measured.
     pub full_scale: Vec<Option<f64>>,
 }
@@ -84,6 +88,7 @@ impl Default for FitSettings {
             kernel: KernelSettings::default(),
             offset: OFFSET.number() > 0.0,
             decimation: DECIMATION.number() as usize,
+            history_rate_hz: HISTORY_RATE.number(),
             full_scale: Vec::new(),
         }
     }
@@ -227,6 +232,7 @@ impl FitSettings {
             RIDGE.check(strength)?;
         }
         DECIMATION.check(self.decimation as f64)?;
+        HISTORY_RATE.check(self.history_rate_hz)?;
         for (at, value) in self.full_scale.iter().enumerate() {
             if let Some(value) = *value
                 && !(value > 0.0 && value.is_finite())

@@ -39,7 +39,7 @@ pub fn recording_sums(
 ) -> Vec<NormalEquations> {
     let n_axes = recording.axes().len();
     let n_columns = design.n_columns();
-    let mut stream = FeatureStream::new(design);
+    let mut stream = FeatureStream::of(design, recording);
     let mut rows = Vec::new();
     pieces
         .iter()

@@ -102,6 +102,12 @@ impl Calibration {
                 });
             }
         }
+        if !self.limits.is_empty() {
+            length("limits", n_axes, self.limits.len())?;
+        }
+        usable("limits", &self.limits, 0.0)?;
+        usable("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE)?;
+        usable("history_step_secs", &[self.history_step_secs], 0.0)?;
         let scale = &self.gauge_scale;
         for (field, numbers, least) in [
             ("full_scale", &self.full_scale, 0.0),

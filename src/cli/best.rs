@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::choices::{CommonArgs, RecordingArgs, fit_arguments};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
-use crate::analysis::{Best, Request, Search, best_table, find_best, train};
+use crate::analysis::{Best, Request, Search, find_best, train};
 use crate::calibration::DECIMATION;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{check_targets, target_for, with_sources, write_calibration};
@@ -91,7 +91,7 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
     }
     let proposed = best.proposed();
     if let Some(proposed) = proposed.filter(|_| !args.export.is_empty()) {
-        let request = Request::fit(Arc::clone(&recordings), proposed.settings.clone());
+        let request = Request::fit(Arc::clone(&recordings), proposed.model.settings.clone());
         let calibration = train(&request, &Progress::default(), &mut |_| {})?;
         if let Some(undetermined) = calibration.undetermined()
             && !args.force
@@ -103,7 +103,7 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
             write_calibration(&told, path)?;
         }
     }
-    let fit = proposed.map(|proposed| fit_arguments(&proposed.settings));
+    let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));
     let mut out = io::stdout().lock();
     if args.json {
         let report = Report { best: &best, fit };
@@ -111,9 +111,13 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
         writeln!(out)?;
         return Ok(());
     }
-    writeln!(out, "{}", best_table(&best, ScoreSet::LeftOut).text())?;
-    if best.tried.iter().any(|tried| tried.test_rmse.is_some()) {
-        writeln!(out, "{}", best_table(&best, ScoreSet::Test).text())?;
+    writeln!(out, "{}", best.table(ScoreSet::LeftOut).text())?;
+    if best
+        .tried
+        .iter()
+        .any(|tried| tried.model.scores.test_rmse.is_some())
+    {
+        writeln!(out, "{}", best.table(ScoreSet::Test).text())?;
     }
     if let (Some(proposed), Some(fit)) = (proposed, fit) {
         writeln!(

@@ -12,7 +12,8 @@ use crate::calibration::{
     LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::features::{
-    BLOCKS, Blocks, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds, listed,
+    BLOCKS, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
+    listed,
 };
 use crate::import::LoadWarning;
 use crate::import::map::ColumnMap;
@@ -239,6 +240,9 @@ pub struct CommonArgs {
     pub full_scale: Option<List>,
     #[arg(long = OFFSET.option, help = format!("Fit without: {}", OFFSET.help()))]
     pub no_offset: bool,
+    #[arg(long = HISTORY_RATE.option, help = HISTORY_RATE.help(), value_name = HISTORY_RATE.unit.placeholders[0],
+        default_value_t = HISTORY_RATE.number(), allow_negative_numbers = true, help_heading = HEADING)]
+    pub history_rate: f64,
 }
 
 impl CommonArgs {
@@ -252,6 +256,7 @@ impl CommonArgs {
             },
             offset: !self.no_offset,
             decimation,
+            history_rate_hz: self.history_rate,
             full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
         }
@@ -471,6 +476,9 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     }
     if settings.decimation != default.decimation {
         option(DECIMATION.option, settings.decimation.to_string());
+    }
+    if settings.history_rate_hz != default.history_rate_hz {
+        option(HISTORY_RATE.option, settings.history_rate_hz.to_string());
     }
     let full_scale: Option<Vec<f64>> = settings.full_scale.iter().copied().collect();
     if let Some(full_scale) = full_scale.filter(|list| !list.is_empty()) {

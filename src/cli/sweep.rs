@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use clap::Args;
 use clap::builder::TypedValueParser;
-use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::choices::{BlockArgs, List, RecordingArgs, one_of};
@@ -18,8 +18,8 @@ use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::evaluation::metrics::percent_change;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{
-    FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion, ThresholdGrid,
-    ThresholdMap, even_values,
+    Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
+    ThresholdGrid, ThresholdMap, even_values,
 };
 use crate::export::{
     check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
@@ -50,7 +50,7 @@ pub struct SweepArgs {
     t_th: Values,
     /// What the suggestion goes by: an axis, all forces, all moments, or all axes in percent of full scale [default: forces,
     /// or full-scale without any].
-    #[arg(long, value_enum, value_name = "MEASURE")]
+    #[arg(long, value_parser = measure_arg(), value_name = "MEASURE")]
     measure: Option<MeasureArg>,
     /// Also choose the values of these blocks by cross-validation, each beside the other blocks that are named.
     #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
@@ -121,35 +121,45 @@ impl Values {
     }
 }
 
-/// [`Measure`] as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+/// What a suggestion can go by.
+#[derive(Clone, Copy, Debug)]
 enum MeasureArg {
-    /// Root mean square over the force axes.
-    Forces,
-    /// Root mean square over the moment axes.
-    Moments,
-    /// Root mean square over all axes in percent of full scale.
-    FullScale,
-    Fx,
-    Fy,
-    Fz,
-    Mx,
-    My,
-    Mz,
+    Of(Measure),
+    Axis(Axis),
+}
+
+/// Takes one by its name.
+fn measure_arg() -> impl TypedValueParser<Value = MeasureArg> {
+    let groups = [
+        (
+            Measure::Forces,
+            "forces",
+            "Root mean square over the force axes",
+        ),
+        (
+            Measure::Moments,
+            "moments",
+            "Root mean square over the moment axes",
+        ),
+        (
+            Measure::FullScale,
+            "full-scale",
+            "Root mean square over all axes in percent of full scale",
+        ),
+    ];
+    let groups = groups.map(|(own, name, about)| (MeasureArg::Of(own), name, about));
+    let axes = Axis::ALL
+        .into_iter()
+        .zip(["fx", "fy", "fz", "mx", "my", "mz"]);
+    let axes = axes.map(|(axis, name)| (MeasureArg::Axis(axis), name, axis.symbol()));
+    one_of(groups.into_iter().chain(axes))
 }
 
 impl MeasureArg {
     fn measure(self, scale: &MeasureScale) -> Result<Measure, JobError> {
         let axis = match self {
-            Self::Forces => return Ok(Measure::Forces),
-            Self::Moments => return Ok(Measure::Moments),
-            Self::FullScale => return Ok(Measure::FullScale),
-            Self::Fx => Axis::Fx,
-            Self::Fy => Axis::Fy,
-            Self::Fz => Axis::Fz,
-            Self::Mx => Axis::Mx,
-            Self::My => Axis::My,
-            Self::Mz => Axis::Mz,
+            Self::Of(measure) => return Ok(measure),
+            Self::Axis(axis) => axis,
         };
         let at = scale.axes.iter().position(|own| *own == axis);
         at.map(Measure::Axis).ok_or_else(|| JobError::NoSuchAxis {
@@ -342,21 +352,16 @@ fn print_sweep(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
         map.grid.f_ths().len(),
         map.grid.t_ths_secs().len(),
     )?;
-    let (f_at, t_at) = sweep.suggestion.at;
     let best = sweep.suggestion.thresholds;
     let f_unit = f_unit(map.distance);
     for measure in printed_measures(sweep) {
         let title = format!("at t_th {} s", best.t_th_secs);
         let head = format!("F_th{f_unit}");
-        print_curves(map, measure, &title, &head, out, |set| {
-            map.curve_over_f_th(set, measure, t_at)
-        })?;
+        print_curves(sweep, measure, Along::F, &title, &head, out)?;
     }
     for measure in printed_measures(sweep) {
         let title = format!("at F_th {}{f_unit}", best.f_th);
-        print_curves(map, measure, &title, "t_th s", out, |set| {
-            map.curve_over_t_th(set, measure, f_at)
-        })?;
+        print_curves(sweep, measure, Along::T, &title, "t_th s", out)?;
     }
     print_suggestion(sweep, out)?;
     print_hysteresis(sweep, out)?;
@@ -387,16 +392,17 @@ fn printed_measures(sweep: &Sweep) -> Vec<Measure> {
 }
 
 fn print_curves(
-    map: &ThresholdMap,
+    sweep: &Sweep,
     measure: Measure,
+    along: Along,
     title: &str,
     head: &str,
     out: &mut impl Write,
-    curve: impl Fn(ScoreSet) -> Vec<(f64, f64)>,
 ) -> io::Result<()> {
+    let (map, at) = (&sweep.map, sweep.suggestion.at);
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
-        .map(|set| (set, curve(set)))
+        .map(|set| (set, map.curve(along, set, measure, at)))
         .filter(|(_, curve)| !curve.is_empty())
         .collect();
     let mut columns = vec![Column::numbers(head)];

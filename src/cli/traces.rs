@@ -7,16 +7,14 @@ use clap::Args;
 use super::{JobError, named_file};
 use crate::analysis::intervals_within;
 use crate::calibration::Calibration;
-use crate::export::{TraceFormat, write_traces};
+use crate::export::{FileFormat, TRACE_FORMATS, write_traces};
 use crate::progress::Progress;
 use crate::recording::Recording;
 
 /// Where traces go, and which part of them.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
-    /// Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: .csv, or
-    /// .parquet where this build has it.
-    #[arg(long, value_name = "FILE", value_parser = named_file())]
+    #[arg(long, help = traces_help(), value_name = "FILE", value_parser = named_file())]
     pub traces: Option<PathBuf>,
     /// Leave out of the table what is before this time on each recording's own clock.
     #[arg(
@@ -36,13 +34,20 @@ pub struct TraceArgs {
     to: Option<f64>,
 }
 
+fn traces_help() -> String {
+    let endings = FileFormat::listed(TRACE_FORMATS);
+    format!(
+        "Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: {endings}"
+    )
+}
+
 impl TraceArgs {
     /// Checks what can be checked before any work.
     pub fn check(&self) -> Result<(), JobError> {
         let Some(path) = &self.traces else {
             return Ok(());
         };
-        if TraceFormat::from_path(path).is_none() {
+        if FileFormat::for_path(TRACE_FORMATS, path).is_none() {
             return Err(JobError::TracesEnding { path: path.clone() });
         }
         let (from_secs, to_secs) = self.range();

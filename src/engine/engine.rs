@@ -13,7 +13,7 @@ use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request
 use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
-use crate::engine::query::{Lane, LaneEvent, Notify, Running};
+use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
 };
@@ -168,55 +168,6 @@ pub struct Engine {
     /// What questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
-}
-
-/// What is asked of every lane that answers questions about the document.
-macro_rules! each_lane {
-    ($engine:expr, $lane:ident => $what:expr) => {{
-        let Engine {
-            loops,
-            figures,
-            study,
-            choice,
-            analysis,
-            training,
-            comparing,
-            searching,
-            ..
-        } = $engine;
-        {
-            let $lane = loops;
-            $what
-        }
-        {
-            let $lane = figures;
-            $what
-        }
-        {
-            let $lane = study;
-            $what
-        }
-        {
-            let $lane = choice;
-            $what
-        }
-        {
-            let $lane = analysis;
-            $what
-        }
-        {
-            let $lane = training;
-            $what
-        }
-        {
-            let $lane = comparing;
-            $what
-        }
-        {
-            let $lane = searching;
-            $what
-        }
-    }};
 }
 
 impl Engine {
@@ -376,11 +327,24 @@ impl Engine {
         share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
+    /// All that answer questions about the document.
+    fn lanes(&self) -> [&dyn Background; 8] {
+        [
+            &self.loops,
+            &self.figures,
+            &self.study,
+            &self.choice,
+            &self.analysis,
+            &self.training,
+            &self.comparing,
+            &self.searching,
+        ]
+    }
+
     /// Whether anything runs or waits to run.
     pub fn is_busy(&self) -> bool {
-        let mut is_busy = !self.tasks.is_empty() || !self.preview.is_idle();
-        each_lane!(self, lane => is_busy |= !lane.is_idle());
-        is_busy
+        let is_asked = self.lanes().iter().any(|lane| !lane.is_idle());
+        is_asked || !self.tasks.is_empty() || !self.preview.is_idle()
     }
 
     /// Whether something would be lost with the window.
@@ -647,7 +611,7 @@ impl Engine {
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
             Action::Cancel => {
-                each_lane!(&*self, lane => lane.cancel());
+                self.lanes().iter().for_each(|lane| lane.cancel());
                 // Nobody waits for what cannot be stopped.
                 let seen = self.tasks.iter().filter(|(is_seen, _)| *is_seen);
                 seen.for_each(|(_, task)| task.cancel());

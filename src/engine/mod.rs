@@ -27,7 +27,7 @@ pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
-pub use models::{Mark, ModelChange, Models, Row, SEARCH_MINUTES};
+pub use models::{ModelChange, Models, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
 pub use preferences::{Preferences, Theme};
 pub use project::{Edit, Split};

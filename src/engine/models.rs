@@ -5,13 +5,15 @@
 
 use std::sync::{Arc, Weak};
 
-use crate::analysis::{Best, Candidate, Cost, Model, TrainingStep, paper_candidates};
-use crate::calibration::{Calibration, FitSettings, Learner, Regressor};
+use crate::analysis::{
+    Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,
+};
+use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::Project;
 use crate::engine::questions::{Compare, RowState};
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::recording::{Axis, RecordingSet};
-use crate::report::{Cell, Column, Table};
+use crate::recording::RecordingSet;
+use crate::report::{Cell, Table};
 
 /// The most minutes in which the search begins another model, unless somebody says otherwise.
 pub const SEARCH_MINUTES: f64 = 2.0;
@@ -25,18 +27,6 @@ pub enum ModelChange {
     Name(String),
     /// Take it off the list.
     Remove,
-}
-
-/// Whether a model of a search is the one to take.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mark {
-    /// It is not, or nobody has asked.
-    #[default]
-    None,
-    /// It is within one standard error of the best.
-    Good,
-    /// It is the cheapest of these.
-    Proposed,
 }
 
 /// How far a model is.
@@ -165,11 +155,7 @@ impl Models {
             self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
         }
         for (at, tried) in best.tried.iter().enumerate() {
-            let mark = match (tried.is_proposed, tried.is_good) {
-                (true, _) => Mark::Proposed,
-                (false, true) => Mark::Good,
-                (false, false) => Mark::None,
-            };
+            let mark = tried.mark();
             let origin = Origin::Search(run, at);
             // What was removed meanwhile stays away.
             match self.rows.iter_mut().find(|row| row.origin == origin) {
@@ -178,8 +164,8 @@ impl Models {
                     id: 0,
                     name: tried.name.to_owned(),
                     is_pinned: false,
-                    settings: tried.settings.clone(),
-                    state: State::Ready(Box::new(Model::tried(tried, best))),
+                    settings: tried.model.settings.clone(),
+                    state: State::Ready(Box::new(tried.model.clone())),
                     mark,
                     data: String::new(),
                     origin,
@@ -201,19 +187,13 @@ impl Models {
         ];
         let run = self.next_run();
         let settings = shared_settings(&project.settings);
-        let of = |candidate: &Candidate| FitSettings {
-            regressor: candidate.regressor,
-            features: candidate.features.clone(),
-            decimation: candidate.decimation,
-            ..settings.clone()
-        };
         let mut candidates = paper_candidates(&project.recordings, &project.settings, &LEARNERS);
         let holds = |row: &Row, candidate: &Candidate| {
             matches!(row.origin, Origin::Paper(..))
                 && row.model().is_some()
                 && !row.is_stale(project)
                 && row.data == candidate.pattern()
-                && row.settings == of(candidate)
+                && row.settings == candidate.settings(&settings)
         };
         self.rows.retain(|row| {
             let is_paper = matches!(row.origin, Origin::Paper(..));
@@ -225,7 +205,7 @@ impl Models {
                 id: 0,
                 name: candidate.regressor.label().to_owned(),
                 is_pinned: false,
-                settings: of(candidate),
+                settings: candidate.settings(&settings),
                 state: State::Waits,
                 mark: Mark::None,
                 data: candidate.pattern(),
@@ -252,9 +232,7 @@ impl Models {
                 RowState::Waits => State::Waits,
                 RowState::Runs(report) => State::Runs(*report),
                 RowState::Ended(Err(reason)) => State::Failed(reason.clone()),
-                RowState::Ended(Ok(compared)) => {
-                    State::Ready(Box::new(Model::compared(compared, &asked.settings)))
-                }
+                RowState::Ended(Ok(compared)) => State::Ready(compared.model.clone()),
             };
         }
     }
@@ -290,174 +268,39 @@ impl Models {
 
     /// All of them, a row each, in their order: errors on these samples, and what a model costs.
     pub fn table(&self, project: &Project, sets: &[ScoreSet]) -> Table {
-        let axes = project.axes();
-        let words = |name: &str, about: &str| Column {
-            about: about.to_owned(),
-            ..Column::words(name)
-        };
-        let numbers = |name: &str, unit: &'static str, about: &str| Column {
-            unit,
-            about: about.to_owned(),
-            ..Column::numbers(name)
-        };
-        let group = |set: &ScoreSet| {
-            let group = (set.label().to_owned(), set.explanation().to_owned());
-            (sets.len() > 1).then_some(group)
-        };
-        let mut columns = vec![
-            words(
-                "",
-                "→: proposed, the cheapest within one standard error of the best; =: within it, too; others: made of other recordings",
-            ),
-            words("model", "What it is called"),
-        ];
-        columns.extend(sets.iter().map(|set| Column {
-            group: group(set),
-            ..numbers(
-                Self::RELATIVE,
-                "%",
-                "Of the conventional calibration's error, all axes alike",
-            )
-        }));
-        columns.extend([
-            words("features", "What is appended to the gauges"),
-            words("regressor", "How the load is made of them"),
-            words(
-                "data",
-                "A: all samples; B: every tenth; else every so many-th",
-            ),
-        ]);
-        for set in sets {
-            for axis in axes {
-                columns.push(Column {
-                    group: group(set),
-                    about: format!("RMSE, {}", set.label()),
-                    ..Column::load(*axis)
-                });
-                if *set == ScoreSet::LeftOut {
-                    let about = "Standard deviation of the RMSE over what is left out in turn";
-                    columns.push(Column {
-                        group: group(set),
-                        ..numbers(&format!("± {}", axis.symbol()), axis.unit(), about)
-                    });
-                }
-            }
-        }
-        columns.extend([
-            numbers(
-                "numbers",
-                "",
-                "Numbers that it consists of",
-            ),
-            numbers(
-                "memory",
-                "B",
-                "Of an export in single precision, its numbers and its state, at the rate of the recordings",
-            ),
-            numbers("a sample", "µs", "Time of a sample, measured on this machine"),
-            numbers("took", "s", "How long it took to try"),
-        ]);
-        let rows = self.rows.iter();
-        Table {
-            rows: rows
-                .map(|row| row.cells(project, axes, sets, columns.len()))
-                .collect(),
-            columns,
-            ..Table::default()
-        }
+        let rows = self.rows.iter().map(|row| row.of_table(project));
+        model_table(project.axes(), sets, rows)
     }
-
-    /// The name of the column that tells models apart best.
-    pub const RELATIVE: &str = "of Conv.";
 }
 
 impl Row {
-    fn cells(
-        &self,
-        project: &Project,
-        axes: &[Axis],
-        sets: &[ScoreSet],
-        n_columns: usize,
-    ) -> Vec<Cell> {
-        let mark = match (self.is_stale(project), self.mark) {
-            (true, _) => Cell::words("others").about(
+    fn of_table(&self, project: &Project) -> ModelRow<'_> {
+        let mark = match self.is_stale(project) {
+            true => Cell::words("others").about(
                 "Stale: made of other recordings, or of other roles or groups of them, than those of now",
             ),
-            (false, Mark::Proposed) => Cell::words("→").about("Proposed"),
-            (false, Mark::Good) => Cell::words("=").about("Within one standard error of the best"),
-            (false, Mark::None) => Cell::words(""),
+            false => self.mark.cell(),
         };
-        let model = self.model();
-        let relative = |set: &ScoreSet| match &self.state {
-            State::Ready(model) => {
-                let relative = model.relative(*set).map(|relative| 100.0 * relative);
-                Cell::digits(relative, 3)
-            }
-            State::Waits => Cell::missing("waits", "it is still to be fitted"),
-            State::Runs(None) => Cell::missing("runs", "it is being fitted"),
+        let state = match &self.state {
+            State::Ready(model) => Ok(&**model),
+            State::Waits => Err(Cell::missing("waits", "it is still to be fitted")),
+            State::Runs(None) => Err(Cell::missing("runs", "it is being fitted")),
             State::Runs(Some(TrainingStep::Epoch(report))) => {
                 let text = format!("{}/{}", report.epoch, report.epochs);
-                Cell::missing(text, "epochs that its network has had")
+                Err(Cell::missing(text, "epochs that its network has had"))
             }
             State::Runs(Some(TrainingStep::CrossValidation { done, .. })) => {
                 let text = format!("{:.0} %", 100.0 * done);
-                Cell::missing(text, "of its cross-validation is done")
+                Err(Cell::missing(text, "of its cross-validation is done"))
             }
-            State::Failed(reason) => Cell::missing("failed", reason),
+            State::Failed(reason) => Err(Cell::missing("failed", reason)),
         };
-        let data = match (&*self.data, self.settings.decimation) {
-            ("", 1) => "A".to_owned(),
-            ("", 10) => "B".to_owned(),
-            ("", step) => format!("1/{step}"),
-            (data, _) => data.to_owned(),
-        };
-        let mut cells = vec![mark, Cell::words(&self.name)];
-        cells.extend(sets.iter().map(relative));
-        let features = self.settings.features.describe();
-        let regressor = self.settings.regressor.label();
-        cells.extend([&features, regressor, &data].map(Cell::words));
-        if let Some(model) = model {
-            sets.iter()
-                .for_each(|set| errors(model, axes, *set, &mut cells));
-            let Cost {
-                coefficients,
-                bytes,
-                micros_a_sample,
-            } = model.cost;
-            let whole = |number: usize| Cell::number(number as f64, number.to_string());
-            cells.extend([coefficients, bytes].map(whole));
-            let micros = Some(micros_a_sample).filter(|micros| micros.is_finite());
-            cells.push(Cell::digits(micros, 2));
-            cells.push(Cell::digits(model.seconds, 2));
-        }
-        cells.resize(n_columns, Cell::none());
-        cells
-    }
-}
-
-/// A model's errors on these samples.
-fn errors(model: &Model, axes: &[Axis], set: ScoreSet, cells: &mut Vec<Cell>) {
-    let rmse = set.rmse(&model.scores);
-    let why = match (set, model.settings.regressor.learner()) {
-        (ScoreSet::Test, _) => "no recording is in the test role",
-        (ScoreSet::LeftOut, Some(Learner::Network)) => "the network was not cross-validated",
-        (ScoreSet::LeftOut, _) => "it was not cross-validated: too little is left without a part",
-        (ScoreSet::Train, _) => "it was not scored on what it was fitted to",
-    };
-    for axis in axes {
-        let at = model.axes.iter().position(|own| own == axis);
-        let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
-        let value = rmse.and_then(of);
-        cells.push(match value {
-            Some(_) if set == ScoreSet::LeftOut => Cell::digits(value, 4).about(&model.left_out),
-            Some(_) => Cell::digits(value, 4),
-            None => Cell::missing("–", why),
-        });
-        if set == ScoreSet::LeftOut {
-            cells.push(match of(&model.cv_spread).filter(|_| value.is_some()) {
-                Some(spread) => Cell::digits(Some(spread), 2),
-                None => Cell::missing("–", "only \"Find the best\" scores each fold by itself"),
-            });
+        ModelRow {
+            mark,
+            name: &self.name,
+            data: &self.data,
+            settings: &self.settings,
+            state,
         }
     }
 }

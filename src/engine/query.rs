@@ -116,6 +116,15 @@ pub enum LaneEvent {
     Cancelled,
 }
 
+/// A lane, whatever is asked on it.
+pub trait Background {
+    /// Whether nothing runs or waits; all answers that will come can then be taken.
+    fn is_idle(&self) -> bool;
+
+    /// Drops what waits and asks what runs to stop; the same question again is not asked then.
+    fn cancel(&self);
+}
+
 /// Answers one question after another, the newest first, on a thread that begins with the first.
 pub struct Lane<Q: Query> {
     notify: Notify,
@@ -318,26 +327,26 @@ impl<Q: Query> Lane<Q> {
         slot.running.as_ref().or(waiting).cloned()
     }
 
-    /// Whether nothing runs or waits; all answers that will come can then be taken.
-    pub fn is_idle(&self) -> bool {
-        let slot = self.shared.lock();
-        slot.waiting.is_none() && slot.running.is_none()
-    }
-
-    /// Drops what waits and asks what runs to stop; the same question again is not asked then.
-    pub fn cancel(&self) {
-        let mut slot = self.shared.lock();
-        slot.waiting = None;
-        if let Some(running) = &slot.running {
-            running.progress.cancel();
-        }
-    }
-
     /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
     pub fn forget(&mut self) {
         self.cancel();
         self.forgotten = self.newest;
         (self.asked, self.shown, self.before, self.problem) = (None, None, None, None);
+    }
+}
+
+impl<Q: Query> Background for Lane<Q> {
+    fn is_idle(&self) -> bool {
+        let slot = self.shared.lock();
+        slot.waiting.is_none() && slot.running.is_none()
+    }
+
+    fn cancel(&self) {
+        let mut slot = self.shared.lock();
+        slot.waiting = None;
+        if let Some(running) = &slot.running {
+            running.progress.cancel();
+        }
     }
 }
 

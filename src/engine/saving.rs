@@ -9,8 +9,8 @@ use crate::engine::{Project, Session};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
-    ReportData, WriteError, threshold_map_files, with_sources, write_atomically, write_calibration,
-    write_report, write_threshold_map, write_traces,
+    FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, WriteError, map_format,
+    with_sources, write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
@@ -86,6 +86,24 @@ impl FileContent {
         }
     }
 
+    /// The formats among which its file's ending chooses, with their endings; none where there is no choice.
+    pub fn formats(&self) -> Vec<(&'static str, Vec<&'static str>)> {
+        fn named<W>(all: &[FileFormat<W>]) -> Vec<(&'static str, Vec<&'static str>)> {
+            all.iter().map(|own| (own.name, vec![own.ending])).collect()
+        }
+        match self {
+            Self::Calibration(..) => {
+                let targets = TARGETS.iter();
+                targets
+                    .map(|target| (target.name(), target.endings().to_vec()))
+                    .collect()
+            }
+            Self::Traces(_) => named(TRACE_FORMATS),
+            Self::Thresholds(..) => named(MAP_FORMATS),
+            _ => Vec::new(),
+        }
+    }
+
     /// Whether writing takes so long that it is shown, and can be stopped.
     pub fn takes_long(&self) -> bool {
         matches!(self, Self::Report(..) | Self::Traces(_))
@@ -94,7 +112,7 @@ impl FileContent {
     /// The files that are written with one of this name.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self {
-            Self::Thresholds(..) => threshold_map_files(path),
+            Self::Thresholds(..) => (map_format(path).write.files)(path),
             _ => vec![path.to_owned()],
         }
     }
@@ -119,7 +137,7 @@ impl FileContent {
                 let shown = intervals_on_screen(recordings, decimation, &what.traces, what.visible);
                 write_traces(path, &what.calibration, &shown, progress)
             }
-            Self::Thresholds(map, measure) => write_threshold_map(map, *measure, path),
+            Self::Thresholds(map, measure) => (map_format(path).write.write)(map, *measure, path),
             Self::Models(table) => write_atomically(path, |out| table.write_csv(out)),
             Self::Metrology(table) => {
                 write_atomically(path, |out| figure_records(table).write_csv(out))

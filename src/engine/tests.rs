@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
+use crate::analysis::Mark;
 use crate::analysis::loops::{Question, TableOf, TableQuestion};
 use crate::analysis::{Analysis, View, analyse};
 use crate::calibration::{Calibration, FitSettings, Regressor};
@@ -20,7 +21,7 @@ use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
 use crate::engine::{
     Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
-    Mark, ModelChange, Notice, Project, Row, Session,
+    ModelChange, Notice, Project, Row, Session,
 };
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{read_calibration, with_sources};

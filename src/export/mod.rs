@@ -7,6 +7,7 @@ mod calibration_file;
 mod code;
 mod facts;
 mod fields;
+mod format;
 mod hash;
 mod mat;
 mod npz;
@@ -15,8 +16,7 @@ mod sources;
 mod target;
 mod targets;
 mod text;
-mod threshold_csv;
-mod threshold_pictures;
+mod threshold_maps;
 mod traces;
 mod writable;
 
@@ -25,6 +25,7 @@ pub(crate) use atomic::{WriteError, write_atomically};
 pub(crate) use calibration_file::ReadCalibrationError;
 pub use calibration_file::{read_calibration, write_calibration};
 pub(crate) use code::bytes_in_float;
+pub(crate) use format::FileFormat;
 pub use hash::sha256;
 pub(crate) use report::{ReportCurves, ReportErrors, utc};
 pub use report::{ReportData, ReportRecording, write_report};
@@ -34,11 +35,10 @@ pub use target::Export;
 pub(crate) use target::Outline;
 pub use targets::{TARGETS, name_gauges, target_for};
 pub(crate) use targets::{listed_targets, names_gauges, target_endings};
-pub(crate) use threshold_csv::write_threshold_csv;
-pub(crate) use threshold_pictures::{
-    curves_over_f_th, curves_over_t_th, f_th_label, threshold_heat_map, threshold_map_files,
-    write_threshold_map, write_threshold_svg,
+pub(crate) use threshold_maps::{
+    MAP_FORMATS, ShownFTh, map_format, threshold_curve, threshold_heat_map, write_threshold_csv,
+    write_threshold_svg,
 };
 pub use traces::Interval;
-pub(crate) use traces::{TraceFormat, write_loads_csv, write_traces};
+pub(crate) use traces::{TRACE_FORMATS, write_loads_csv, write_traces};
 pub(crate) use writable::{TargetError, check_targets};

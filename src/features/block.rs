@@ -34,7 +34,15 @@ pub trait Block: Send + Sync {
     }
 
     /// Its memory before the first sample of a recording.
-    fn stream(&self, values: &[f64], scale: &GaugeScale) -> Box<dyn Stream>;
+    ///
+    /// Where samples are kept, of those that come less than `history_step_secs` after the last kept one only the newest is.
+    fn stream(&self, values: &[f64], scale: &GaugeScale, history_step_secs: f64)
+    -> Box<dyn Stream>;
+
+    /// Whether what it remembers goes on through a gap.
+    fn goes_on(&self) -> bool {
+        false
+    }
 
     /// What it is in exported code.
     fn source(&self, values: &[f64], rows: &Rows<'_>) -> Source;
@@ -57,11 +65,13 @@ pub enum Appends {
 
 /// A block's memory of one recording, sample by sample: a whole recording and a live estimator run the same.
 ///
-/// A gap is whatever time lies between two steps. Each block lets it go by in its own way: creep relaxes through it, play holds,
-/// a fixed lag interpolates across it.
 pub trait Stream: fmt::Debug + Send + Sync {
     /// Takes the next sample and writes its columns; for a history the gauges of the past as they are.
     fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]);
+
+    /// The next sample comes after a gap: what was kept of the samples before it is forgotten. Creep relaxes through a gap by
+    /// itself, play holds.
+    fn gap(&mut self) {}
 }
 
 /// How the values of a block are found by cross-validation.

@@ -1,11 +1,12 @@
 //! The row that describes a sample: gauges, what each block appends, offset; and how it is made, sample by sample.
 //!
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
-//! starts anew with each [`FeatureStream`].
+//! starts anew with each [`FeatureStream`], or goes on through the gap that a recording follows.
 
 use crate::features::{
     Appends, Block, Blocks, Column, ColumnKind, FeatureSettings, GaugeScale, History, Stream,
 };
+use crate::recording::Recording;
 
 /// What the columns of a row are.
 ///
@@ -19,6 +20,8 @@ pub struct Design {
     pub scale: GaugeScale,
     /// Whether there is an offset column.
     pub offset: bool,
+    /// How far apart kept samples are at least (s); see [`HISTORY_RATE`](crate::features::HISTORY_RATE).
+    pub history_step_secs: f64,
 }
 
 impl Design {
@@ -206,11 +209,46 @@ impl<'a> FeatureStream<'a> {
         let used = design.features.blocks.used();
         let blocks = used.map(|(block, values)| {
             let n_columns = block.n_columns(values, design.n_gauges());
-            (n_columns, block.stream(values, &design.scale))
+            let stream = block.stream(values, &design.scale, design.history_step_secs);
+            (n_columns, stream)
         });
         Self {
             design,
             blocks: blocks.collect(),
+        }
+    }
+
+    /// Before the first sample of this recording: where it follows a gap, with what the sensor showed before that.
+    pub fn of(design: &'a Design, recording: &Recording) -> Self {
+        let mut stream = Self::new(design);
+        let goes_on = design
+            .features
+            .blocks
+            .used()
+            .any(|(block, _)| block.goes_on());
+        if let Some(earlier) = recording.earlier().filter(|_| goes_on) {
+            let n_gauges = design.n_gauges();
+            earlier.replay(
+                &mut (&mut stream, vec![0.0; design.n_columns()]),
+                |(stream, row), time, gauges| {
+                    stream.blocks_row(time, gauges, &mut row[n_gauges..]);
+                },
+                |(stream, _)| stream.gap(),
+            );
+        }
+        stream
+    }
+
+    /// The next sample comes after a gap.
+    pub fn gap(&mut self) {
+        self.blocks.iter_mut().for_each(|(_, stream)| stream.gap());
+    }
+
+    fn blocks_row(&mut self, time: f64, gauges: &[f64], mut row: &mut [f64]) {
+        for (n_columns, stream) in &mut self.blocks {
+            let (own, others) = std::mem::take(&mut row).split_at_mut(*n_columns);
+            stream.step(time, gauges, own);
+            row = others;
         }
     }
 
@@ -229,15 +267,11 @@ impl<'a> FeatureStream<'a> {
         let (present, rest) = row.split_at_mut(g);
         present.copy_from_slice(gauges);
         let n_look_backs = self.design.features.look_backs.len();
-        let (look_backs, mut rest) = rest.split_at_mut(n_look_backs * g);
+        let (look_backs, rest) = rest.split_at_mut(n_look_backs * g);
         for (at, out) in look_backs.chunks_exact_mut(g).enumerate() {
             out.copy_from_slice(past(at));
         }
-        for (n_columns, stream) in &mut self.blocks {
-            let (own, others) = std::mem::take(&mut rest).split_at_mut(*n_columns);
-            stream.step(time, gauges, own);
-            rest = others;
-        }
+        self.blocks_row(time, gauges, rest);
         if self.design.offset {
             *rest.last_mut().expect("there is an offset column") = 1.0;
         }
@@ -266,6 +300,7 @@ mod tests {
                 deviation: vec![2.0, 0.25],
             },
             offset: true,
+            history_step_secs: 0.0,
         }
     }
 

@@ -27,7 +27,7 @@ pub(crate) use column::{ColumnKind, History};
 pub use design::Design;
 pub(crate) use design::FeatureStream;
 pub(crate) use gauge_scale::GaugeScale;
-pub(crate) use look_back::{Distance, F_TH, LiveLookBack, T_TH};
+pub(crate) use look_back::{Distance, F_TH, HISTORY_RATE, LiveLookBack, T_TH};
 pub use look_back::{LoadPath, Thresholds};
 pub(crate) use monomial::Monomial;
 pub use setting::listed;

@@ -72,8 +72,8 @@ impl Code {
 pub enum Precision {
     /// In the program's own type, which may be single precision.
     Real,
-    /// In double precision whatever the program's type is.
-    Double,
+    /// As a time (s), which a C program may count in ticks.
+    Clock,
     /// As a count of samples.
     Index,
 }

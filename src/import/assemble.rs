@@ -9,6 +9,7 @@ use super::rows::Rows;
 use super::two_clocks::Table;
 use super::warning::{Finding, LoadWarning, Trouble};
 use super::{ReadError, TableError, timeline};
+use crate::recording::gap::LEAP_SECS;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
@@ -137,6 +138,11 @@ pub(super) fn recordings(
         mut rows,
     } = table;
     note_constant_gauges(&plan, &mut rows);
+    if let Some((row, [from_secs, to_secs])) = timeline::unwrap_counters(&mut rows.times, gap_secs)
+    {
+        let line = rows.line_of(row);
+        (rows.findings).note(line, Finding::WrappedClock { from_secs, to_secs });
+    }
     let cuts = timeline::cuts(&rows.times, gap_secs);
     if cuts.starts.len() >= RECORDING_LIMIT {
         let column = plan.time_column.unwrap_or_default();
@@ -149,7 +155,7 @@ pub(super) fn recordings(
     }
     cuts.note(&mut rows);
     let findings = std::mem::take(&mut rows.findings);
-    let recordings = cut(&path, plan, rows, &cuts.starts);
+    let recordings = cut(&path, plan, rows, &cuts);
     Ok((recordings, findings.into_warnings(&path)))
 }
 
@@ -174,7 +180,8 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-fn cut(path: &Path, plan: Plan, rows: Rows, starts: &[usize]) -> Vec<Recording> {
+fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Recording> {
+    let starts = &cuts.starts;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = |part: usize| {
         if starts.is_empty() {
@@ -193,7 +200,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, starts: &[usize]) -> Vec<Recording> 
     let times = parts(rows.times, 1);
     let gauges = parts(rows.gauges, plan.gauge_names.len());
     let loads = parts(rows.loads, plan.axes.len());
-    let mut recordings = Vec::with_capacity(times.len());
+    let mut recordings: Vec<Recording> = Vec::with_capacity(times.len());
     for ((times, gauges), loads) in times.into_iter().zip(gauges).zip(loads) {
         let recording = Recording::new(
             name(recordings.len() + 1),
@@ -205,9 +212,22 @@ fn cut(path: &Path, plan: Plan, rows: Rows, starts: &[usize]) -> Vec<Recording> 
             loads,
         )
         .expect("rows are finite and of one width, and each recording's times never go back");
-        recordings.push(recording.with_gauge_units(plan.gauge_units.clone()));
+        let recording = recording.with_gauge_units(plan.gauge_units.clone());
+        let mut recording = recording.with_gap(cuts.gap_secs);
+        if let Some(before) = recordings.last()
+            && follows(before, &recording)
+        {
+            recording = recording.after(before);
+        }
+        recordings.push(recording);
     }
     recordings
+}
+
+/// Whether a recording follows the one before it in its file on the same clock.
+fn follows(before: &Recording, recording: &Recording) -> bool {
+    let step = recording.times()[0] - before.times()[before.n_samples() - 1];
+    (0.0..=LEAP_SECS).contains(&step)
 }
 
 /// Cuts `values`, the first of which is number `offset`, before each of the `starts`. The shorter side of a cut is

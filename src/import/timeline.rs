@@ -2,14 +2,10 @@
 
 use super::rows::Rows;
 use super::warning::Finding;
+use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause};
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// A step this many times the median is a pause between recordings, not a few lost samples.
-const PAUSE_IN_STEPS: f64 = 20.0;
-/// No pause between recordings is shorter (s): nobody takes a load off and puts it back so fast, but computers stamp a
-/// sample late.
-const SHORTEST_GAP_SECS: f64 = 0.2;
 /// This many pauses, if they are also more than one step in [`STEPS_PER_BURST`], are the rhythm of a logger that
 /// writes rows in bursts.
 const FEWEST_BURSTS: usize = 20;
@@ -29,6 +25,8 @@ pub(super) struct Cuts {
     pub(super) starts: Vec<usize>,
     /// The first and the last row with the time of the row before, and how many there are.
     pub(super) repeats: Option<(usize, usize, u64)>,
+    /// A step longer than this cuts (s).
+    pub(super) gap_secs: f64,
     /// The pauses that are taken for the rhythm of a logger.
     bursts: Option<Bursts>,
 }
@@ -51,9 +49,10 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
         cuts.bursts = bursts(times);
         match cuts.bursts {
             Some(_) => GAP_BETWEEN_BURSTS_SECS,
-            None => steps_of_a_pause(times).max(SHORTEST_GAP_SECS),
+            None => gap_by_steps(times),
         }
     });
+    cuts.gap_secs = gap;
     for (before, pair) in times.windows(2).enumerate() {
         let (step, row) = (pair[1] - pair[0], before + 1);
         if step < 0.0 || step > gap {
@@ -92,11 +91,6 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
     })
 }
 
-/// How long the steps of a pause are at least, by the median.
-fn steps_of_a_pause(times: &[f64]) -> f64 {
-    median_step(times).map_or(f64::INFINITY, |step| PAUSE_IN_STEPS * step)
-}
-
 /// The unit that the times have by their values.
 ///
 /// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
@@ -125,10 +119,27 @@ pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
     })
 }
 
-/// The median of the steps forward; `None` if there are none.
-fn median_step(times: &[f64]) -> Option<f64> {
-    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
-    median(steps.filter(|step| *step > 0.0))
+/// Lets counters of 32 bits go on where they begin anew; says after which row the first does, from which time (s) to which.
+pub(super) fn unwrap_counters(
+    times: &mut [f64],
+    gap_secs: Option<f64>,
+) -> Option<(usize, [f64; 2])> {
+    if times.is_sorted() {
+        return None;
+    }
+    let gap_secs = gap_secs.unwrap_or_else(|| gap_by_steps(times));
+    if !gap_secs.is_finite() {
+        return None;
+    }
+    let (mut first, mut added) = (None, 0.0);
+    for row in 1..times.len() {
+        if let Some(wrap) = after_wrap(times[row] + added - times[row - 1], gap_secs) {
+            first = first.or(Some((row, [times[row - 1], times[row]])));
+            added += wrap;
+        }
+        times[row] += added;
+    }
+    first
 }
 
 /// For how many samples a reference stays the same before it changes, if it does so steadily.
@@ -220,7 +231,11 @@ mod tests {
 
     #[test]
     fn packets_with_short_pauses_are_one_recording_and_nothing_to_tell() {
-        assert_eq!(cuts(&runs(40, 50, 0.001, 0.004), None), Cuts::default());
+        let found = cuts(&runs(40, 50, 0.001, 0.004), None);
+        assert_eq!(
+            (found.starts, found.repeats, found.bursts),
+            (vec![], None, None)
+        );
     }
 
     #[test]
@@ -246,7 +261,11 @@ mod tests {
     fn a_single_late_stamp_is_no_gap() {
         let mut times: Vec<f64> = (0..2000).map(|k| f64::from(k) / 1000.0).collect();
         times[1000..].iter_mut().for_each(|time| *time += 0.03);
-        assert_eq!(cuts(&times, None), Cuts::default());
+        let found = cuts(&times, None);
+        assert_eq!(
+            (found.starts, found.repeats, found.bursts),
+            (vec![], None, None)
+        );
         times[1000..].iter_mut().for_each(|time| *time += 0.2);
         assert_eq!(cuts(&times, None).starts, [1000]);
     }
@@ -280,7 +299,7 @@ mod tests {
         let found = cuts(&[3.0; 4], None);
         assert!(found.starts.is_empty());
         assert_eq!(found.repeats, Some((1, 3, 3)));
-        assert_eq!(cuts(&[], None), Cuts::default());
+        assert!(cuts(&[], None).starts.is_empty());
     }
 
     #[test]

@@ -63,6 +63,11 @@ pub enum Finding {
     /// Time jumps or goes back, so that a new recording starts.
     #[error("time goes from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
+    /// A counter of the time begins anew.
+    #[error(
+        "time goes from {from_secs} s back to {to_secs} s as a counter of 32 bits does, and is taken to go on"
+    )]
+    WrappedClock { from_secs: f64, to_secs: f64 },
     /// Pauses that are taken for a logger's own, so that no new recording starts.
     #[error(
         "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, say in the import window after what pause a new recording starts, or set \"gap_secs\" in a column map"

@@ -4,6 +4,7 @@
 
 mod axis;
 mod full_scale;
+pub mod gap;
 mod groups;
 pub mod kinetics;
 #[expect(

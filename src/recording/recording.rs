@@ -5,7 +5,9 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::{Axis, Tare};
 
 /// Where a recording comes from.
@@ -29,14 +31,17 @@ pub enum Source {
 pub struct Recording {
     name: String,
     source: Source,
-    times: Vec<f64>,
+    times: Arc<Vec<f64>>,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
-    gauges: Vec<f64>,
+    gauges: Arc<Vec<f64>>,
     axes: Vec<Axis>,
     loads: Vec<f64>,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
+    /// Where somebody knows better than the steps.
+    gap_secs: Option<f64>,
+    earlier: Option<Earlier>,
 }
 
 /// Why numbers do not make a recording.
@@ -125,12 +130,14 @@ impl Recording {
         Ok(Self {
             rate_hz: rate_hz(&times),
             tare: None,
+            gap_secs: None,
+            earlier: None,
             name,
             source,
-            times,
+            times: Arc::new(times),
             gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
-            gauges,
+            gauges: Arc::new(gauges),
             axes,
             loads,
         })
@@ -147,12 +154,38 @@ impl Recording {
 
     /// The recording with these numbers taken off its gauges, one each.
     pub(super) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
-        for sample in self.gauges.chunks_exact_mut(offsets.len()) {
+        for sample in Arc::make_mut(&mut self.gauges).chunks_exact_mut(offsets.len()) {
             let values = sample.iter_mut().zip(offsets);
             values.for_each(|(value, offset)| *value -= offset);
         }
+        if let Some(earlier) = &mut self.earlier {
+            earlier.tared(offsets);
+        }
         self.tare = Some(tare);
         self
+    }
+
+    /// The recording with what a gap is in its file (s).
+    pub(crate) fn with_gap(mut self, gap_secs: f64) -> Self {
+        self.gap_secs = Some(gap_secs);
+        self
+    }
+
+    /// The recording as that which follows another of its file after a gap: creep and play go on through it.
+    pub(crate) fn after(mut self, before: &Self) -> Self {
+        let (times, gauges, earlier) = (&before.times, &before.gauges, before.earlier.as_ref());
+        self.earlier = Some(Earlier::new(times, gauges, earlier, before.n_gauges()));
+        self
+    }
+
+    /// What the sensor showed before the gap that this follows, if it does.
+    pub(crate) fn earlier(&self) -> Option<&Earlier> {
+        self.earlier.as_ref()
+    }
+
+    /// Above which step samples are missing (s): what its file was cut by, or by its own steps.
+    pub fn gap_secs(&self) -> f64 {
+        self.gap_secs.unwrap_or_else(|| gap_by_steps(&self.times))
     }
 
     /// How the gauges were tared; `None` where they are as they were measured.
@@ -238,7 +271,10 @@ impl Recording {
     /// A step of 0 counts as 1.
     pub fn decimated(&self, step: usize) -> Self {
         let step = step.max(1);
-        self.picked((0..self.n_samples()).step_by(step), self.name.clone())
+        let mut kept = self.picked((0..self.n_samples()).step_by(step), self.name.clone());
+        kept.gap_secs = self.gap_secs.map(|gap_secs| gap_secs * step as f64);
+        kept.earlier = self.earlier.as_ref().map(|earlier| earlier.decimated(step));
+        kept
     }
 
     /// Cuts the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
@@ -288,10 +324,12 @@ impl Recording {
             source: self.source.clone(),
             rate_hz: rate_hz(&times),
             tare: self.tare,
-            times,
+            gap_secs: self.gap_secs,
+            earlier: None,
+            times: Arc::new(times),
             gauge_names: self.gauge_names.clone(),
             gauge_units: self.gauge_units.clone(),
-            gauges: rows(&self.gauges, self.n_gauges()),
+            gauges: Arc::new(rows(&self.gauges, self.n_gauges())),
             axes: self.axes.clone(),
             loads: rows(&self.loads, self.axes.len()),
         }

@@ -8,8 +8,6 @@ pub const FORCE_UNITS: &str = "N, kN, mN, lbf, kgf, gf";
 /// Moment units that [`moment_in_newton_metres`] understands, for messages.
 pub const MOMENT_UNITS: &str =
     "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, kgf·cm (also written Nm, N-m, N.m, N*m)";
-/// Time units that [`TimeUnit::from_name`] understands, for messages.
-pub const TIME_UNITS: &str = "s, ms, us, ns";
 
 /// Angle units that [`angle_in_radians`] understands, for messages.
 pub const ANGLE_UNITS: &str = "rad, deg";

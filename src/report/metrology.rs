@@ -314,7 +314,8 @@ pub fn figure_records(metrology: &Metrology) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::metrology::{MetrologySettings, Run, table};
+    use crate::evaluation::metrology::Run;
+    use crate::evaluation::metrology::tests::table_of;
     use crate::recording::Axis;
 
     /// Fx of 10 N full scale and Mx of none; Conv. is 1 off and Comp. 0.5, everywhere.
@@ -334,8 +335,7 @@ mod tests {
             conventional: &off(1.0),
             compensated: &off(0.5),
         };
-        let settings = MetrologySettings::default();
-        table(&[run], &axes, &[10.0, 0.0], &settings).unwrap()
+        table_of(&[run], &axes, &[10.0, 0.0])
     }
 
     fn texts(table: &Table, name: &str) -> Vec<String> {

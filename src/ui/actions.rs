@@ -1,10 +1,12 @@
 //! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet of keys.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
+use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
 use crate::ui::panes;
@@ -15,7 +17,7 @@ pub struct Action {
     /// What it is called, everywhere.
     pub name: String,
     /// What it does, in a sentence.
-    pub explanation: &'static str,
+    pub explanation: Cow<'static, str>,
     /// The keys that ask for it.
     pub keys: Option<KeyboardShortcut>,
     /// Whether it makes sense now.
@@ -111,7 +113,10 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
         .only_if(fitted),
         action(
             "Save traces on screen…",
-            "Calculated, Conventional and Compensated over the interval on screen, as .csv or .parquet",
+            format!(
+                "Calculated, Conventional and Compensated over the interval on screen, as {}",
+                FileFormat::listed(TRACE_FORMATS)
+            ),
             None,
             Command::ChooseTraces,
         )
@@ -454,13 +459,13 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ve
 
 fn action(
     name: impl Into<String>,
-    explanation: &'static str,
+    explanation: impl Into<Cow<'static, str>>,
     keys: Option<KeyboardShortcut>,
     command: Command,
 ) -> Action {
     Action {
         name: name.into(),
-        explanation,
+        explanation: explanation.into(),
         keys,
         enabled: true,
         command,

@@ -74,7 +74,7 @@ impl CommandPalette {
                         if at == self.chosen {
                             button.scroll_to_me(None);
                         }
-                        if button.on_hover_text(action.explanation).clicked() {
+                        if button.on_hover_text(&*action.explanation).clicked() {
                             taken = Some(at);
                         }
                     }

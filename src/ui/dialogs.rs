@@ -97,10 +97,8 @@ impl Dialogs for NativeDialogs {
         let mut dialog = rfd::AsyncFileDialog::new()
             .set_title("Save")
             .set_file_name(content.usual_name());
-        if let FileContent::Calibration(..) = content {
-            for target in TARGETS {
-                dialog = dialog.add_filter(target.name(), target.endings());
-            }
+        for (name, endings) in content.formats() {
+            dialog = dialog.add_filter(name, &endings);
         }
         let none = Command::TypePathFor(content.clone());
         asked(reply, none, || {

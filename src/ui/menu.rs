@@ -40,8 +40,11 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
             button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
         }
         let button = ui.add_enabled(action.enabled, button);
-        let button = button.on_hover_text(action.explanation);
-        if button.on_disabled_hover_text(action.explanation).clicked() {
+        let button = button.on_hover_text(&*action.explanation);
+        if button
+            .on_disabled_hover_text(&*action.explanation)
+            .clicked()
+        {
             out.push(action.command);
             ui.close(); // by a key it would stay
         }

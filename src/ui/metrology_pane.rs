@@ -1,14 +1,16 @@
 //! The figures of a certificate: rows with their definitions at hand, Conv. beside Comp. for every axis.
 
+use std::sync::Arc;
+
 use crate::analysis::loops::{Look, Question, TableOf, TableQuestion};
-use crate::engine::{Action, Edit, Engine, Existing, FileContent};
+use crate::engine::{Edit, Engine, FileContent};
 use crate::evaluation::metrology::{Metrology, MetrologySettings};
 use crate::recording::Axis;
 use crate::report::{Shown, Table, crosstalk, overview};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table;
+use crate::ui::table::{self, Saving};
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -81,32 +83,17 @@ impl MetrologyPane {
                 out.push(Edit::Measuring(measuring).into());
             }
             ui.separator();
-            ui.add_enabled_ui(table.is_some(), |ui| {
-                if ui
-                    .button("Copy table")
-                    .on_hover_text("As tab-separated text")
-                    .clicked()
-                {
-                    let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
-                    ui.copy_text(texts.join("\n\n"));
-                }
-                let label = ui.label("CSV");
-                let field = egui::TextEdit::singleline(&mut self.path).desired_width(120.0);
-                ui.add(field)
-                    .labelled_by(label.id)
-                    .on_hover_text("Where the table is written");
-                let save = ui.button("Save").on_hover_text(
-                    "With units, % of full scale, places, reasons, definitions and sources",
-                );
-                let path = self.path.trim();
-                if save.clicked()
-                    && !path.is_empty()
-                    && let Some(table) = table
-                {
-                    let content = FileContent::Metrology(table.clone());
-                    out.push(Action::Save(content, path.into(), Existing::Ask).into());
-                }
-            });
+            let saving = Saving {
+                path: &mut self.path,
+                holds: "With units, % of full scale, places, reasons, definitions and sources",
+                enabled: table.is_some(),
+            };
+            let text = || {
+                let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
+                texts.join("\n\n")
+            };
+            let content = || Some(FileContent::Metrology(Arc::clone(table?)));
+            saving.show(ui, text, content, out);
         });
         ui.separator();
         if let Some(problem) = engine.figures.problem() {

@@ -4,15 +4,14 @@ use std::time::Duration;
 
 use egui::RichText;
 
-use crate::engine::{
-    Action, Engine, Existing, FileContent, ModelChange, Models, Row, SEARCH_MINUTES,
-};
+use crate::analysis::RELATIVE;
+use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table::{self, Sort};
+use crate::ui::table::{self, Saving, Sort};
 
 /// Nobody waits longer than this (min).
 const MOST_MINUTES: f64 = 10_000.0;
@@ -42,7 +41,7 @@ impl Default for View {
         Self {
             errors_on: ScoreSet::LeftOut,
             minutes: SEARCH_MINUTES,
-            sort: Sort::by(Models::RELATIVE),
+            sort: Sort::by(RELATIVE),
             path: "models.csv".to_owned(),
         }
     }
@@ -59,7 +58,14 @@ impl PaneView for View {
                     .on_hover_text(set.explanation());
             }
             ui.separator();
-            self.saving(ui, engine, out);
+            let whole = || whole(engine, &self.sort, self.errors_on);
+            let saving = Saving {
+                path: &mut self.path,
+                holds: "Every row as it stands, with train, test and cross-validation",
+                enabled: !engine.models.rows.is_empty(),
+            };
+            let content = || Some(FileContent::Models(Box::new(whole())));
+            saving.show(ui, || whole().tab_separated(), content, out);
         });
         ui.separator();
         if engine.models.rows.is_empty() {
@@ -127,34 +133,6 @@ impl View {
         }
     }
 
-    fn saving(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let any = !engine.models.rows.is_empty();
-        let copy = ui.add_enabled(any, egui::Button::new("Copy table"));
-        if copy.on_hover_text("As tab-separated text").clicked() {
-            ui.copy_text(self.whole(engine).tab_separated());
-        }
-        let label = ui.label("CSV");
-        let field = egui::TextEdit::singleline(&mut self.path).desired_width(110.0);
-        ui.add_enabled(any, field)
-            .labelled_by(label.id)
-            .on_hover_text("Where the list is written");
-        let save = ui.add_enabled(any, egui::Button::new("Save"));
-        let save =
-            save.on_hover_text("Every row as it stands, with train, test and cross-validation");
-        let path = self.path.trim();
-        if save.clicked() && !path.is_empty() {
-            let content = FileContent::Models(Box::new(self.whole(engine)));
-            out.push(Action::Save(content, path.into(), Existing::Ask).into());
-        }
-    }
-
-    /// The list with all errors, in the order in which it stands.
-    fn whole(&self, engine: &Engine) -> Table {
-        let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
-        let order = self.sort.order(&table(&[self.errors_on]));
-        table(&ScoreSet::ALL).in_order(&order)
-    }
-
     fn list(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         let project = engine.project();
         let table = engine.models.table(project, &[self.errors_on]);
@@ -177,6 +155,13 @@ impl View {
             }
         });
     }
+}
+
+/// The list with all errors, in the order in which it stands.
+fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
+    let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
+    let order = sort.order(&table(&[errors_on]));
+    table(&ScoreSet::ALL).in_order(&order)
 }
 
 /// Whether a row is pinned, and what else becomes of it.

@@ -3,7 +3,6 @@
 //! left-out recordings are told apart by their dashes.
 
 use egui::{Color32, Stroke, Visuals};
-use egui_plot::LineStyle;
 
 use crate::analysis::loops::Inks;
 use crate::evaluation::threshold_study::ScoreSet;
@@ -44,6 +43,11 @@ pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
+/// A colour as figures have it.
+pub fn bytes(color: Color32) -> [u8; 3] {
+    [color.r(), color.g(), color.b()]
+}
+
 /// What marks the look-back.
 pub fn look_back(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode {
@@ -75,11 +79,11 @@ pub fn without_past(visuals: &Visuals) -> Color32 {
 }
 
 /// How errors on these samples are drawn.
-pub fn score(set: ScoreSet, visuals: &Visuals) -> (Color32, LineStyle) {
+pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     match set {
-        ScoreSet::Train => (visuals.weak_text_color(), LineStyle::dotted_dense()),
-        ScoreSet::Test => (visuals.text_color(), LineStyle::dashed_loose()),
-        ScoreSet::LeftOut => (visuals.strong_text_color(), LineStyle::Solid),
+        ScoreSet::Train => visuals.weak_text_color(),
+        ScoreSet::Test => visuals.text_color(),
+        ScoreSet::LeftOut => visuals.strong_text_color(),
     }
 }
 
@@ -150,7 +154,7 @@ mod tests {
                 ("look-back", look_back(&visuals)),
             ];
             texts.extend(Trace::ALL.map(|trace| (trace.label(), trace.color(&visuals))));
-            texts.extend(ScoreSet::ALL.map(|set| (set.label(), score(set, &visuals).0)));
+            texts.extend(ScoreSet::ALL.map(|set| (set.label(), score(set, &visuals))));
             let striped = visuals.panel_fill.blend(visuals.faint_bg_color);
             let grounds = [
                 visuals.panel_fill,

@@ -8,7 +8,7 @@ use egui::{
 };
 use egui_plot::{
     AxisHints, CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry,
-    PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform, PlotUi,
+    PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform, PlotUi, VLine,
 };
 
 use crate::evaluation::loops::Frame;
@@ -17,7 +17,7 @@ use crate::report::figure::{Cloud, CloudPicture, Figure, Line};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
-use crate::ui::picture;
+use crate::ui::{palette, picture};
 
 /// The plot hands its grid the width of this many points as `base_step_size`; set so that both agree.
 pub const GRID_BASE_POINTS: f64 = 8.0;
@@ -137,9 +137,7 @@ pub fn plot(
                 let size = [size(frame.loads), size(frame.outputs)];
                 plot.image(PlotImage::new("", texture, centre, size).allow_hover(false));
             }
-            for line in &drawing.lines {
-                add(plot, line);
-            }
+            lines(plot, drawing);
         });
     let painter = ui.painter_at(response.response.rect);
     for arrow in &drawing.arrows {
@@ -155,15 +153,29 @@ pub fn plot(
             painter.add(Shape::convex_polygon(corners.to_vec(), color, Stroke::NONE));
         }
     }
-    response.response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, drawing.title.clone())
-    });
     follow_gestures(ui, &response, bounds, zoom);
-    let part = with_labels(response.response.rect);
-    picture::menu(&response.response, part, Some(&|| print.clone()), out);
+    let print = || print.clone();
+    finish(&response.response, &drawing.title, Some(&print), out);
     Drawn {
         response: response.response,
         transform: response.transform,
+    }
+}
+
+/// Draws the lines of a figure, and what it marks, on a plot that shows all of it.
+pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::Visuals) {
+    let (across, up) = (figure.across.range, figure.up.range);
+    plot.set_plot_bounds(PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]));
+    lines(plot, figure);
+    if let Some(at) = figure.marked {
+        let mark = VLine::new("", at).color(palette::present(visuals));
+        plot.vline(mark.width(1.2));
+    }
+}
+
+fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
+    for line in &figure.lines {
+        plot.add(Pieces::of(line));
     }
 }
 
@@ -228,8 +240,19 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     made
 }
 
+/// Names a plot for whoever cannot see it, and adds the menu of its picture; `print` makes what an SVG of it holds.
+pub fn finish<'a>(
+    plot: &egui::Response,
+    name: &str,
+    print: Option<&dyn Fn() -> Figure<'a>>,
+    out: &mut Vec<Command>,
+) {
+    plot.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
+    picture::menu(plot, with_labels(plot.rect), print, out);
+}
+
 /// A plot's part of the window: its labels stand beside it.
-pub fn with_labels(plot: egui::Rect) -> egui::Rect {
+fn with_labels(plot: egui::Rect) -> egui::Rect {
     let mut part = plot.expand(4.0);
     part.min.x -= VALUE_AXIS_WIDTH + 18.0;
     part.max.y += 30.0;

@@ -8,6 +8,7 @@ use crate::analysis::{self, RecordingResult};
 use crate::engine::{Action, Edit, Engine};
 use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, GroupPattern, Role, Tare};
+use crate::report::{self, Cell, Table};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
 use crate::ui::numbers::{elided, significant};
@@ -126,7 +127,7 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
         }
         let copy = ui.small_button("Copy list");
         if copy.on_hover_text("Roles, names, samples and errors as tab-separated text").clicked() {
-            ui.copy_text(as_text(engine));
+            ui.copy_text(as_table(engine).tab_separated());
         }
         if engine.project().split.is_some() {
             let whole = ui.button("Undo split");
@@ -316,49 +317,42 @@ fn group_menu(
     }
 }
 
-/// The list as tab-separated text.
-fn as_text(engine: &Engine) -> String {
+/// The list as a table, with the errors of every axis.
+fn as_table(engine: &Engine) -> Table {
     let axes = engine.project().axes();
-    let mut titles = ["role", "name", "group", "samples"]
-        .map(str::to_owned)
+    let mut columns = ["role", "name", "group"]
+        .map(report::Column::words)
         .to_vec();
+    columns.push(report::Column::numbers("samples"));
     for trace in [Trace::Conventional, Trace::Compensated] {
-        titles.extend(
-            axes.iter()
-                .map(|axis| format!("{} RMSE {} [{}]", trace.label(), axis.symbol(), axis.unit())),
-        );
+        columns.extend(axes.iter().map(|axis| report::Column {
+            unit: axis.unit(),
+            ..report::Column::numbers(format!("{} RMSE {}", trace.label(), axis.symbol()))
+        }));
     }
-    let rows = engine
-        .project()
-        .recordings
-        .entries()
-        .iter()
-        .enumerate()
-        .map(|(at, entry)| {
-            let role = format!("{:?}", entry.role).to_lowercase();
-            let samples = entry.recording.n_samples().to_string();
-            let mut cells = vec![
-                role,
-                entry.recording.name().replace(['\t', '\n'], " "),
-                group_of(engine, at)
-                    .unwrap_or_default()
-                    .replace(['\t', '\n'], " "),
-                samples,
-            ];
-            let result = engine.result_of(at);
-            for rmse in [
-                result.and_then(|result| result.conventional_rmse.as_ref()),
-                result.and_then(|result| result.compensated_rmse.as_ref()),
-            ] {
-                cells.extend((0..axes.len()).map(|axis| {
-                    let value = rmse.and_then(|rmse| rmse.get(axis));
-                    value.map_or_else(String::new, |value| significant(*value, 5))
-                }));
-            }
-            cells.join("\t")
-        });
-    let lines: Vec<String> = std::iter::once(titles.join("\t")).chain(rows).collect();
-    lines.join("\n")
+    let entries = engine.project().recordings.entries().iter().enumerate();
+    let rows = entries.map(|(at, entry)| {
+        let role = format!("{:?}", entry.role).to_lowercase();
+        let group = group_of(engine, at).unwrap_or_default();
+        let mut cells = [&role, entry.recording.name(), group]
+            .map(Cell::words)
+            .to_vec();
+        let samples = entry.recording.n_samples();
+        cells.push(Cell::number(samples as f64, samples.to_string()));
+        let result = engine.result_of(at);
+        let rmse = result.map(|own| [&own.conventional_rmse, &own.compensated_rmse]);
+        for output in 0..2 {
+            let rmse = rmse.and_then(|rmse| rmse[output].as_ref());
+            let value = |axis: usize| rmse.and_then(|rmse| rmse.get(axis)).copied();
+            cells.extend((0..axes.len()).map(|axis| Cell::digits(value(axis), 5)));
+        }
+        cells
+    });
+    Table {
+        rows: rows.collect(),
+        columns,
+        ..Table::default()
+    }
 }
 
 fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {

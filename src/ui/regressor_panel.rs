@@ -1,7 +1,7 @@
 //! Which regressor, how strong its ridge, and the training of what takes long.
 
 use egui::ComboBox;
-use egui_plot::{Legend, Line, Plot, PlotPoints};
+use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
 
 use crate::analysis::{TrainingStep, cross_validation_cost};
 use crate::calibration::{
@@ -14,7 +14,7 @@ use crate::ui::command::Command;
 use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{number, switch};
-use crate::ui::{palette, picture, plots};
+use crate::ui::{palette, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
 pub fn regressor(
@@ -184,8 +184,7 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>)
     };
     let train = curve(&|report| Some(report.train_loss));
     let held_out = curve(&|report| report.held_out_loss);
-    let visuals = ui.visuals();
-    let looks = [ScoreSet::Train, ScoreSet::LeftOut].map(|set| palette::score(set, visuals));
+    let visuals = ui.visuals().clone();
     let shown = plots::scales(Plot::new("loss"), Some("epoch"), "loss")
         .height(110.0)
         .allow_scroll(false)
@@ -194,13 +193,13 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>)
         .legend(Legend::default())
         .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 2))
         .show(ui, |plot| {
-            let lines = [("train", train), ("held out", held_out)];
-            for ((name, points), (color, style)) in lines.into_iter().zip(looks) {
+            for (name, points, set, style) in [
+                ("train", train, ScoreSet::Train, LineStyle::dotted_dense()),
+                ("held out", held_out, ScoreSet::LeftOut, LineStyle::Solid),
+            ] {
+                let color = palette::score(set, &visuals);
                 plot.line(Line::new(name, points).color(color).style(style).width(1.5));
             }
         });
-    let info = || egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Training loss");
-    shown.response.widget_info(info);
-    let part = plots::with_labels(shown.response.rect);
-    picture::menu(&shown.response, part, None, out);
+    plots::finish(&shown.response, "Training loss", None, out);
 }

@@ -4,7 +4,7 @@ use egui::{DragValue, Slider, SliderClamping};
 
 use crate::calibration::{DECIMATION, FitSettings, OFFSET};
 use crate::engine::{Edit, Engine};
-use crate::features::{Distance, F_TH, FeatureSettings, T_TH, Thresholds};
+use crate::features::{Distance, F_TH, FeatureSettings, HISTORY_RATE, T_TH, Thresholds};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
@@ -44,6 +44,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         regressor_panel::regressor(ui, engine, &mut settings, out);
         ui.checkbox(&mut settings.offset, OFFSET.label)
             .on_hover_text(OFFSET.help());
+        number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
     });
     decimation(ui, &mut settings);
     ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {

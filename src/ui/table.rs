@@ -2,7 +2,9 @@
 
 use egui::RichText;
 
+use crate::engine::{Action, Existing, FileContent};
 use crate::report::{Cell, Column, Table, Value};
+use crate::ui::command::Command;
 use crate::ui::numbers::elided;
 
 /// Columns of numbers are at least this wide.
@@ -39,6 +41,47 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
         });
     if !table.note.is_empty() {
         ui.weak(&table.note);
+    }
+}
+
+/// What copies a table and writes it as CSV.
+pub struct Saving<'a> {
+    /// Where it is written.
+    pub path: &'a mut String,
+    /// What the file holds.
+    pub holds: &'a str,
+    /// Whether there is a table.
+    pub enabled: bool,
+}
+
+impl Saving<'_> {
+    /// Draws the buttons; `text` makes what the clipboard gets, `content` what the file gets.
+    pub fn show(
+        self,
+        ui: &mut egui::Ui,
+        text: impl FnOnce() -> String,
+        content: impl FnOnce() -> Option<FileContent>,
+        out: &mut Vec<Command>,
+    ) {
+        ui.add_enabled_ui(self.enabled, |ui| {
+            let copy = ui.button("Copy table");
+            if copy.on_hover_text("As tab-separated text").clicked() {
+                ui.copy_text(text());
+            }
+            let label = ui.label("CSV");
+            let field = egui::TextEdit::singleline(self.path).desired_width(120.0);
+            ui.add(field)
+                .labelled_by(label.id)
+                .on_hover_text("Where the table is written");
+            let save = ui.button("Save").on_hover_text(self.holds);
+            let path = self.path.trim();
+            if save.clicked()
+                && !path.is_empty()
+                && let Some(content) = content()
+            {
+                out.push(Action::Save(content, path.into(), Existing::Ask).into());
+            }
+        });
     }
 }
 

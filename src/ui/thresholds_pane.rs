@@ -7,9 +7,11 @@ mod map;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
 use crate::evaluation::mean_hysteresis::FEWEST_REVERSALS;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
 use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::ui::command::{Command, ImageTo, Kind, Pane};
 use crate::ui::numbers::significant;
@@ -138,15 +140,15 @@ impl View {
         ui.separator();
         let label = ui.label("Save as");
         let field = egui::TextEdit::singleline(&mut self.path)
-            .hint_text("path ending in .csv, .svg or .png")
+            .hint_text(format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS)))
             .desired_width(130.0);
         ui.add(field)
             .labelled_by(label.id)
             .on_hover_text("Its ending says as what it is saved");
         let path = self.path.trim();
-        let save = ui.button("Save").on_hover_text(
-            ".csv: every number; .svg: the map and its curves; .png: this pane as it is on screen",
-        );
+        let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
+        let formats: String = formats.chain([".png: this pane as it is on screen".to_owned()]).collect();
+        let save = ui.button("Save").on_hover_text(formats);
         if save.clicked() && !path.is_empty() {
             let path = std::path::PathBuf::from(path);
             out.push(if ends_in_png(&path) {
@@ -187,10 +189,8 @@ fn measure_text(map: &ThresholdMap, measure: Measure) -> String {
 
 /// F_th as it is shown, with its unit.
 fn f_th_text(distance: Distance, f_th: f64) -> String {
-    match distance {
-        Distance::Force => format!("{} N", significant(f_th, 3)),
-        Distance::FullScale => format!("{} % FS", significant(100.0 * f_th, 3)),
-    }
+    let shown = ShownFTh::of(distance);
+    format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)
 }
 
 pub fn pair_text(distance: Distance, thresholds: Thresholds) -> String {

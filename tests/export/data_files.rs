@@ -144,6 +144,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
     small.axes.pop();
     small.units.pop();
     small.full_scale.pop();
+    small.limits.pop();
     small.conventional.matrix.pop();
     small.compensated.as_mut().unwrap().matrix.pop();
     let mut endless = linear.clone();

@@ -31,7 +31,7 @@ int main(int argc, char **argv)
         printf("%d\n", status);
         taken += 1;
         if (argc > 1 && taken == 100)
-            OF(_bias)(&state);
+            OF(_zero_last_load)(&state);
     }
     return 0;
 }

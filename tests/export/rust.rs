@@ -13,21 +13,17 @@ use crate::support::{
 const DRIVER: &str = r#"
 #[allow(dead_code)]
 mod exported;
-use exported::{GAUGES, Real, State, Status};
+use exported::{GAUGES, Real, State};
 
 fn main() {
-    let mut state = State::new(20.0);
+    let mut state = State::new();
     for line in std::io::stdin().lines() {
         let line = line.unwrap();
         let mut numbers = line.split(' ').map(|text| text.parse::<f64>().unwrap());
         let time = numbers.next().unwrap();
         let gauges: [Real; GAUGES] = std::array::from_fn(|_| numbers.next().unwrap() as Real);
         let loads = state.update(time, &gauges);
-        let status = match loads.status {
-            Status::Ok => 0.0,
-            Status::Restarted => 1.0,
-            Status::Rejected => 2.0,
-        };
+        let status = Real::from(loads.status as u8);
         let all = loads.load.iter().chain(&loads.conventional).chain([&status]);
         println!("{}", all.map(|load| load.to_string()).collect::<Vec<_>>().join(" "));
     }
@@ -64,6 +60,22 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
                 .args(["--edition", "2024", "-D", "warnings", "-o"])
                 .arg(at("program"));
             succeed(compile.arg(at("main.rs")));
+            // On a machine without an operating system, too.
+            fs::write(
+                at("bare.rs"),
+                format!("#![no_std]\n#![allow(dead_code)]\nmod exported;\n"),
+            )
+            .unwrap();
+            let mut compile = Command::new("rustc");
+            compile.args([
+                "--edition",
+                "2024",
+                "--crate-type",
+                "lib",
+                "--emit",
+                "metadata",
+            ]);
+            succeed(compile.arg(at("bare.rs")).arg("-o").arg(at("bare.rmeta")));
             let run = |file: &str| {
                 let input = Stdio::from(File::open(at(file)).unwrap());
                 succeed(Command::new(at("program")).stdin(input))

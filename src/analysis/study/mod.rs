@@ -54,7 +54,7 @@ impl Study {
         // Its steps are not those that whoever watches counts.
         let data = datasets.get(&Key::of(&request), &progress.part())?;
         let blank = data.blank_calibration(&request.settings)?;
-        let paths = data.paths(&blank.distance_weights());
+        let paths = data.paths(&blank);
         progress.check()?;
         Ok(Self {
             data,

@@ -1,7 +1,6 @@
 //! From inputs to loads, in double precision.
 //!
-//! Guarantees: many samples at once and one alone give the same numbers to within rounding; one alone allocates
-//! nothing; an input that is not a finite number gives loads that are none, in its own sample only.
+//! Guarantees: many samples at once and one alone give the same numbers to within rounding; an input that is not a finite number gives loads that are none, in its own sample only.
 
 use rayon::prelude::*;
 
@@ -10,13 +9,6 @@ use super::passes::Forward;
 
 /// Samples that go through the network together; their values stay in the second-level cache.
 const BLOCK_SAMPLES: usize = 256;
-
-/// Memory for [`Network::predict_one`].
-#[derive(Clone, Debug)]
-pub struct Scratch {
-    values: Vec<f64>,
-    outputs: Vec<f64>,
-}
 
 impl Network {
     /// Predicts many samples, on all threads of the pool it is called from; the numbers do not depend on how many.
@@ -50,35 +42,6 @@ impl Network {
             );
     }
 
-    /// Memory that [`Network::predict_one`] can use again and again.
-    pub fn scratch(&self) -> Scratch {
-        let widths = self.layers.iter().map(|layer| layer.biases.len());
-        let widest = widths.chain([self.n_inputs()]).max().unwrap_or(0);
-        Scratch {
-            values: vec![0.0; widest],
-            outputs: vec![0.0; widest],
-        }
-    }
-
-    /// Predicts one sample without allocating.
-    ///
-    /// **Shapes** `inputs` is `n_inputs`, `out` is `n_targets`; `scratch` comes from [`Network::scratch`].
-    ///
-    /// # Panics
-    /// If the shapes differ from these, the scratch is that of a smaller network, or the network is not one that
-    /// [`Network::validate`] accepts.
-    pub fn predict_one(&self, inputs: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
-        assert_eq!(inputs.len(), self.n_inputs(), "one number per input");
-        assert_eq!(out.len(), self.n_targets(), "one number per target");
-        pulp::Arch::new().dispatch(One {
-            network: self,
-            inputs,
-            scratch,
-            out,
-        });
-    }
-
-    #[inline(always)]
     fn standardise(&self, inputs: &[f64], values: &mut [f64]) {
         let scales = self.input_shift.iter().zip(&self.input_inverse_scale);
         for ((value, input), (shift, inverse_scale)) in values.iter_mut().zip(inputs).zip(scales) {
@@ -88,62 +51,12 @@ impl Network {
         }
     }
 
-    #[inline(always)]
     fn restore(&self, outputs: &[f64], loads: &mut [f64]) {
         let scales = self.target_shift.iter().zip(&self.target_scale);
         for ((load, output), (shift, scale)) in loads.iter_mut().zip(outputs).zip(scales) {
             *load = shift + scale * output;
         }
     }
-}
-
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct One<'a> {
-    network: &'a Network,
-    inputs: &'a [f64],
-    scratch: &'a mut Scratch,
-    out: &'a mut [f64],
-}
-
-impl pulp::WithSimd for One<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Scratch { values, outputs } = self.scratch;
-        self.network.standardise(self.inputs, values);
-        let mut fan_in = self.inputs.len();
-        for (at, layer) in self.network.layers.iter().enumerate() {
-            let last = at + 1 == self.network.layers.len();
-            let units = layer.weights.iter().zip(&layer.biases);
-            for (output, (row, &bias)) in outputs.iter_mut().zip(units) {
-                let sum = f64::from(bias) + dot(row, &values[..fan_in]);
-                *output = if sum < 0.0 && !last { 0.0 } else { sum };
-            }
-            fan_in = layer.biases.len();
-            std::mem::swap(values, outputs);
-        }
-        self.network.restore(&values[..fan_in], self.out);
-    }
-}
-
-/// Sums that run side by side, so that they need not wait for each other.
-const LANES: usize = 16;
-
-#[inline(always)]
-fn dot(weights: &[f32], values: &[f64]) -> f64 {
-    let (weights, last_weights) = weights.as_chunks::<LANES>();
-    let (values, last_values) = values.as_chunks::<LANES>();
-    let mut sums = [0.0; LANES];
-    for (weights, values) in weights.iter().zip(values) {
-        for lane in 0..LANES {
-            sums[lane] += f64::from(weights[lane]) * values[lane];
-        }
-    }
-    let last: f64 = (last_weights.iter().zip(last_values))
-        .map(|(weight, value)| f64::from(*weight) * value)
-        .sum();
-    sums.iter().sum::<f64>() + last
 }
 
 #[cfg(test)]
@@ -181,13 +94,12 @@ mod tests {
     fn one_sample_gives_what_many_give() {
         for hidden in [&[][..], &[1], &[40], &[100, 33, 17]] {
             let network = any_network(hidden);
-            let mut scratch = network.scratch();
             let inputs = rows(2 * BLOCK_SAMPLES + 3);
             let mut many = vec![0.0; inputs.len()];
             network.predict_rows(&inputs, &mut many);
             for (inputs, many) in inputs.chunks_exact(2).zip(many.chunks_exact(2)) {
                 let mut one = [0.0; 2];
-                network.predict_one(inputs, &mut scratch, &mut one);
+                network.predict_rows(inputs, &mut one);
                 for (one, many) in one.iter().zip(many) {
                     assert!((one - many).abs() <= 1e-12 * many.abs(), "{one} {many}");
                 }
@@ -207,7 +119,7 @@ mod tests {
                 out.map(f64::is_nan),
                 [false, false, true, true, false, false]
             );
-            network.predict_one(&inputs[2..4], &mut network.scratch(), &mut out[..2]);
+            network.predict_rows(&inputs[2..4], &mut out[..2]);
             assert!(out[0].is_nan());
         }
     }

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::LeftOut;
-use crate::calibration::is_within_one_standard_error;
+use crate::calibration::simplest_good;
 
 /// Strengths that are tried, stronger ones first; before them stands "not at all".
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
@@ -118,26 +118,15 @@ impl Tried<'_> {
         self.left_out.squares_with(&shares)
     }
 
-    /// The squared errors of one target, part by part.
-    fn of<'s>(&'s self, levels: &Levels, target: usize) -> impl Iterator<Item = f64> + Clone + 's {
-        let q = self.left_out.total.n_targets();
-        self.squares[levels].iter().skip(target).step_by(q).copied()
-    }
-
     fn sum(&self, levels: &Levels, target: usize) -> f64 {
-        self.of(levels, target).sum()
+        let q = self.left_out.total.n_targets();
+        self.squares[levels].iter().skip(target).step_by(q).sum()
     }
 
     /// Of all that was tried the simplest one that is no worse than the best by more than one standard error: the fewest
     /// columns, then the strongest ridge.
     fn simplest_good(&self, target: usize) -> &Levels {
-        let sum = |levels: &Levels| self.sum(levels, target);
-        let in_order = |a: &&Levels, b: &&Levels| sum(a).total_cmp(&sum(b)).then(a.cmp(b));
-        let best = self
-            .squares
-            .keys()
-            .min_by(in_order)
-            .expect("none at all is tried");
+        let q = self.left_out.total.n_targets();
         let cost = |levels: &Levels| {
             let taken = self
                 .blocks
@@ -148,12 +137,13 @@ impl Tried<'_> {
             let weakness: u32 = levels.iter().map(|level| u32::from(*level)).sum();
             (columns, weakness)
         };
-        let good = self.squares.keys().filter(|levels| {
-            let pairs = self.of(levels, target).zip(self.of(best, target));
-            is_within_one_standard_error(pairs.map(|(own, best)| own - best))
+        let mut tried: Vec<(&Levels, &Vec<f64>)> = self.squares.iter().collect();
+        tried.sort_by(|(a, _), (b, _)| {
+            let by_error = || self.sum(b, target).total_cmp(&self.sum(a, target));
+            (cost(b).cmp(&cost(a))).then_with(by_error).then(b.cmp(a))
         });
-        good.min_by(|a, b| cost(a).cmp(&cost(b)).then(in_order(a, b)))
-            .unwrap_or(best)
+        let square = |at: usize, part: usize| tried[at].1[part * q + target];
+        tried[simplest_good(tried.len(), self.left_out.parts.len(), square)].0
     }
 }
 
@@ -201,19 +191,20 @@ mod tests {
         ColumnKind::Appended,
     ];
 
+    const TERMS: Terms<'_> = Terms {
+        used: &[0, 1, 2, 3],
+        kinds: &KINDS,
+        known: &[],
+    };
+
     #[test]
     fn a_block_is_there_for_the_axis_that_it_helps() {
         let parts = parts(8);
         let total = total(&parts);
-        let terms = Terms {
-            used: &[0, 1, 2, 3],
-            kinds: &KINDS,
-            known: &[],
-        };
         let left_out = LeftOut {
             total: &total,
             parts: &parts,
-            terms,
+            terms: TERMS,
         };
         let blocks = [vec![1, 2], vec![3]];
         let chosen = left_out.by_block(&blocks).unwrap();
@@ -237,15 +228,10 @@ mod tests {
     fn shares_are_those_of_fits_to_the_other_parts() {
         let parts = parts(5);
         let total = total(&parts);
-        let terms = Terms {
-            used: &[0, 1, 2, 3],
-            kinds: &KINDS,
-            known: &[],
-        };
         let left_out = LeftOut {
             total: &total,
             parts: &parts,
-            terms,
+            terms: TERMS,
         };
         let shares = shares_of_blocks(4, &[vec![1, 2], vec![3]], &[Some(0.3), None]);
         let squares = left_out.squares_with(&shares);
@@ -255,7 +241,7 @@ mod tests {
             others.for_each(|(_, part)| rest.add(part));
             let terms = Terms {
                 used: &[0, 1, 2],
-                ..terms
+                ..TERMS
             };
             let found = fit(&rest, terms, Ridge::Shares(&[0.0, 0.3, 0.3, 0.0]));
             let expected = parts[at].squared_residuals(&found.coefficients);

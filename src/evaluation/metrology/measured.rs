@@ -8,7 +8,7 @@ use super::reason::Reason;
 use super::settings::{MetrologyError, MetrologySettings, Rules, check_per_axis};
 use super::{Place, Run};
 use crate::evaluation::holds::{Hold, holds};
-use crate::evaluation::loops::{LoadExtent, range};
+use crate::evaluation::loops::range;
 use crate::recording::Axis;
 
 /// Conventional and compensated, in this order.
@@ -91,19 +91,6 @@ fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
         .step_by(width.max(1))
         .copied()
         .collect()
-}
-
-/// What the load of each axis does in these runs.
-pub(super) fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
-    let of_axis = |axis: &Axis| {
-        let columns = runs.iter().filter_map(|run| {
-            let at = run.reference_axes.iter().position(|own| own == axis)?;
-            Some(column(run.reference, run.reference_axes.len(), at))
-        });
-        let extents = columns.map(|loads| LoadExtent::of([&loads[..]]));
-        extents.fold(LoadExtent::default(), LoadExtent::with)
-    };
-    axes.par_iter().map(of_axis).collect()
 }
 
 /// All runs, with what is derived once for all rows.

@@ -249,12 +249,6 @@ impl Metrology {
             (!is_again).then_some((name, &row.definition))
         })
     }
-
-    /// The figures of one row and axis.
-    pub fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
-        let row = self.rows.iter().find(|row| row.quantity == quantity)?;
-        row.cells.iter().find(|cell| cell.axis == axis)
-    }
 }
 
 type Result<T> = std::result::Result<T, Reason>;
@@ -282,34 +276,11 @@ impl Found {
     }
 }
 
-/// Makes the table of these runs; what is not chosen comes from their own loads.
-///
-/// **Shapes** `full_scale` one number per axis, 0 where there is none.
-///
-/// **Units** `full_scale` in N and N·m.
+/// Makes the table of these runs by rules that others go by, too.
 ///
 /// # Errors
 /// [`MetrologyError`] where a choice is out of range or numbers do not fit together. What the data cannot give is no error
 /// but a [`Reason`] in its cell.
-pub fn table(
-    runs: &[Run<'_>],
-    axes: &[Axis],
-    full_scale: &[f64],
-    settings: &MetrologySettings,
-) -> std::result::Result<Metrology, MetrologyError> {
-    let rules = Rules {
-        axes,
-        full_scale,
-        settings,
-        extents: &measured::extents(runs, axes),
-    };
-    table_by(runs, &rules)
-}
-
-/// Makes the table of these runs by rules that others go by, too.
-///
-/// # Errors
-/// As [`table`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
@@ -492,4 +463,4 @@ fn figure<S: Serializer>(figure: &Figure, serializer: S) -> std::result::Result<
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::evaluation::holds::NoTimeConstant;
+use crate::evaluation::loops::LoadExtent;
 
 /// Times at 20 Hz, a load, and two outputs of it, for one axis.
 struct One {
@@ -38,8 +39,46 @@ impl One {
     }
 }
 
-fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> Metrology {
+pub(crate) fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> Metrology {
     table(runs, axes, full_scale, &MetrologySettings::default()).unwrap()
+}
+
+/// The table by rules that come from these runs alone.
+fn table(
+    runs: &[Run<'_>],
+    axes: &[Axis],
+    full_scale: &[f64],
+    settings: &MetrologySettings,
+) -> std::result::Result<Metrology, MetrologyError> {
+    let rules = Rules {
+        axes,
+        full_scale,
+        settings,
+        extents: &extents(runs, axes),
+    };
+    table_by(runs, &rules)
+}
+
+fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
+    let of_axis = |axis: &Axis| {
+        let of_run = |all: LoadExtent, run: &Run<'_>| {
+            let axes = run.reference_axes;
+            let Some(at) = axes.iter().position(|own| own == axis) else {
+                return all;
+            };
+            let loads = run.reference.iter().skip(at).step_by(axes.len());
+            all.with(LoadExtent::of([&loads.copied().collect::<Vec<_>>()[..]]))
+        };
+        runs.iter().fold(LoadExtent::default(), of_run)
+    };
+    axes.iter().map(of_axis).collect()
+}
+
+impl Metrology {
+    fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
+        let row = self.rows.iter().find(|row| row.quantity == quantity)?;
+        row.cells.iter().find(|cell| cell.axis == axis)
+    }
 }
 
 fn fz(table: &Metrology, quantity: Quantity) -> &Cell {
@@ -218,7 +257,7 @@ fn rests_are_found_with_their_levels() {
         axes: &axes,
         full_scale: &[1.0, 10.0],
         settings: &MetrologySettings::default(),
-        extents: &measured::extents(&[run], &axes),
+        extents: &extents(&[run], &axes),
     };
     let found = dwells(&[run], &rules).unwrap();
     let seen: Vec<_> = found

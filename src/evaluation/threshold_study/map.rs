@@ -77,6 +77,25 @@ impl ScoreSet {
     }
 }
 
+/// The threshold that changes along a curve through a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// F_th.
+    F,
+    /// t_th.
+    T,
+}
+
+impl Along {
+    /// This threshold of a pair (t_th in s).
+    pub fn of(self, pair: Thresholds) -> f64 {
+        match self {
+            Self::F => pair.f_th,
+            Self::T => pair.t_th_secs,
+        }
+    }
+}
+
 /// Scores at every pair of thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdMap {
@@ -206,19 +225,26 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// `(F_th, number)` at one t_th, rising; what has not come is left out.
-    pub fn curve_over_f_th(&self, set: ScoreSet, measure: Measure, t_at: usize) -> Vec<(f64, f64)> {
-        let f_ths = self.grid.f_ths().iter().enumerate();
-        f_ths
-            .filter_map(|(f_at, f_th)| Some((*f_th, self.value(set, measure, f_at, t_at)?)))
-            .collect()
-    }
-
-    /// `(t_th, number)` at one F_th, rising (s); empty as long as its row has not come.
-    pub fn curve_over_t_th(&self, set: ScoreSet, measure: Measure, f_at: usize) -> Vec<(f64, f64)> {
-        let t_ths = self.grid.t_ths_secs().iter().enumerate();
-        t_ths
-            .filter_map(|(t_at, t_th)| Some((*t_th, self.value(set, measure, f_at, t_at)?)))
+    /// `(threshold, number)` along one threshold through the pair at these positions, rising; pairs that have not come are left
+    /// out.
+    pub fn curve(
+        &self,
+        along: Along,
+        set: ScoreSet,
+        measure: Measure,
+        (f_at, t_at): (usize, usize),
+    ) -> Vec<(f64, f64)> {
+        let thresholds = match along {
+            Along::F => self.grid.f_ths(),
+            Along::T => self.grid.t_ths_secs(),
+        };
+        let value = |at: usize| match along {
+            Along::F => self.value(set, measure, at, t_at),
+            Along::T => self.value(set, measure, f_at, at),
+        };
+        let thresholds = thresholds.iter().enumerate();
+        thresholds
+            .filter_map(|(at, threshold)| Some((*threshold, value(at)?)))
             .collect()
     }
 

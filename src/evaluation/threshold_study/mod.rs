@@ -22,10 +22,10 @@ mod suggestion;
 
 pub use grid::ThresholdGrid;
 pub(crate) use grid::{GridError, even_values};
-pub(crate) use map::{ScoreSet, ThresholdMap};
+pub(crate) use map::{Along, ScoreSet, ThresholdMap};
 pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
-pub(crate) use paired::{Paired, paired};
+pub(crate) use paired::paired;
 pub(crate) use past_ages::PastAges;
 pub(crate) use scorer::{PointScores, Scorer};
 pub(crate) use suggestion::{FlatRange, NoSuggestion, Suggestion};

@@ -1,25 +1,9 @@
 //! Whether one fit predicts left-out parts better than another, or only luckier.
 
-/// How much larger one mean squared error is than another, over the same parts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Paired {
-    /// The difference of the pooled mean squared errors.
-    pub difference: f64,
-    /// Its standard error, over the parts.
-    pub standard_error: f64,
-}
-
-impl Paired {
-    /// Whether the difference is no larger than its standard error.
-    pub fn is_within_one_standard_error(&self) -> bool {
-        self.difference <= self.standard_error
-    }
-}
+use crate::calibration::Paired;
 
 /// Compares two fits by their squared errors on each part.
 ///
-/// With `d` a part's difference of mean squared errors and `w` its share of the samples, the difference is `D = Σ w d` and
-/// its standard error `√(R/(R−1) Σ w² (d − D)²)` over R parts: for parts of equal size the deviation of `d` over √R.
 /// Pairs, because some recordings are hard for every threshold: what they share cancels.
 ///
 /// **Shapes** `one` and `other` hold `n_parts × n_axes` sums of squared errors; `weights` one factor per axis, see
@@ -29,8 +13,7 @@ impl Paired {
 ///
 /// `None` with fewer than two parts.
 pub fn paired(one: &[f64], other: &[f64], part_samples: &[u64], weights: &[f64]) -> Option<Paired> {
-    let parts = part_samples.iter().filter(|n| **n > 0).count();
-    if parts < 2 {
+    if part_samples.iter().filter(|n| **n > 0).count() < 2 {
         return None;
     }
     let total = part_samples.iter().sum::<u64>() as f64;
@@ -46,16 +29,7 @@ pub fn paired(one: &[f64], other: &[f64], part_samples: &[u64], weights: &[f64])
             (*n as f64 / total, difference / total)
         })
         .collect();
-    let difference: f64 = shares.iter().map(|(_, share)| share).sum();
-    let squares: f64 = shares
-        .iter()
-        .map(|(w, share)| (share - w * difference).powi(2))
-        .sum();
-    let correction = parts as f64 / (parts - 1) as f64;
-    Some(Paired {
-        difference,
-        standard_error: (correction * squares).sqrt(),
-    })
+    Some(Paired::of(&shares))
 }
 
 #[cfg(test)]

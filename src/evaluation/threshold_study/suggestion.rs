@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::calibration::CrossValidation;
+use crate::calibration::{CrossValidation, Paired};
 use crate::evaluation::threshold_study::map::ScoreSet;
-use crate::evaluation::threshold_study::{Measure, Paired, PointScores, ThresholdMap, paired};
+use crate::evaluation::threshold_study::{Measure, PointScores, ThresholdMap, paired};
 use crate::features::Thresholds;
 
 /// The values of one threshold within one standard error of the best.

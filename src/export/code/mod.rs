@@ -13,15 +13,12 @@ use minijinja::{Environment, State, UndefinedBehavior, Value, context};
 
 pub(in crate::export) use self::program::{LearnedProgram, Program};
 use crate::calibration::network::Layer;
-use crate::calibration::{Calibration, LEAP_SECS, Learned, STRAYS};
+use crate::calibration::{Calibration, Learned, STRAYS};
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::export::text::identifier;
 use crate::features::Precision;
+use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 
-/// The rate for which a C file keeps room where neither it nor the calibration says another (Hz) …
-const DEFAULT_RATE_HZ: u64 = 1000;
-/// … and what it keeps room for at most: no sensor is read faster.
-const HIGHEST_RATE_HZ: f64 = 1e6;
 /// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
@@ -33,6 +30,10 @@ pub(in crate::export) struct Language {
     pub comment: fn(&str) -> String,
     /// Around lists.
     pub brackets: (char, char),
+    /// A number as the program's own type has it.
+    pub number: fn(f64) -> String,
+    /// A time (s).
+    pub time: fn(f64) -> String,
     /// A single-precision weight, written so that no language rounds it twice.
     pub weight: fn(f32) -> String,
 }
@@ -105,9 +106,13 @@ impl Language {
         out
     }
 
+    fn numbers(self, values: &[f64]) -> String {
+        self.list(values.iter().map(|value| (self.number)(*value)))
+    }
+
     fn rows(self, rows: &[Vec<f64>]) -> String {
         let (open, close) = self.brackets;
-        let rows = rows.iter().map(|row| self.list(row.iter().map(number)));
+        let rows = rows.iter().map(|row| self.numbers(row));
         let rows: Vec<String> = rows.collect();
         format!("{open}\n    {}\n{close}", rows.join(",\n    "))
     }
@@ -120,9 +125,12 @@ impl Language {
         templates.set_syntax(syntax.keep_trailing_newline(true).build()?);
         templates.set_undefined_behavior(UndefinedBehavior::Strict);
         templates.add_filter("comment", move |text: String| (self.comment)(&text));
-        templates.add_filter("number", |value: f64| number(&value));
-        templates.add_filter("numbers", move |values: Vec<f64>| {
-            self.list(values.iter().map(number))
+        templates.add_filter("plain", plain);
+        templates.add_filter("number", move |value: f64| (self.number)(value));
+        templates.add_filter("numbers", move |values: Vec<f64>| self.numbers(&values));
+        templates.add_filter("time", move |value: f64| (self.time)(value));
+        templates.add_filter("times", move |values: Vec<f64>| {
+            self.list(values.into_iter().map(self.time))
         });
         templates.add_filter("rows", move |rows: Vec<Vec<f64>>| self.rows(&rows));
         templates.add_filter("weights", move |weights: Vec<f32>| {
@@ -148,22 +156,20 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
 }
 
 /// A number with all its digits, and with a point or an exponent.
-fn number(value: &f64) -> String {
+pub(in crate::export) fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
 /// The calibration in a language: what a [`Program`] has under the names of its fields, and what is counted of it.
 fn source_code(export: &Export<'_>, language: Language) -> String {
     let program = Program::new(export.calibration);
-    let rate_hz = rate_hz(export.calibration);
     let prefix = identifier(export.name);
     let mut search_cost = String::new();
     if !program.look_backs.is_empty() {
         search_cost = format!(
-            " and, for each of {} look-back(s), a search that skips boxes of 256 and 16 samples: about 10 to 100 steps, never more \
-             than the samples in {} s",
+            " and, for each of {} look-back(s), a search that skips boxes of 256 and 16 samples: at most {} boxes and 30 samples",
             program.look_backs.len(),
-            program.window_secs
+            program.ring_samples() / 16
         );
     }
     let learned = program.learned.as_ref().map(|learned| &learned.regression);
@@ -178,14 +184,16 @@ fn source_code(export: &Export<'_>, language: Language) -> String {
         n_gauges => program.centre.len(),
         n_axes => program.conventional.base.len(),
         ring => program.keeps_samples(),
+        uses_dt => (program.blocks.iter()).any(|block| block.source.rust.update.contains("dt")),
         window_ms => window_ms(&program),
-        rate_hz,
+        ring_samples => program.ring_samples(),
+        wraps_secs => WRAPS_SECS,
         leap_secs => LEAP_SECS,
         strays => STRAYS,
         products => program.n_products(),
         search_cost,
-        bytes_double => state_bytes(&program, rate_hz, 8),
-        bytes_float => state_bytes(&program, rate_hz, 4),
+        bytes_double => state_bytes(&program, 8),
+        bytes_float => state_bytes(&program, 4),
     };
     let learned = learned.map_or_else(|| context! { network => (), kernel => () }, of_learned);
     language
@@ -232,43 +240,34 @@ fn window_ms(program: &Program) -> u64 {
     (program.window_secs * 1000.0).ceil() as u64
 }
 
-/// The whole rate that is not below that of the recordings.
-fn rate_hz(calibration: &Calibration) -> u64 {
-    match calibration.rate_hz {
-        // A clock's last digits must not make one more of it.
-        Some(rate) => ((rate * (1.0 - 1e-6)).ceil()).clamp(1.0, HIGHEST_RATE_HZ) as u64,
-        None => DEFAULT_RATE_HZ,
-    }
-}
-
 /// The bytes that the calibration takes on a robot in single precision, its numbers and its state, at the rate of its recordings.
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
-    let state = state_bytes(&program, rate_hz(calibration), 4);
-    4 * calibration.n_coefficients() + state
+    4 * calibration.n_coefficients() + state_bytes(&program, 4)
 }
 
-/// How large a state is in C with numbers of `real` bytes: what the template declares, at this rate.
-fn state_bytes(program: &Program, rate_hz: u64, real: usize) -> usize {
+/// How large a state is in C with numbers of `real` bytes: what the template declares.
+fn state_bytes(program: &Program, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
-    let in_window = (window_ms(program) * rate_hz).div_ceil(1000) as usize;
-    let boxes = match program.keeps_samples() {
-        true => (in_window * 17 / 16 + 2).div_ceil(256) + 1,
-        false => 0,
-    };
-    let mut of_sample = 8 + real * n_gauges;
-    let mut of_box = 0;
-    if !program.look_backs.is_empty() {
-        of_sample += real * program.measured.len();
-        of_box = 17 * 2 * real * program.measured.len();
-    }
+    let clock = real; // as wide as a number in both types
     let memory = program.blocks.iter().flat_map(|block| &block.source.memory);
     let of_blocks = memory.map(|memory| {
         let bytes = match memory.precision {
             Precision::Real => real,
-            Precision::Double | Precision::Index => 8,
+            Precision::Clock => clock,
+            Precision::Index => 4,
         };
         bytes * memory.sets * if memory.of_gauges { n_gauges } else { 1 }
     });
-    32 + 4 * real * n_axes + boxes * (256 * of_sample + of_box) + of_blocks.sum::<usize>()
+    let mut bytes =
+        2 * 8 + 4 + clock + 2 * 4 + real * (4 * n_axes + n_gauges) + of_blocks.sum::<usize>();
+    if program.keeps_samples() {
+        let ring = program.ring_samples();
+        bytes += 2 * clock + 4 * 4 + ring * (clock + real * n_gauges);
+        if !program.look_backs.is_empty() {
+            let of_point = real * program.measured.len();
+            bytes += ring * of_point + (ring / 16 + ring / 256) * 2 * of_point;
+        }
+    }
+    bytes.next_multiple_of(8)
 }

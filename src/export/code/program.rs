@@ -3,10 +3,14 @@
 //! Guarantees: exact but for rounding. Gauges count from a centre near their mean that single precision holds exactly, and
 //! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
 
+use faer::Mat;
 use serde::Serialize;
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
 use crate::features::{Column, Design, Rows, Source};
+
+/// A history of every sample, as an old file may ask for, keeps no more than this (s).
+const SHORTEST_STEP_SECS: f64 = 1e-5;
 
 /// The steps of one update, with their numbers.
 ///
@@ -22,6 +26,14 @@ pub(in crate::export) struct Program {
     pub measured: Vec<(usize, f64)>,
     /// How long the past is kept (s); zero where no block needs it.
     pub window_secs: f64,
+    /// How far apart kept samples are at least (s).
+    pub history_step_secs: f64,
+    /// A longer step is a gap (s).
+    pub gap_secs: f64,
+    /// Beyond it nothing is known of the sensor.
+    pub limits: Vec<f64>,
+    /// What tared gauges show without load.
+    pub unloaded: Vec<f64>,
     /// The other blocks.
     pub blocks: Vec<RunBlock>,
     /// What makes standardised gauges of gauges less centre: factor and constant.
@@ -90,6 +102,10 @@ impl Program {
                 .collect(),
             measured,
             window_secs: features.window_secs(),
+            history_step_secs: (calibration.history_step_secs).max(SHORTEST_STEP_SECS),
+            gap_secs: calibration.gap_secs,
+            limits: limits(calibration),
+            unloaded: unloaded(calibration),
             blocks,
             standardise,
             n_columns,
@@ -105,6 +121,13 @@ impl Program {
                 regression: regression.clone(),
             });
         program
+    }
+
+    /// Room for the samples that are kept: those in the window, one older than it, the newest, and a box that is being written
+    /// over; whole boxes.
+    pub fn ring_samples(&self) -> usize {
+        let in_window = (self.window_secs / self.history_step_secs).floor() as usize;
+        (in_window + 3 + 16).next_multiple_of(256)
     }
 
     /// Whether samples are kept.
@@ -148,6 +171,37 @@ impl Program {
             })
             .collect()
     }
+}
+
+/// The limit of each axis; where none is known, one that no load reaches.
+fn limits(calibration: &Calibration) -> Vec<f64> {
+    const NONE: f64 = 1e30;
+    let known = |axis| calibration.limits.get(axis).copied();
+    let axes = 0..calibration.axes.len();
+    axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NONE))
+        .collect()
+}
+
+/// What gauges show without load once they are tared: zero where the calibration was made of such gauges; else those without a
+/// conventional load that are nearest to the mean of the training recordings, in deviations of each gauge.
+fn unloaded(calibration: &Calibration) -> Vec<f64> {
+    let scale = &calibration.gauge_scale;
+    if calibration.tare.is_some() || !calibration.offset {
+        return vec![0.0; scale.shift.len()];
+    }
+    let affine = on_rows(&calibration.conventional, &scale.shift);
+    let (n_axes, n_gauges) = (affine.matrix.len(), scale.shift.len());
+    let slopes = Mat::from_fn(n_axes, n_gauges, |axis, gauge| {
+        affine.matrix[axis][gauge] * scale.deviation[gauge]
+    });
+    let loads = Mat::from_fn(n_axes, 1, |axis, _| -affine.base[axis]);
+    let Ok(svd) = slopes.thin_svd() else {
+        return scale.shift.clone();
+    };
+    let steps = svd.pseudoinverse() * loads;
+    let gauges = scale.shift.iter().zip(&scale.deviation).enumerate();
+    let gauges = gauges.map(|(gauge, (shift, deviation))| shift + deviation * steps[(gauge, 0)]);
+    gauges.collect()
 }
 
 /// A map on raw columns as one on rows.

@@ -11,6 +11,8 @@ pub(super) static C_HEADER: Code = Code {
         template: include_str!("../templates/calibration.h"),
         comment: for_block_comment,
         brackets: ('{', '}'),
+        number: |value| format!("LOOPSCOPE_N({value:?})"),
+        time: |secs| format!("LOOPSCOPE_SECS({secs:?})"),
         weight: |weight| format!("{weight:?}f"),
     },
 };

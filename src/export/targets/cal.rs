@@ -10,12 +10,15 @@ use quick_xml::Reader;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
-use crate::calibration::{Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION};
+use crate::calibration::{
+    Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
+};
 use crate::export::facts::Fact;
 use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
 use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::Axis;
+use crate::recording::gap::gap_by_rate;
 use crate::shown::for_xml;
 
 /// `.cal`.
@@ -265,9 +268,12 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         axes: Axis::ALL.to_vec(),
         units: Axis::ALL.map(|axis| axis.unit().to_owned()).to_vec(),
         rated: vec![true; full_scale.len()],
+        limits: full_scale.clone(),
         full_scale,
         offset: false,
         decimation: 1,
+        gap_secs: gap_by_rate(None),
+        history_step_secs: history_step_by_rate(None),
         features: FeatureSettings::present(),
         gauge_scale: GaugeScale::identity(n_gauges),
         regressor: Regressor::Linear,

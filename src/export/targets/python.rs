@@ -1,6 +1,6 @@
 //! One Python file on NumPy.
 
-use crate::export::code::{Code, Language};
+use crate::export::code::{Code, Language, plain};
 use crate::shown::printable;
 
 /// `.py`.
@@ -11,6 +11,8 @@ pub(super) static PYTHON: Code = Code {
         template: include_str!("../templates/calibration.py"),
         comment: |text| printable(text).into_owned(),
         brackets: ('[', ']'),
+        number: plain,
+        time: plain,
         weight: |weight| format!("{:?}", f64::from(weight)),
     },
 };

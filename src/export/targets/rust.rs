@@ -1,6 +1,6 @@
 //! One Rust file on the standard library.
 
-use crate::export::code::{Code, Language};
+use crate::export::code::{Code, Language, plain};
 use crate::shown::printable;
 
 /// `.rs`.
@@ -11,6 +11,8 @@ pub(super) static RUST: Code = Code {
         template: include_str!("../templates/calibration.rs.in"),
         comment: |text| printable(text).into_owned(),
         brackets: ('[', ']'),
+        number: plain,
+        time: plain,
         weight: |weight| format!("{weight:?}"),
     },
 };

@@ -1,4 +1,4 @@
-{% set kinds = {"real": prefix ~ "_real", "double": "double", "index": "long"} %}
+{% set kinds = {"real": prefix ~ "_real", "clock": prefix ~ "_clock", "index": "int32_t"} %}
 /*
  * A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
  *
@@ -11,28 +11,38 @@
  *     static {{ prefix }}_state state;
  *     {{ prefix }}_init(&state);
  *     for each sample:
- *         {{ prefix }}_update(&{{ PREFIX }}_CALIBRATION, &state, time, gauges, load, NULL);
+ *         status = {{ prefix }}_update(&{{ PREFIX }}_CALIBRATION, &state, time, gauges, load, NULL);
+ *         if ({{ PREFIX }}_IS_REJECTED(status)) there is no load
  *
- * Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in
- * the order and units above. The first sample after init starts relaxed: nothing has happened before it.
+ * Gauges stand in the order above and in the unit of the training recordings, loads in the order and units above. The first
+ * sample after init starts relaxed: nothing has happened before it. The time is given as one of
+ *     {{ prefix }}_update        seconds on any clock, a double;
+ *     {{ prefix }}_update_ticks  a counter of 32 bits that may wrap, with LOOPSCOPE_TICKS_PER_SECOND (1000000) in a second;
+ *     {{ prefix }}_update_step   seconds since the last sample.
+ * Use one of them, not now this and now that. With float numbers the last two need no double arithmetic at all.
  *
- * Update says what became of the sample:
- *     {{ PREFIX }}_OK         the load is that of this sample.
- *     {{ PREFIX }}_RESTARTED  so it is, but the history starts anew with it, as after init; the zero of bias is kept.
- *     {{ PREFIX }}_REJECTED   there is no load but NaN, and nothing is remembered of the sample: a number in it is not
- *                          finite, or its time is before the last or more than {{ leap_secs|number }} s after it. After
- *                          {{ strays }} such times in a row the clock counts as set anew: the last of them restarts. The
- *                          same time again is no time gone by.
+ * What became of the sample, the gravest that is true:
+ *     {{ PREFIX }}_OK              the load is that of this sample.
+ *     {{ PREFIX }}_FILLING         so it is; but less than {{ window_secs|plain }} s of history lie behind it.
+ *     {{ PREFIX }}_AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have
+ *                                  forgotten what was before, creep has relaxed through it, play has held.
+ *     {{ PREFIX }}_RESTARTED       so it is; the history starts anew with it, as after init. Zeros are kept.
+ *     {{ PREFIX }}_BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load.
+ *     {{ PREFIX }}_REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is no number,
+ *                                  before the last or a leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times
+ *                                  in a row the clock counts as set anew: the last of them restarts.
+ *     {{ PREFIX }}_REJECTED_VALUE  likewise: a gauge is no finite number, or the time is none.
+ * The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
  *
- * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so.
+ * To tare an unloaded sensor, average its gauges over some samples and give the mean to {{ prefix }}_tare.
+ *
+ * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so. It must be the same wherever this file is
+ * included. Do not compile it with -ffast-math.
+ *
 {% if ring %}
- * LOOPSCOPE_RATE_HZ is the fastest rate of samples, a whole number: {{ rate_hz }} unless you define it. The past that the blocks
- * need, {{ window_secs|number }} s, must fit the ring of {{ PREFIX }}_RING samples; if samples come faster the oldest are lost, and the
- * answer is that of a shorter t_th or of a lag that has not yet passed.
+ * The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
 {% endif %}
- * Both must be the same wherever this file is included.
- *
- * Memory of the state: about {{ bytes_double }} bytes in double, {{ bytes_float }} in float{% if ring %} at {{ rate_hz }} Hz{% endif %}.
+ * Memory of the state: about {{ bytes_double }} bytes in double, {{ bytes_float }} in float.
  * Cost of an update: {{ products }} multiplications{{ search_cost }}, whatever the sample; no heap, no recursion.
 {% if look_backs %}
  * In float a load that just touches F_th may find another past sample than in double.
@@ -41,8 +51,10 @@
 #ifndef {{ PREFIX }}_H
 #define {{ PREFIX }}_H
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 
 #ifdef __cplusplus
@@ -52,23 +64,44 @@ extern "C" {
 #ifndef LOOPSCOPE_REAL
 #define LOOPSCOPE_REAL double
 #endif
-{% if ring %}
-#ifndef LOOPSCOPE_RATE_HZ
-#define LOOPSCOPE_RATE_HZ {{ rate_hz }}
+#ifndef LOOPSCOPE_TICKS_PER_SECOND
+#define LOOPSCOPE_TICKS_PER_SECOND 1000000
 #endif
-{% endif %}
+
+/* LOOPSCOPE_N writes a number, LOOPSCOPE_SECS a time, as the types need them. */
+#ifndef LOOPSCOPE_N
+#define LOOPSCOPE_IS_float 1
+#define LOOPSCOPE_JOIN_(a, b) a##b
+#define LOOPSCOPE_JOIN(a, b) LOOPSCOPE_JOIN_(a, b)
+#if LOOPSCOPE_JOIN(LOOPSCOPE_IS_, LOOPSCOPE_REAL)
+#define LOOPSCOPE_FLOAT 1
+#define LOOPSCOPE_N(x) x##f
+#define LOOPSCOPE_SECS(x) ((uint32_t)((x) * (1.0 * LOOPSCOPE_TICKS_PER_SECOND) + 0.5))
+#else
+#define LOOPSCOPE_FLOAT 0
+#define LOOPSCOPE_N(x) x
+#define LOOPSCOPE_SECS(x) (x)
+#endif
+#endif
 
 #define {{ PREFIX }}_GAUGES {{ n_gauges }}
 #define {{ PREFIX }}_AXES {{ n_axes }}
 /* Gauges and what the blocks append. */
 #define {{ PREFIX }}_COLUMNS {{ n_columns }}
 {% if ring %}
-#define {{ PREFIX }}_WINDOW_MS {{ window_ms }}LL
-/* Samples in the window with a sixteenth to spare, and a box that is being written over; whole boxes. */
-#define {{ PREFIX }}_IN_WINDOW (({{ PREFIX }}_WINDOW_MS * (LOOPSCOPE_RATE_HZ) + 999) / 1000)
-#define {{ PREFIX }}_BOXES (({{ PREFIX }}_IN_WINDOW * 17 / 16 + 2 + 255) / 256 + 1)
-#define {{ PREFIX }}_RING ({{ PREFIX }}_BOXES * 256)
+/* Samples that are kept: whole boxes of 256. */
+#define {{ PREFIX }}_RING {{ ring_samples }}
+#if LOOPSCOPE_FLOAT && {{ window_ms }} > 2147483647 / LOOPSCOPE_TICKS_PER_SECOND * 1000
+#error "The history is longer than the ticks can count: define a smaller LOOPSCOPE_TICKS_PER_SECOND"
+#endif
 {% endif %}
+
+/* A time that never goes back: seconds, or with float numbers ticks that wrap. */
+#if LOOPSCOPE_FLOAT
+typedef uint32_t {{ prefix }}_clock;
+#else
+typedef double {{ prefix }}_clock;
+#endif
 
 typedef LOOPSCOPE_REAL {{ prefix }}_real;
 
@@ -77,11 +110,19 @@ typedef struct {
     {{ prefix }}_real centre[{{ n_gauges }}];                        /* gauges count from here */
     {{ prefix }}_real conventional[{{ n_axes }}][{{ n_gauges }}];
     {{ prefix }}_real conventional_base[{{ n_axes }}];
+    {{ prefix }}_real unloaded[{{ n_gauges }}];                      /* what tared gauges show without load */
+    {{ prefix }}_real limit[{{ n_axes }}];                           /* beyond it nothing is known of the sensor */
+    {{ prefix }}_real gap_secs;
+    {{ prefix }}_clock gap;
+{% if ring %}
+    {{ prefix }}_clock window;
+    {{ prefix }}_clock history_step;
+{% endif %}
 {% if look_backs %}
     {{ prefix }}_real measured_weight[{{ measured|length }}];             /* of the axes that F_th is measured on */
     int measured_axis[{{ measured|length }}];
     {{ prefix }}_real f_th_squared[{{ look_backs|length }}];
-    double t_th_secs[{{ look_backs|length }}];
+    {{ prefix }}_clock t_th[{{ look_backs|length }}];
 {% endif %}
 {% for block in blocks %}
 {% for constant in block.source.constants %}
@@ -115,29 +156,42 @@ typedef struct {
 /* What became of a sample. */
 typedef enum {
     {{ PREFIX }}_OK,
+    {{ PREFIX }}_FILLING,
+    {{ PREFIX }}_AFTER_GAP,
     {{ PREFIX }}_RESTARTED,
-    {{ PREFIX }}_REJECTED
+    {{ PREFIX }}_BEYOND,
+    {{ PREFIX }}_REJECTED_TIME,
+    {{ PREFIX }}_REJECTED_VALUE
 } {{ prefix }}_status;
+#define {{ PREFIX }}_IS_REJECTED(status) ((status) >= {{ PREFIX }}_REJECTED_TIME)
 
 /* What is remembered between samples. */
 typedef struct {
+    double time;                                   /* of the last good sample, in seconds, */
+    double wrapped;                                /* with this added for a counter that wrapped, */
+    uint32_t ticks;                                /* or in ticks, */
+    {{ prefix }}_clock clock;                      /* or on a clock of its own */
     int started;
     int strays;                                    /* so many samples in a row were off the clock */
-    double time;                                   /* of the last good sample, and its loads */
     {{ prefix }}_real load[{{ n_axes }}];
     {{ prefix }}_real conventional[{{ n_axes }}];
     {{ prefix }}_real load_zero[{{ n_axes }}];
     {{ prefix }}_real conventional_zero[{{ n_axes }}];
+    {{ prefix }}_real gauge_zero[{{ n_gauges }}];
 {% if ring %}
-    long newest;                                   /* where the newest sample stands, and how many are kept */
-    long kept;
-    double times[{{ PREFIX }}_RING];
+    {{ prefix }}_clock since;                      /* when the history began */
+    int is_filling;                                /* and whether it is shorter than the window */
+    {{ prefix }}_clock last_kept;
+    int newest_stays;
+    int32_t newest;                                /* where the newest sample stands, and how many are kept */
+    int32_t kept;
+    {{ prefix }}_clock times[{{ PREFIX }}_RING];
     {{ prefix }}_real gauges[{{ PREFIX }}_RING][{{ n_gauges }}];
 {% endif %}
 {% if look_backs %}
-    {{ prefix }}_real points[{{ PREFIX }}_RING][{{ measured|length }}];
-    {{ prefix }}_real small_boxes[{{ PREFIX }}_BOXES * 16][2 * {{ measured|length }}];    /* low, high over 16 samples */
-    {{ prefix }}_real large_boxes[{{ PREFIX }}_BOXES][2 * {{ measured|length }}];         /* and over 256 */
+    {{ prefix }}_real points[{{ measured|length }}][{{ PREFIX }}_RING];
+    {{ prefix }}_real small_boxes[{{ PREFIX }}_RING / 16][2 * {{ measured|length }}];    /* low, high over 16 samples */
+    {{ prefix }}_real large_boxes[{{ PREFIX }}_RING / 256][2 * {{ measured|length }}];   /* and over 256 */
 {% endif %}
 {% for block in blocks %}
 {% for memory in block.source.memory %}
@@ -150,15 +204,23 @@ static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
     {{ centre|numbers }},
     {{ conventional.matrix|rows }},
     {{ conventional.base|numbers }},
+    {{ unloaded|numbers }},
+    {{ limits|numbers }},
+    {{ gap_secs|number }},
+    {{ gap_secs|time }},
+{% if ring %}
+    {{ window_secs|time }},
+    {{ history_step_secs|time }},
+{% endif %}
 {% if look_backs %}
     {{ measured|map(attribute=1)|numbers }},
     {{ measured|map(attribute=0)|indices }},
     {{ look_backs|map(attribute=0)|numbers }},
-    {{ look_backs|map(attribute=1)|numbers }},
+    {{ look_backs|map(attribute=1)|times }},
 {% endif %}
 {% for block in blocks %}
 {% for constant in block.source.constants %}
-    {{ constant.numbers|rows if constant.numbers[0] is sequence else constant.numbers|numbers }},
+    {{ constant.numbers|rows if constant.numbers[0] is sequence else constant.numbers|times if constant.precision == "clock" else constant.numbers|numbers }},
 {% endfor %}
 {% endfor %}
 {% if linear %}
@@ -185,6 +247,33 @@ static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
 {% endif %}
 };
 
+static inline int {{ prefix }}_is_finite({{ prefix }}_real x)
+{
+#if LOOPSCOPE_FLOAT
+    return x >= -FLT_MAX && x <= FLT_MAX;
+#else
+    return x >= -DBL_MAX && x <= DBL_MAX;
+#endif
+}
+
+static inline {{ prefix }}_real {{ prefix }}_exp({{ prefix }}_real x)
+{
+#if LOOPSCOPE_FLOAT
+    return expf(x);
+#else
+    return exp(x);
+#endif
+}
+
+static inline {{ prefix }}_real {{ prefix }}_expm1({{ prefix }}_real x)
+{
+#if LOOPSCOPE_FLOAT
+    return expm1f(x);
+#else
+    return expm1(x);
+#endif
+}
+
 /* Forgets the past. */
 static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {
@@ -194,29 +283,37 @@ static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {% endfor %}
 {% endfor %}
 {% if ring %}
-    s->newest = 0;
     s->kept = 0;
 {% endif %}
     s->started = 0;
     s->strays = 0;
-    s->time = 0.0;
+    s->wrapped = 0;
 }
 
 /* Starts anew: no past, no zero. */
 static inline void {{ prefix }}_init({{ prefix }}_state *s)
 {
-    int axis;
-    {{ prefix }}_forget(s);
-    for (axis = 0; axis < {{ n_axes }}; axis++) {
-        s->load[axis] = 0;
-        s->conventional[axis] = 0;
-        s->load_zero[axis] = 0;
-        s->conventional_zero[axis] = 0;
-    }
+    memset(s, 0, sizeof *s);
 }
 
-/* Tares: from now on the load of the last sample that was not rejected counts as zero. The past is kept. */
-static inline void {{ prefix }}_bias({{ prefix }}_state *s)
+/*
+ * Tares: from now on gauges count from these, the mean of some samples of the unloaded sensor. The history starts anew.
+ * Nothing happens where a number is none.
+ */
+static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, const {{ prefix }}_real mean[{{ n_gauges }}])
+{
+    int g;
+    for (g = 0; g < {{ n_gauges }}; g++)
+        if (!{{ prefix }}_is_finite(mean[g]))
+            return;
+    for (g = 0; g < {{ n_gauges }}; g++)
+        s->gauge_zero[g] = mean[g] - c->unloaded[g];
+    {{ prefix }}_forget(s);
+}
+
+/* From now on the load of the last sample that was not rejected counts as zero. Of one sample with its noise, and of a load, not of
+ * gauges: to tare, take {{ prefix }}_tare. The past is kept. */
+static inline void {{ prefix }}_zero_last_load({{ prefix }}_state *s)
 {
     int axis;
     for (axis = 0; axis < {{ n_axes }}; axis++) {
@@ -234,24 +331,21 @@ static inline {{ prefix }}_real {{ prefix }}_dot(const {{ prefix }}_real *a, con
     return sum;
 }
 
-/* What is to become of a sample; the past is forgotten if it restarts. */
-static inline {{ prefix }}_status {{ prefix }}_judge({{ prefix }}_state *s, double time, const {{ prefix }}_real *gauges)
+/* Whether all gauges are numbers. */
+static inline int {{ prefix }}_are_good(const {{ prefix }}_real *gauges)
 {
     int g;
-    if (!isfinite(time))
-        return {{ PREFIX }}_REJECTED;
     for (g = 0; g < {{ n_gauges }}; g++)
-        if (!isfinite(gauges[g]))
-            return {{ PREFIX }}_REJECTED;
-    if (!s->started || (time >= s->time && time - s->time <= {{ leap_secs|number }})) {
-        s->strays = 0;
-        return {{ PREFIX }}_OK;
-    }
+        if (!{{ prefix }}_is_finite(gauges[g]))
+            return 0;
+    return 1;
+}
+
+/* What is to become of a sample that is off the clock. */
+static inline {{ prefix }}_status {{ prefix }}_stray({{ prefix }}_state *s)
+{
     s->strays += 1;
-    if (s->strays < {{ strays }})
-        return {{ PREFIX }}_REJECTED;
-    {{ prefix }}_forget(s);
-    return {{ PREFIX }}_RESTARTED;
+    return s->strays < {{ strays }} ? {{ PREFIX }}_REJECTED_TIME : {{ PREFIX }}_RESTARTED;
 }
 {% if look_backs %}
 
@@ -279,32 +373,58 @@ static inline {{ prefix }}_real {{ prefix }}_farthest(const {{ prefix }}_real *b
     return sum;
 }
 
-/* Going back from the newest sample, the first that differs by F_th and is no older than t_th; else the newest. */
-static inline long {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }}_real f_th_squared, double t_th_secs)
+/* The last of 16 samples that differs by F_th; -1 if none does. Without a branch inside, so that they are done at once. */
+static inline int32_t {{ prefix }}_last_far(const {{ prefix }}_state *s, int32_t start, const {{ prefix }}_real *point, {{ prefix }}_real f_th_squared)
 {
-    const {{ prefix }}_real *point = s->points[s->newest];
-    double now = s->times[s->newest];
-    long end = s->newest + 1, left = s->kept;
+    {{ prefix }}_real squares[16] = {0};
+    int i, lane;
+    for (i = 0; i < {{ measured|length }}; i++) {
+        const {{ prefix }}_real *values = s->points[i] + start;
+        for (lane = 0; lane < 16; lane++) {
+            {{ prefix }}_real d = values[lane] - point[i];
+            squares[lane] += d * d;
+        }
+    }
+    for (lane = 15; lane >= 0; lane--)
+        if (squares[lane] >= f_th_squared)
+            return start + lane;
+    return -1;
+}
+
+/* Going back from the newest sample, the first kept one that differs by F_th and is no older than t_th; else the newest. */
+static inline int32_t {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }}_real f_th_squared, {{ prefix }}_clock t_th)
+{
+    {{ prefix }}_real point[{{ measured|length }}];
+    {{ prefix }}_clock now = s->times[s->newest];
+    int32_t end = s->newest + 1, left = s->kept;
+    int i;
+    for (i = 0; i < {{ measured|length }}; i++)
+        point[i] = s->points[i][s->newest];
     while (left > 0) {
-        long step = 1;
+        int32_t step = 1, found = -1;
         if (end == 0)
-            end = (long){{ PREFIX }}_RING;
-        if (now - s->times[end - 1] > t_th_secs)
+            end = {{ PREFIX }}_RING;
+        if (now - s->times[end - 1] > t_th)
             break;
-        if (end % 256 == 0 && {{ prefix }}_farthest(s->large_boxes[end / 256 - 1], point) < f_th_squared) {
+        /* The large box that is being written over does not hold its older samples. */
+        if (end % 256 == 0 && (end / 256 != s->newest / 256 + 1 || end == s->newest + 1)
+            && {{ prefix }}_farthest(s->large_boxes[end / 256 - 1], point) < f_th_squared) {
             step = 256;
-        } else if (end % 16 == 0 && {{ prefix }}_farthest(s->small_boxes[end / 16 - 1], point) < f_th_squared) {
+        } else if (end % 16 == 0) {
             step = 16;
+            if ({{ prefix }}_farthest(s->small_boxes[end / 16 - 1], point) >= f_th_squared)
+                found = {{ prefix }}_last_far(s, end - 16, point, f_th_squared);
         } else {
             {{ prefix }}_real sum = 0;
-            int i;
             for (i = 0; i < {{ measured|length }}; i++) {
-                {{ prefix }}_real d = s->points[end - 1][i] - point[i];
+                {{ prefix }}_real d = s->points[i][end - 1] - point[i];
                 sum += d * d;
             }
             if (sum >= f_th_squared)
-                return end - 1;
+                found = end - 1;
         }
+        if (found >= 0)
+            return now - s->times[found] <= t_th ? found : s->newest;
         end -= step;
         left -= step;
     }
@@ -313,26 +433,48 @@ static inline long {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }}_r
 {% endif %}
 {% if ring %}
 
-/* Keeps the sample; the oldest box goes when its place is needed. */
-static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, double time, const {{ prefix }}_real *centred)
+/* Where the sample stands that came so many before the newest. */
+static inline int32_t {{ prefix }}_slot(const {{ prefix }}_state *s, int32_t back)
+{
+    return s->newest >= back ? s->newest - back : s->newest - back + {{ PREFIX }}_RING;
+}
+
+/* Keeps the sample, in place of the one before it if that does not stay; the oldest box goes when its place is needed. */
+static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, const {{ prefix }}_real *centred)
 {
     int i;
-    s->newest = s->kept == 0 || s->newest + 1 == (long){{ PREFIX }}_RING ? 0 : s->newest + 1;
-    if (s->newest % 256 == 0 && s->kept > (long){{ PREFIX }}_RING - 256)
-        s->kept = (long){{ PREFIX }}_RING - 256;
-    s->kept += 1;
-    s->times[s->newest] = time;
+    if (s->kept == 0) {
+        s->newest = 0;
+        s->kept = 1;
+    } else if (s->newest_stays) {
+        s->newest = s->newest + 1 == {{ PREFIX }}_RING ? 0 : s->newest + 1;
+        if (s->newest % 16 == 0 && s->kept > {{ PREFIX }}_RING - 16)
+            s->kept = {{ PREFIX }}_RING - 16;
+        s->kept += 1;
+    }
+    s->newest_stays = s->kept == 1 || s->clock - s->last_kept >= c->history_step;
+    if (s->newest_stays)
+        s->last_kept = s->clock;
+    s->times[s->newest] = s->clock;
     for (i = 0; i < {{ n_gauges }}; i++)
         s->gauges[s->newest][i] = centred[i];
 {% if look_backs %}
-    for (i = 0; i < {{ measured|length }}; i++)
-        s->points[s->newest][i] = s->conventional[c->measured_axis[i]] * c->measured_weight[i];
-    {{ prefix }}_widen(s->small_boxes[s->newest / 16], s->points[s->newest], s->newest % 16 == 0);
-    {{ prefix }}_widen(s->large_boxes[s->newest / 256], s->points[s->newest], s->newest % 256 == 0);
+    {
+        {{ prefix }}_real point[{{ measured|length }}];
+        for (i = 0; i < {{ measured|length }}; i++) {
+            point[i] = s->conventional[c->measured_axis[i]] * c->measured_weight[i];
+            s->points[i][s->newest] = point[i];
+        }
+        {{ prefix }}_widen(s->small_boxes[s->newest / 16], point, s->newest % 16 == 0);
+        {{ prefix }}_widen(s->large_boxes[s->newest / 256], point, s->newest % 256 == 0);
+    }
 {% endif %}
-{% if not look_backs %}
-    (void)c;
-{% endif %}
+    /* What nothing reaches any more goes before a clock that wraps makes it young again; a lag needs one that is older. */
+    for (i = 0; i < 2 && s->kept > 2; i++) {
+        if (s->clock - s->times[{{ prefix }}_slot(s, s->kept - 2)] <= c->window)
+            break;
+        s->kept -= 1;
+    }
 }
 {% endif %}
 {% for block in blocks if block.source.c.functions %}
@@ -347,47 +489,63 @@ static inline void {{ prefix }}_layer(const float *weights, const float *biases,
 {
     int i, o;
     for (o = 0; o < n_outputs; o++)
-        out[o] = biases[o];
+        out[o] = ({{ prefix }}_real)biases[o];
     for (i = 0; i < n_inputs; i++) {
         const float *row = weights + (size_t)i * (size_t)n_outputs;
         {{ prefix }}_real x = in[i];
         for (o = 0; o < n_outputs; o++)
-            out[o] += x * row[o];
+            out[o] += x * ({{ prefix }}_real)row[o];
     }
     for (o = 0; is_rectified && o < n_outputs; o++)
         out[o] = out[o] > 0 ? out[o] : 0;
 }
 {% endif %}
 
-/*
- * Takes the next sample and writes its load, and its conventional load (of the present gauges alone) unless that is NULL; NaN
- * where the sample is rejected.
- */
-static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, double time,
-                                             const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
-                                             {{ prefix }}_real conventional[{{ n_axes }}])
+/* Takes a sample of which is known what is to become of it: `dt` seconds after the last. */
+static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_status status,
+                                          {{ prefix }}_real dt, const {{ prefix }}_real *gauges, {{ prefix }}_real *load,
+                                          {{ prefix }}_real *conventional)
 {
     int axis;
-    {{ prefix }}_status status = {{ prefix }}_judge(s, time, gauges);
-    if (status != {{ PREFIX }}_REJECTED) {
-        /* Gauges less centre, then for each history gauges less the present ones, then monomials. */
+    if ({{ PREFIX }}_IS_REJECTED(status)) {
+        for (axis = 0; axis < {{ n_axes }}; axis++) {
+            load[axis] = ({{ prefix }}_real)NAN;
+            if (conventional != NULL)
+                conventional[axis] = ({{ prefix }}_real)NAN;
+        }
+        return status;
+    }
+    s->strays = 0;
+    if (status == {{ PREFIX }}_RESTARTED)
+        {{ prefix }}_forget(s);
+{% if ring %}
+    if (status == {{ PREFIX }}_AFTER_GAP)
+        s->kept = 0;
+    if (status != {{ PREFIX }}_OK || !s->started) {
+        s->since = s->clock;
+        s->is_filling = 1;
+    }
+    if (s->clock - s->since >= c->window)
+        s->is_filling = 0;
+{% endif %}
+    {
         {{ prefix }}_real row[{{ n_columns }}];
         int g;
 {% if n_columns > n_gauges %}
         {{ prefix }}_real *next = row + {{ n_gauges }};
 {% endif %}
         for (g = 0; g < {{ n_gauges }}; g++)
-            row[g] = gauges[g] - c->centre[g];
+            row[g] = (gauges[g] - s->gauge_zero[g]) - c->centre[g];
         for (axis = 0; axis < {{ n_axes }}; axis++)
             s->conventional[axis] = c->conventional_base[axis] + {{ prefix }}_dot(c->conventional[axis], row, {{ n_gauges }});
 {% if ring %}
-        {{ prefix }}_keep(c, s, time, row);
+        {{ prefix }}_keep(c, s, row);
 {% endif %}
 {% if look_backs %}
         {
             int at;
             for (at = 0; at < {{ look_backs|length }}; at++) {
-                long past = {{ prefix }}_past(s, c->f_th_squared[at], c->t_th_secs[at]);
+                int32_t past = {{ prefix }}_past(s, c->f_th_squared[at], c->t_th[at]);
                 for (g = 0; g < {{ n_gauges }}; g++)
                     *next++ = s->gauges[past][g] - row[g];
             }
@@ -438,23 +596,122 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
                     {{ prefix }}_real d = row[column] - c->landmarks[landmark][column];
                     squares += d * d;
                 }
-                similarity = sizeof(squares) == sizeof(float) ? ({{ prefix }}_real)expf((float)(c->kernel_factor * squares))
-                                                              : ({{ prefix }}_real)exp(c->kernel_factor * squares);
+                similarity = {{ prefix }}_exp(c->kernel_factor * squares);
                 for (axis = 0; axis < {{ n_axes }}; axis++)
                     s->load[axis] += c->kernel_weights[axis][landmark] * similarity;
             }
         }
 {% endif %}
-        s->time = time;
+        (void)dt;
         s->started = 1;
     }
+{% if ring %}
+    if (status == {{ PREFIX }}_OK && s->is_filling)
+        status = {{ PREFIX }}_FILLING;
+{% endif %}
     for (axis = 0; axis < {{ n_axes }}; axis++) {
-        int is_good = status != {{ PREFIX }}_REJECTED;
-        load[axis] = is_good ? s->load[axis] - s->load_zero[axis] : ({{ prefix }}_real)NAN;
+        if (s->load[axis] > c->limit[axis] || s->load[axis] < -c->limit[axis])
+            status = {{ PREFIX }}_BEYOND;
+        load[axis] = s->load[axis] - s->load_zero[axis];
         if (conventional != NULL)
-            conventional[axis] = is_good ? s->conventional[axis] - s->conventional_zero[axis] : ({{ prefix }}_real)NAN;
+            conventional[axis] = s->conventional[axis] - s->conventional_zero[axis];
     }
     return status;
+}
+
+/*
+ * Takes the next sample, `time` in seconds, and writes its load, and its conventional load (of the present gauges alone) unless
+ * that is NULL; NaN where the sample is rejected.
+ */
+static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, double time,
+                                             const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
+                                             {{ prefix }}_real conventional[{{ n_axes }}])
+{
+    {{ prefix }}_status status = {{ PREFIX }}_OK;
+    double step = 0;
+    if (!{{ prefix }}_are_good(gauges) || !(time >= -DBL_MAX && time <= DBL_MAX)) {
+        status = {{ PREFIX }}_REJECTED_VALUE;
+    } else if (s->started) {
+        step = time + s->wrapped - s->time;
+{% for wrap in wraps_secs %}
+        if (step < 0 && step + {{ wrap|plain }} >= 0 && step + {{ wrap|plain }} <= {{ gap_secs|plain }}) {
+            s->wrapped += {{ wrap|plain }};
+            step += {{ wrap|plain }};
+        }
+{% endfor %}
+        if (!(step >= 0 && step <= {{ leap_secs|plain }})) {
+            status = {{ prefix }}_stray(s);
+            step = 0;
+            if (status == {{ PREFIX }}_RESTARTED)
+                s->wrapped = 0;
+        } else if (step > {{ gap_secs|plain }}) {
+            status = {{ PREFIX }}_AFTER_GAP;
+        }
+    }
+    if (!{{ PREFIX }}_IS_REJECTED(status)) {
+        s->time = time + s->wrapped;
+#if LOOPSCOPE_FLOAT
+        s->clock += (uint32_t)(step * LOOPSCOPE_TICKS_PER_SECOND + 0.5);
+#else
+        s->clock = s->time;
+#endif
+    }
+    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step, gauges, load, conventional);
+}
+
+/* The same, with the time of a counter of 32 bits. Half of its range back is before the last sample. */
+static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, uint32_t ticks,
+                                                   const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
+                                                   {{ prefix }}_real conventional[{{ n_axes }}])
+{
+    {{ prefix }}_status status = {{ PREFIX }}_OK;
+    uint32_t step = 0;
+    if (!{{ prefix }}_are_good(gauges)) {
+        status = {{ PREFIX }}_REJECTED_VALUE;
+    } else if (s->started) {
+        step = ticks - s->ticks;
+        if (step > 0x7fffffffu) {
+            status = {{ prefix }}_stray(s);
+            step = 0;
+        } else if (({{ prefix }}_real)step > c->gap_secs * LOOPSCOPE_TICKS_PER_SECOND) {
+            status = {{ PREFIX }}_AFTER_GAP;
+        }
+    }
+    if (!{{ PREFIX }}_IS_REJECTED(status)) {
+        s->ticks = ticks;
+#if LOOPSCOPE_FLOAT
+        s->clock += step;
+#else
+        s->clock += step / (1.0 * LOOPSCOPE_TICKS_PER_SECOND);
+#endif
+    }
+    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step / (({{ prefix }}_real)LOOPSCOPE_TICKS_PER_SECOND), gauges, load, conventional);
+}
+
+/* The same, with the seconds since the last sample; zero or more, and whatever it is at the first. */
+static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_real dt,
+                                                  const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
+                                                  {{ prefix }}_real conventional[{{ n_axes }}])
+{
+    {{ prefix }}_status status = {{ PREFIX }}_OK;
+    if (!{{ prefix }}_are_good(gauges) || !{{ prefix }}_is_finite(dt)) {
+        status = {{ PREFIX }}_REJECTED_VALUE;
+    } else if (!s->started) {
+        dt = 0;
+    } else if (!(dt >= 0 && dt <= 2147)) {
+        status = {{ prefix }}_stray(s);
+        dt = 0;
+    } else if (dt > c->gap_secs) {
+        status = {{ PREFIX }}_AFTER_GAP;
+    }
+    if (!{{ PREFIX }}_IS_REJECTED(status)) {
+#if LOOPSCOPE_FLOAT
+        s->clock += (uint32_t)(dt * LOOPSCOPE_TICKS_PER_SECOND + 0.5f);
+#else
+        s->clock += dt;
+#endif
+    }
+    return {{ prefix }}_run(c, s, status, dt, gauges, load, conventional);
 }
 
 #ifdef __cplusplus

@@ -13,22 +13,39 @@
 # Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
 # order and units above. The first sample starts relaxed: nothing has happened before it.
 #
-# After an update `state.status` says what became of the sample:
-#     OK         the load is that of this sample.
-#     RESTARTED  so it is, but the history starts anew with it, as in a new state; the zero of `bias` is kept.
-#     REJECTED   there is no load but NaN, and nothing is remembered of the sample: a number in it is not finite, or
-#                its time is before the last or more than {{ leap_secs|number }} s after it. After {{ strays }} such times in a row
-#                the clock counts as set anew: the last of them restarts. The same time again is no time gone by.
+# After an update `state.status` says what became of the sample, the gravest that is true:
+#     OK              the load is that of this sample.
+#     FILLING         so it is; but less than {{ window_secs|plain }} s of history lie behind it.
+#     AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what was
+#                     before, creep has relaxed through it, play has held.
+#     RESTARTED       so it is; the history starts anew with it, as in a new state. Zeros are kept.
+#     BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load.
+#     REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a leap
+#                     after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the
+#                     last of them restarts.
+#     REJECTED_VALUE  likewise: a gauge or the time is no finite number.
+# The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
 #
+# To tare an unloaded sensor, give the mean of its gauges over some samples to `state.tare`.
+#
+{% if ring %}
+# The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
+{% endif %}
 # Cost of an update: {{ products }} multiplications{{ search_cost }}.
 
 import numpy as np
 
 GAUGES = {{ n_gauges }}
 AXES = {{ n_axes }}
-OK, RESTARTED, REJECTED = range(3)
+OK, FILLING, AFTER_GAP, RESTARTED, BEYOND, REJECTED_TIME, REJECTED_VALUE = range(7)
 LEAP_SECS = {{ leap_secs|number }}  # a time further after the last than this is off the clock ...
 STRAYS = {{ strays }}  # ... and so many such times in a row are a clock that was set anew
+WRAPS_SECS = {{ wraps_secs|times }}  # where counters of 32 bits begin anew
+GAP_SECS = {{ gap_secs|plain }}
+WINDOW_SECS = {{ window_secs|plain }}
+HISTORY_STEP_SECS = {{ history_step_secs|plain }}
+LIMITS = np.array({{ limits|numbers }})
+UNLOADED = np.array({{ unloaded|numbers }})  # what tared gauges show without load
 
 CENTRE = np.array({{ centre|numbers }})
 CONVENTIONAL = np.array({{ conventional.matrix|rows }})
@@ -75,16 +92,21 @@ class State:
 
     def __init__(self):
         self.time = 0.0
+        self.wrapped = 0.0
+        self.since = 0.0
         self.status = OK
         self.strays = 0
         self.load = np.zeros(AXES)
         self.conventional = np.zeros(AXES)
         self.load_zero = np.zeros(AXES)
         self.conventional_zero = np.zeros(AXES)
+        self.gauge_zero = np.zeros(GAUGES)
         self.started = False
 {% if ring %}
         # The kept samples stand one after another; when the room is full, the old ones are dropped or the room is doubled.
         self.kept = 0
+        self.last_kept = 0.0
+        self.newest_stays = True
         self.times = np.empty(1024)
         self.gauges = np.empty((1024, GAUGES))
 {% endif %}
@@ -92,8 +114,16 @@ class State:
         self.points = np.empty((1024, len(MEASURED_AXIS)))
 {% endif %}
 
-    def bias(self):
-        """Tares: from now on the load of the last sample that was not rejected counts as zero. The past is kept."""
+    def tare(self, mean):
+        """Tares: gauges count from these, the mean of some samples of the unloaded sensor. The history starts anew."""
+        mean = np.asarray(mean, dtype=float)
+        if mean.shape != (GAUGES,) or not np.all(np.isfinite(mean)):
+            raise ValueError(f"{GAUGES} finite numbers are needed")
+        self.gauge_zero = mean - UNLOADED
+        self._forget()
+
+    def zero_last_load(self):
+        """The load of the last sample that was not rejected counts as zero; to tare gauges, take `tare`. The past is kept."""
         self.load_zero = self.load
         self.conventional_zero = self.conventional
 
@@ -102,32 +132,55 @@ class State:
         gauges = np.asarray(gauges, dtype=float)
         if gauges.shape != (GAUGES,):
             raise ValueError(f"{gauges.shape} gauges are given where {GAUGES} are needed")
+        time = float(time)
         self.status = self._judge(time, gauges)
-        if self.status == REJECTED:
+        if self.status >= REJECTED_TIME:
             return np.full(AXES, np.nan), np.full(AXES, np.nan)
-        self._take(float(time), gauges - CENTRE)
-        self.time = float(time)
+        self.strays = 0
+        if self.status == RESTARTED:
+            self._forget()
+{% if ring %}
+        if self.status == AFTER_GAP:
+            self.kept = 0
+{% endif %}
+        time += self.wrapped
+        if self.status != OK or not self.started:
+            self.since = time
+        dt = time - self.time
+        self.time = time
+        self._take(time, dt, (gauges - self.gauge_zero) - CENTRE)
         self.started = True
+        if np.any(np.abs(self.load) > LIMITS):
+            self.status = BEYOND
+        elif self.status == OK and time - self.since < WINDOW_SECS:
+            self.status = FILLING
         return self.load - self.load_zero, self.conventional - self.conventional_zero
 
     def _judge(self, time, gauges):
-        """What is to become of a sample; the past is forgotten if it restarts."""
+        """What is to become of a sample."""
         if not (np.isfinite(time) and np.all(np.isfinite(gauges))):
-            return REJECTED
-        if not self.started or 0 <= time - self.time <= LEAP_SECS:
-            self.strays = 0
+            return REJECTED_VALUE
+        if not self.started:
             return OK
+        step = time + self.wrapped - self.time
+        for wrap in WRAPS_SECS:
+            if step < 0 <= step + wrap <= GAP_SECS:
+                self.wrapped += wrap
+                step += wrap
+        if 0 <= step <= LEAP_SECS:
+            return OK if step <= GAP_SECS else AFTER_GAP
         self.strays += 1
-        if self.strays < STRAYS:
-            return REJECTED
-        self.strays = 0
+        return REJECTED_TIME if self.strays < STRAYS else RESTARTED
+
+    def _forget(self):
         self.started = False
+        self.strays = 0
+        self.wrapped = 0.0
 {% if ring %}
         self.kept = 0
 {% endif %}
-        return RESTARTED
 
-    def _take(self, time, present):
+    def _take(self, time, dt, present):
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges less centre, then for each history gauges less the present ones, then monomials.
         row = [present]
@@ -145,6 +198,11 @@ class State:
 {% if ring %}
 
     def _keep(self, time, present):
+        if self.kept > 0 and not self.newest_stays:
+            self.kept -= 1
+        self.newest_stays = self.kept == 0 or time - self.last_kept >= HISTORY_STEP_SECS
+        if self.newest_stays:
+            self.last_kept = time
         if self.kept == len(self.times):
             self._make_room(time)
         self.times[self.kept] = time
@@ -156,7 +214,7 @@ class State:
 
     def _make_room(self, time):
         # One sample older than the window stays: a lag may still fall right after it.
-        old = max(np.searchsorted(self.times, time - {{ window_secs|number }}) - 2, 0)
+        old = max(np.searchsorted(self.times, time - WINDOW_SECS) - 2, 0)
         size = len(self.times) * (2 if old < self.kept // 2 else 1)
         self.kept -= old
 

@@ -3,43 +3,46 @@
 //! Guarantees: rows are made as they are written, so the loads of one recording at a time are in memory; numbers are
 //! written so that reading them gives the same value.
 
+mod csv;
+#[cfg(feature = "parquet")]
+mod parquet;
+
 use std::io;
 use std::ops::Range;
 use std::path::Path;
 
+use super::format::FileFormat;
 use super::{WriteError, write_atomically};
 use crate::calibration::{AppliedLoads, Calibration};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// How traces are written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TraceFormat {
-    /// `.csv`: delimited text.
-    Csv,
-    /// `.parquet`: Apache Parquet, whose cells without a number are null.
+/// A table of traces that is being written.
+pub trait TraceTable {
+    /// Writes a row: the recording, and the numbers that are there.
+    ///
+    /// # Errors
+    /// Whatever the file fails with.
+    fn row(&mut self, recording: &str, row: &[Option<f64>]) -> io::Result<()>;
+
+    /// Writes what is still to be written.
+    ///
+    /// # Errors
+    /// Whatever the file fails with.
+    fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
+/// Begins a table whose first column is of recordings, and whose others are of numbers with these heads.
+pub type BeginTraces =
+    for<'o> fn(&[String], &'o mut dyn io::Write) -> io::Result<Box<dyn TraceTable + 'o>>;
+
+/// All formats of traces, one file each.
+pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
+    csv::FORMAT,
     #[cfg(feature = "parquet")]
-    Parquet,
-}
-
-impl TraceFormat {
-    /// The endings of all formats, as messages list them.
-    pub const LISTED: &'static str = match cfg!(feature = "parquet") {
-        true => ".csv or .parquet",
-        false => ".csv",
-    };
-
-    /// The format that a file's ending asks for.
-    pub fn from_path(path: &Path) -> Option<Self> {
-        match &*path.extension()?.to_str()?.to_ascii_lowercase() {
-            "csv" => Some(Self::Csv),
-            #[cfg(feature = "parquet")]
-            "parquet" => Some(Self::Parquet),
-            _ => None,
-        }
-    }
-}
+    parquet::FORMAT,
+];
 
 /// A interval of a recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +57,7 @@ pub struct Interval<'a> {
 
 /// Writes what a calibration makes of intervals of recordings, whole or not at all: recording, time, then Calc., Conv.,
 /// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
-/// ending says the format; without a known one it is CSV.
+/// ending says which of [`TRACE_FORMATS`]; without a known one it is the first.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or somebody asked to
@@ -65,51 +68,18 @@ pub fn write_traces(
     intervals: &[Interval<'_>],
     progress: &Progress,
 ) -> Result<(), WriteError> {
-    let format = TraceFormat::from_path(path).unwrap_or(TraceFormat::Csv);
-    write_atomically(path, |out| match format {
-        TraceFormat::Csv => write_traces_csv(calibration, intervals, progress, out),
-        #[cfg(feature = "parquet")]
-        TraceFormat::Parquet => write_traces_parquet(calibration, intervals, progress, out),
+    let format = FileFormat::for_path(TRACE_FORMATS, path).unwrap_or(&TRACE_FORMATS[0]);
+    let recordings = intervals.iter().map(|interval| interval.recording);
+    let columns = Columns::of(calibration, recordings, &KINDS);
+    write_atomically(path, |out| {
+        let mut table = (format.write)(&columns.head(), out)?;
+        let mut row = Vec::new();
+        for_each(calibration, intervals, progress, |part| {
+            columns.fill(part.recording, part.loads, part.sample, &mut row);
+            table.row(part.recording.name(), &row)
+        })?;
+        table.finish()
     })
-}
-
-fn write_traces_csv(
-    calibration: &Calibration,
-    intervals: &[Interval<'_>],
-    progress: &Progress,
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
-    let recordings = intervals.iter().map(|interval| interval.recording);
-    let columns = Columns::of(calibration, recordings, &KINDS);
-    let mut csv = CsvWriter::new(out);
-    let mut record = vec!["recording".to_owned()];
-    record.extend(columns.head());
-    csv.row(&record)?;
-    let mut row = Vec::new();
-    for_each(calibration, intervals, progress, |part| {
-        columns.fill(part.recording, part.loads, part.sample, &mut row);
-        csv.cell(part.recording.name())?;
-        write_row(&mut csv, &row)
-    })?;
-    csv.flush()
-}
-
-#[cfg(feature = "parquet")]
-fn write_traces_parquet(
-    calibration: &Calibration,
-    intervals: &[Interval<'_>],
-    progress: &Progress,
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
-    let recordings = intervals.iter().map(|interval| interval.recording);
-    let columns = Columns::of(calibration, recordings, &KINDS);
-    let mut table = crate::formats::parquet::ParquetTable::new(&columns.head(), out)?;
-    let mut row = Vec::new();
-    for_each(calibration, intervals, progress, |part| {
-        columns.fill(part.recording, part.loads, part.sample, &mut row);
-        table.push(part.recording.name(), &row)
-    })?;
-    table.finish()
 }
 
 /// One sample that is to be written.
@@ -174,17 +144,10 @@ pub fn write_loads_csv(
     for (recording, loads) in recordings {
         for sample in 0..recording.n_samples() {
             columns.fill(recording, loads, sample, &mut row);
-            write_row(&mut csv, &row)?;
+            csv::write_row(&mut csv, &row)?;
         }
     }
     csv.flush()
-}
-
-fn write_row<W: io::Write>(csv: &mut CsvWriter<W>, row: &[Option<f64>]) -> io::Result<()> {
-    for number in row {
-        csv.cell(number.map_or_else(String::new, |number| number.to_string()))?;
-    }
-    csv.end_row()
 }
 
 /// What is told of an axis.

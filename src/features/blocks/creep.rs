@@ -4,8 +4,8 @@
 //! so the rate of sampling may change.
 
 use crate::features::{
-    Appends, Block, Constant, GaugeScale, Lists, Memory, Precision, Range, Rows, Search, Setting,
-    Source, Stream, Unit,
+    Appends, Block, Code, Constant, GaugeScale, Lists, Memory, Precision, Range, Rows, Search,
+    Setting, Source, Stream, Unit,
 };
 
 /// The block; its values are time constants.
@@ -47,19 +47,41 @@ impl Block for Creep {
         Appends::Past(|tau_secs| format!("creep_{tau_secs}s"))
     }
 
-    fn stream(&self, taus_secs: &[f64], _scale: &GaugeScale) -> Box<dyn Stream> {
+    fn stream(&self, taus_secs: &[f64], _scale: &GaugeScale, _: f64) -> Box<dyn Stream> {
         Box::new(LowPasses::new(taus_secs))
     }
 
+    fn goes_on(&self) -> bool {
+        true
+    }
+
     fn source(&self, taus_secs: &[f64], _rows: &Rows<'_>) -> Source {
-        Source::new(
-            vec![Constant::list("tau_secs", Precision::Double, taus_secs)],
-            vec![Memory {
-                comment: "double: in float the small steps of a slow one would be lost",
-                ..Memory::of_gauges("creep", Precision::Double, taus_secs.len())
-            }],
-            [C, RUST, PYTHON],
-        )
+        let sets = taus_secs.len();
+        let shares = |name, comment| Memory {
+            name,
+            precision: Precision::Real,
+            sets,
+            of_gauges: false,
+            comment,
+        };
+        Source {
+            constants: vec![Constant::list("tau_secs", Precision::Real, taus_secs)],
+            memory: vec![
+                Memory::of_gauges("creep", Precision::Real, sets),
+                Memory {
+                    comment: "what the last step was too small for in single precision",
+                    ..Memory::of_gauges("creep_rest", Precision::Real, sets)
+                },
+                shares(
+                    "creep_share",
+                    "of a step like the last, which is that long:",
+                ),
+                shares("creep_step", ""),
+            ],
+            c: Code::update(C),
+            rust: Code::update(RUST),
+            python: Code::update(PYTHON),
+        }
     }
 
     fn search(&self) -> Option<Search> {
@@ -73,28 +95,37 @@ impl Block for Creep {
 const C: &str = "
         int at;
         for (at = 0; at < {{ sets }}; at++) {
-            double share = s->started ? -expm1((s->time - time) / c->tau_secs[at]) : 1.0;
+            if (!s->started || dt < s->creep_step[at] || dt > s->creep_step[at]) {
+                s->creep_step[at] = dt;
+                s->creep_share[at] = -{{ prefix }}_expm1(-dt / c->tau_secs[at]);
+            }
             for (g = 0; g < {{ n_gauges }}; g++) {
-                double state = s->started ? s->creep[at][g] : (double)row[g];
-                state += share * ((double)row[g] - state);
-                s->creep[at][g] = state;
-                *next++ = ({{ prefix }}_real)(state - (double)row[g]);
+                {{ prefix }}_real state = s->started ? s->creep[at][g] : row[g];
+                {{ prefix }}_real by = s->creep_share[at] * (row[g] - state) - s->creep_rest[at][g];
+                {{ prefix }}_real moved = state + by;
+                s->creep_rest[at][g] = (moved - state) - by;
+                s->creep[at][g] = moved;
+                *next++ = moved - row[g];
             }
         }
 ";
 
 const RUST: &str = "
-        for (state, tau_secs) in self.creep.iter_mut().zip(TAU_SECS) {
-            let share = -((self.time - time) / tau_secs).exp_m1();
-            for g in 0..GAUGES {
-                let present = f64::from(row[g]);
-                if !self.started {
-                    state[g] = present;
-                } else {
-                    state[g] += share * (present - state[g]);
-                }
-                row[next + g] = (state[g] - present) as Real;
+        let mut next_values = [0.0; GAUGES];
+        for (at, tau_secs) in TAU_SECS.iter().enumerate() {
+            if !self.started || dt != self.creep_step[at] {
+                self.creep_step[at] = dt;
+                self.creep_share[at] = -exp_m1(-dt / tau_secs);
             }
+            for (g, present) in row[..GAUGES].iter().enumerate() {
+                let state = if self.started { self.creep[at][g] } else { *present };
+                let by = self.creep_share[at] * (present - state) - self.creep_rest[at][g];
+                let moved = state + by;
+                self.creep_rest[at][g] = (moved - state) - by;
+                self.creep[at][g] = moved;
+                next_values[g] = moved - present;
+            }
+            row[next..next + GAUGES].copy_from_slice(&next_values);
             next += GAUGES;
         }
 ";
@@ -104,7 +135,7 @@ const PYTHON: &str = "
             self.creep = np.tile(present, (len(TAU_SECS), 1))
         for state, tau_secs in zip(self.creep, TAU_SECS):
             if self.started:
-                state += -np.expm1((self.time - time) / tau_secs) * (present - state)
+                state += -np.expm1(-dt / tau_secs) * (present - state)
             row.append(state - present)
 ";
 

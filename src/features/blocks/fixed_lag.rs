@@ -49,8 +49,13 @@ impl Block for FixedLag {
         lags_secs.iter().copied().fold(0.0, f64::max)
     }
 
-    fn stream(&self, lags_secs: &[f64], scale: &GaugeScale) -> Box<dyn Stream> {
-        Box::new(Lags::new(lags_secs, scale.shift.len()))
+    fn stream(
+        &self,
+        lags_secs: &[f64],
+        scale: &GaugeScale,
+        history_step_secs: f64,
+    ) -> Box<dyn Stream> {
+        Box::new(Lags::new(lags_secs, scale.shift.len(), history_step_secs))
     }
 
     fn source(&self, lags_secs: &[f64], _rows: &Rows<'_>) -> Source {
@@ -59,7 +64,7 @@ impl Block for FixedLag {
             ..Code::update(update)
         };
         Source {
-            constants: vec![Constant::list("lag_secs", Precision::Double, lags_secs)],
+            constants: vec![Constant::list("lag_secs", Precision::Clock, lags_secs)],
             memory: vec![Memory {
                 name: "behind",
                 precision: Precision::Index,
@@ -75,30 +80,25 @@ impl Block for FixedLag {
 }
 
 const C_FUNCTIONS: &str = "
-/* Where the sample stands that came so many before the newest. */
-static inline long {{ prefix }}_slot(const {{ prefix }}_state *s, long back)
-{
-    return s->newest >= back ? s->newest - back : s->newest - back + (long){{ PREFIX }}_RING;
-}
-
 /* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
-static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, double wanted, {{ prefix }}_real *out)
+static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, {{ prefix }}_clock age, {{ prefix }}_real *out)
 {
-    long behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
+    int32_t behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
     int g;
-    while (behind > 0 && s->times[{{ prefix }}_slot(s, behind)] <= wanted)
+    while (behind > 0 && s->clock - s->times[{{ prefix }}_slot(s, behind)] >= age)
         behind--;
     s->behind[lag] = behind;
     if (behind + 1 >= s->kept) {
         for (g = 0; g < {{ n_gauges }}; g++)
             out[g] = 0;
     } else {
-        long older = {{ prefix }}_slot(s, behind + 1), younger = {{ prefix }}_slot(s, behind);
-        double start = s->times[older], end = s->times[younger];
-        {{ prefix }}_real share = end > start ? ({{ prefix }}_real)((wanted - start) / (end - start)) : 0;
+        int32_t older = {{ prefix }}_slot(s, behind + 1), younger = {{ prefix }}_slot(s, behind);
+        {{ prefix }}_real before = ({{ prefix }}_real)(s->clock - s->times[older] - age);
+        {{ prefix }}_real whole = ({{ prefix }}_real)(s->times[younger] - s->times[older]);
+        {{ prefix }}_real share = whole > 0 ? before / whole : 0;
         for (g = 0; g < {{ n_gauges }}; g++) {
-            {{ prefix }}_real before = s->gauges[older][g], after = s->gauges[younger][g];
-            out[g] = before + share * (after - before) - s->gauges[s->newest][g];
+            {{ prefix }}_real start = s->gauges[older][g], end = s->gauges[younger][g];
+            out[g] = start + share * (end - start) - s->gauges[s->newest][g];
         }
     }
 }
@@ -107,29 +107,27 @@ static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, double wa
 const C: &str = "
         int at;
         for (at = 0; at < {{ sets }}; at++) {
-            {{ prefix }}_lagged(s, at, time - c->lag_secs[at], next);
+            {{ prefix }}_lagged(s, at, c->lag_secs[at], next);
             next += {{ n_gauges }};
         }
 ";
 
 const RUST_FUNCTIONS: &str = "
     /// Gauges at the lag, interpolated, less the present ones; zero before it has passed.
-    fn lagged(&mut self, lag: usize, wanted: f64) -> [Real; GAUGES] {
-        let ring = self.times.len();
-        let slot = |back: usize| (self.newest + ring - back) % ring;
+    fn lagged(&mut self, lag: usize, age: f64) -> [Real; GAUGES] {
         let mut behind = (self.behind[lag] + 1).min(self.kept - 1);
-        while behind > 0 && self.times[slot(behind)] <= wanted {
+        while behind > 0 && self.time - self.times[self.slot(behind)] >= age {
             behind -= 1;
         }
         self.behind[lag] = behind;
         let mut out = [0.0; GAUGES];
         if behind + 1 < self.kept {
-            let (older, younger) = (slot(behind + 1), slot(behind));
+            let (older, younger) = (self.slot(behind + 1), self.slot(behind));
             let (start, end) = (self.times[older], self.times[younger]);
-            let share = if end > start { (wanted - start) / (end - start) } else { 0.0 } as Real;
-            for g in 0..GAUGES {
+            let share = if end > start { ((self.time - start) - age) / (end - start) } else { 0.0 } as Real;
+            for (g, out) in out.iter_mut().enumerate() {
                 let (before, after) = (self.gauges[older][g], self.gauges[younger][g]);
-                out[g] = before + share * (after - before) - self.gauges[self.newest][g];
+                *out = before + share * (after - before) - self.gauges[self.newest][g];
             }
         }
         out
@@ -138,26 +136,27 @@ const RUST_FUNCTIONS: &str = "
 
 const RUST: &str = "
         for (lag, lag_secs) in LAG_SECS.iter().enumerate() {
-            let lagged = self.lagged(lag, time - lag_secs);
+            let lagged = self.lagged(lag, *lag_secs);
             row[next..next + GAUGES].copy_from_slice(&lagged);
             next += GAUGES;
         }
 ";
 
 const PYTHON_FUNCTIONS: &str = "
-    def _lagged(self, wanted, present):
+    def _lagged(self, lag_secs, present):
         \"\"\"Gauges at the lag, interpolated; the present ones before it has passed.\"\"\"
-        younger = np.searchsorted(self.times[: self.kept], wanted, side=\"right\")
+        ages = self.time - self.times[: self.kept]
+        younger = np.count_nonzero(ages >= lag_secs)
         if younger == 0 or younger == self.kept:
             return present
         start, end = self.times[younger - 1], self.times[younger]
         before, after = self.gauges[younger - 1], self.gauges[younger]
-        return before + (wanted - start) / (end - start) * (after - before)
+        return before + ((self.time - start) - lag_secs) / (end - start) * (after - before)
 ";
 
 const PYTHON: &str = "
         for lag_secs in LAG_SECS:
-            row.append(self._lagged(time - lag_secs, present) - present)
+            row.append(self._lagged(lag_secs, present) - present)
 ";
 
 /// The past of one recording, as long as the longest lag.
@@ -169,34 +168,48 @@ struct Lags {
     n_gauges: usize,
     /// For each lag, the position of the first kept sample that is younger than it.
     younger: Vec<usize>,
+    step_secs: f64,
+    /// The time of the last sample that stays, and whether that is the newest.
+    kept_secs: f64,
+    newest_stays: bool,
 }
 
 impl Lags {
-    fn new(lags_secs: &[f64], n_gauges: usize) -> Self {
+    fn new(lags_secs: &[f64], n_gauges: usize, step_secs: f64) -> Self {
         Self {
             lags_secs: lags_secs.to_vec(),
             times: VecDeque::new(),
             gauges: VecDeque::new(),
             n_gauges,
             younger: vec![0; lags_secs.len()],
+            step_secs,
+            kept_secs: f64::NEG_INFINITY,
+            newest_stays: true,
         }
     }
 }
 
 impl Stream for Lags {
     fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]) {
+        let g = self.n_gauges;
+        if !self.newest_stays {
+            self.times.pop_back();
+            self.gauges.truncate(self.gauges.len() - g);
+        }
+        self.newest_stays = time - self.kept_secs >= self.step_secs;
+        if self.newest_stays {
+            self.kept_secs = time;
+        }
         self.times.push_back(time);
         self.gauges.extend(gauges);
-        let g = self.n_gauges;
         for (at, (lag, out)) in self
             .lags_secs
             .iter()
             .zip(out.chunks_exact_mut(g))
             .enumerate()
         {
-            let wanted = time - lag;
             let younger = &mut self.younger[at];
-            while self.times[*younger] <= wanted && *younger + 1 < self.times.len() {
+            while time - self.times[*younger] >= *lag && *younger + 1 < self.times.len() {
                 *younger += 1; // ends at the present sample, which is younger than any lag
             }
             let Some(older) = younger.checked_sub(1) else {
@@ -205,7 +218,7 @@ impl Stream for Lags {
             };
             let (start, end) = (self.times[older], self.times[*younger]);
             let share = if end > start {
-                (wanted - start) / (end - start)
+                ((time - start) - lag) / (end - start)
             } else {
                 1.0
             };
@@ -223,6 +236,10 @@ impl Stream for Lags {
             self.younger.iter_mut().for_each(|younger| *younger -= 1);
         }
     }
+
+    fn gap(&mut self) {
+        *self = Self::new(&self.lags_secs, self.n_gauges, self.step_secs);
+    }
 }
 
 #[cfg(test)]
@@ -232,7 +249,7 @@ mod tests {
     /// A ramp of 1 per second is, half a second ago, less by a half; before that there is no past.
     #[test]
     fn a_ramp_is_interpolated_between_samples() {
-        let mut lag = Lags::new(&[0.5, 3.0], 1);
+        let mut lag = Lags::new(&[0.5, 3.0], 1, 0.0);
         for k in 0..20 {
             let time = 0.3 * f64::from(k);
             let mut out = [0.0; 2];
@@ -245,9 +262,37 @@ mod tests {
         assert!(lag.times.len() < 13, "kept {}", lag.times.len());
     }
 
+    /// Of samples that come faster than they are kept the lag sees those that are, and the newest.
+    #[test]
+    fn of_fast_samples_few_are_kept() {
+        let mut lag = Lags::new(&[0.5], 1, 0.1);
+        for k in 0..2000 {
+            let time = 0.001 * f64::from(k);
+            let mut out = [0.0];
+            lag.step(time, &[time], &mut out);
+            let expected = if time >= 0.5 { time - 0.5 } else { time };
+            assert!((out[0] - expected).abs() < 1e-9, "{time} s: {out:?}");
+            assert!(lag.times.len() < 10);
+        }
+    }
+
+    #[test]
+    fn after_a_gap_the_present_stands_in_until_the_lag_has_passed() {
+        let mut lag = Lags::new(&[0.5], 1, 0.0);
+        let mut out = [0.0];
+        lag.step(0.0, &[1.0], &mut out);
+        lag.step(1.0, &[2.0], &mut out);
+        assert_eq!(out, [1.5]);
+        lag.gap();
+        lag.step(9.0, &[3.0], &mut out);
+        assert_eq!(out, [3.0]);
+        lag.step(9.5, &[4.0], &mut out);
+        assert_eq!(out, [3.0]);
+    }
+
     #[test]
     fn repeated_times_divide_by_nothing() {
-        let mut lag = Lags::new(&[0.1], 1);
+        let mut lag = Lags::new(&[0.1], 1, 0.0);
         let mut out = [0.0];
         for (time, gauge) in [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.2, 4.0), (0.2, 5.0)] {
             lag.step(time, &[gauge], &mut out);

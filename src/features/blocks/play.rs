@@ -49,8 +49,12 @@ impl Block for Play {
         Appends::Past(|radius| format!("play_{radius}"))
     }
 
-    fn stream(&self, radii: &[f64], scale: &GaugeScale) -> Box<dyn Stream> {
+    fn stream(&self, radii: &[f64], scale: &GaugeScale, _: f64) -> Box<dyn Stream> {
         Box::new(Operators::new(radii, &scale.deviation))
+    }
+
+    fn goes_on(&self) -> bool {
+        true
     }
 
     fn source(&self, radii: &[f64], rows: &Rows<'_>) -> Source {

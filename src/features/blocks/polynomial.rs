@@ -64,7 +64,7 @@ impl Block for Polynomial {
         n_monomials(n_gauges, degree_of(degree))
     }
 
-    fn stream(&self, degree: &[f64], scale: &GaugeScale) -> Box<dyn Stream> {
+    fn stream(&self, degree: &[f64], scale: &GaugeScale, _: f64) -> Box<dyn Stream> {
         Box::new(Powers {
             scale: scale.clone(),
             degree: degree_of(degree),
@@ -206,7 +206,7 @@ mod tests {
     fn monomials_stand_in_the_order_of_their_columns() {
         let z = [2.0_f64, 5.0];
         let mut out = [0.0; 5];
-        let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2));
+        let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2), 0.0);
         stream.step(0.0, &z, &mut out);
         assert_eq!(out, [4.0, 10.0, 25.0, 8.0, 125.0]);
         let values = monomials(3.0, 2)

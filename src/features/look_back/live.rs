@@ -23,14 +23,18 @@ pub struct LiveLookBack {
     points: Vec<f64>,
     /// Boxes over `FAN_OUT` and over `LARGEST` samples: for each axis low, high.
     boxes: [Vec<f64>; 2],
+    step_secs: f64,
+    /// The time of the last sample that stays, and whether that is the newest.
+    kept_secs: f64,
+    newest_stays: bool,
 }
 
 impl LiveLookBack {
     /// Before the first sample.
     ///
     /// `weights` as for [`LoadPath::new`](super::LoadPath::new); thresholds asked for later must not look back longer
-    /// than `longest_secs`.
-    pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize) -> Self {
+    /// than `longest_secs`. Of samples closer than `step_secs` only the first is kept.
+    pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize, step_secs: f64) -> Self {
         Self {
             used: weights
                 .iter()
@@ -44,22 +48,36 @@ impl LiveLookBack {
             gauges: Vec::new(),
             points: Vec::new(),
             boxes: [Vec::new(), Vec::new()],
+            step_secs,
+            kept_secs: f64::NEG_INFINITY,
+            newest_stays: true,
         }
     }
 
     /// Takes the next sample: its time, gauges and conventional load.
     pub fn push(&mut self, time: f64, gauges: &[f64], load: &[f64]) {
-        self.forget(time);
+        let width = self.used.len();
+        if self.newest_stays {
+            self.forget(time);
+        } else {
+            // Boxes stay as wide as it made them: they hold all that they should, and little more.
+            self.times.pop();
+            self.gauges.truncate(self.gauges.len() - self.n_gauges);
+            self.points.truncate(self.points.len() - width);
+        }
+        self.newest_stays = time - self.kept_secs >= self.step_secs;
+        if self.newest_stays {
+            self.kept_secs = time;
+        }
         let at = self.times.len();
         self.times.push(time);
         self.gauges.extend(gauges);
         for (axis, weight) in &self.used {
             self.points.push(load[*axis] * weight);
         }
-        let width = self.used.len();
         let point = &self.points[at * width..];
         for (boxes, size) in self.boxes.iter_mut().zip([FAN_OUT, LARGEST]) {
-            if at.is_multiple_of(size) {
+            if boxes.len() == at / size * 2 * width {
                 boxes.extend(point.iter().flat_map(|value| [*value, *value]));
             } else {
                 let last = boxes.len() - 2 * width;
@@ -155,12 +173,21 @@ mod tests {
     fn the_live_search_finds_the_same_sample() {
         for dimensions in [1, 3] {
             let (times, rows) = walk(3000, dimensions, 5);
-            let path = LoadPath::new(&rows.concat(), &vec![1.0; dimensions]);
-            for (f_th, t_th_secs) in [(0.0, 15.0), (0.7, 2.0), (2.0, 15.0), (1e9, 1.0), (1.0, 0.0)]
-            {
+            for (f_th, t_th_secs, step_secs) in [
+                (0.0, 15.0, 0.0),
+                (0.7, 2.0, 0.0),
+                (2.0, 15.0, 0.0),
+                (1e9, 1.0, 0.0),
+                (1.0, 0.0, 0.0),
+                (0.7, 2.0, 0.12),
+                (2.0, 15.0, 0.3),
+                (0.0, 15.0, 0.3),
+            ] {
+                let weights = vec![1.0; dimensions];
+                let path = LoadPath::with_history_step(&times, &rows.concat(), &weights, step_secs);
                 let thresholds = Thresholds { f_th, t_th_secs };
                 let past = path.past_samples(&times, thresholds);
-                let mut live = LiveLookBack::new(&vec![1.0; dimensions], t_th_secs, 1);
+                let mut live = LiveLookBack::new(&vec![1.0; dimensions], t_th_secs, 1, step_secs);
                 for (k, row) in rows.iter().enumerate() {
                     live.push(times[k], &[k as f64], row);
                     let found = live.past_gauges(thresholds)[0] as u32;
@@ -173,7 +200,7 @@ mod tests {
     /// Two seconds at 100 Hz are 200 samples; what is kept is at most twice that, in whole boxes.
     #[test]
     fn memory_is_bounded_by_the_window() {
-        let mut live = LiveLookBack::new(&[1.0], 2.0, 1);
+        let mut live = LiveLookBack::new(&[1.0], 2.0, 1, 0.0);
         for k in 0..20_000 {
             live.push(f64::from(k) * 0.01, &[0.0], &[0.0]);
             assert!(

@@ -51,6 +51,21 @@ pub const T_TH: Setting = Setting {
     source: "Eq. 12",
 };
 
+/// How often a sample is kept to be looked back at.
+pub const HISTORY_RATE: Setting = Setting {
+    key: "history_rate_hz",
+    option: "history-rate",
+    label: "History rate",
+    what: "the history rate",
+    unit: Unit::new("Hz", "hertz", ["HZ"; 2]),
+    default: &[0.0],
+    range: Range::NotNegative,
+    step: 1.0,
+    explanation: "How many samples a second are kept for look-backs and lags, in the fit as on the robot: fewer take less memory \
+                  and time there. 0 keeps all samples of the training recordings' rate",
+    source: "",
+};
+
 /// The two thresholds of the look-back: [`F_TH`] and [`T_TH`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
@@ -185,6 +200,25 @@ impl LoadPath {
     /// # Panics
     /// If more than six weights are not zero, or `loads` is not a whole number of rows.
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
+        Self::thinned(loads, weights, None)
+    }
+
+    /// [`new`](Self::new), where of samples closer than `step_secs` only the first is kept to be looked back at.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new); or if there are not as many times as loads.
+    pub fn with_history_step(
+        times: &[f64],
+        loads: &[f64],
+        weights: &[f64],
+        step_secs: f64,
+    ) -> Self {
+        let kept = kept_samples(times, step_secs);
+        let kept = (kept.len() < times.len()).then_some(kept);
+        Self::thinned(loads, weights, kept)
+    }
+
+    fn thinned(loads: &[f64], weights: &[f64], kept: Option<Vec<u32>>) -> Self {
         let used: Vec<(usize, f64)> = weights
             .iter()
             .copied()
@@ -200,12 +234,12 @@ impl LoadPath {
         let n = loads.len() / width;
         Self(match used.len() {
             0 => PathKind::D0(n),
-            1 => PathKind::D1(Path::new(n, row)),
-            2 => PathKind::D2(Path::new(n, row)),
-            3 => PathKind::D3(Path::new(n, row)),
-            4 => PathKind::D4(Path::new(n, row)),
-            5 => PathKind::D5(Path::new(n, row)),
-            6 => PathKind::D6(Path::new(n, row)),
+            1 => PathKind::D1(Path::new(n, row, kept)),
+            2 => PathKind::D2(Path::new(n, row, kept)),
+            3 => PathKind::D3(Path::new(n, row, kept)),
+            4 => PathKind::D4(Path::new(n, row, kept)),
+            5 => PathKind::D5(Path::new(n, row, kept)),
+            6 => PathKind::D6(Path::new(n, row, kept)),
             more => panic!("a load has at most six axes, not {more}"),
         })
     }
@@ -234,10 +268,25 @@ impl LoadPath {
     }
 }
 
+/// The samples that are kept: the first, and each that comes at least a step after the last one kept.
+fn kept_samples(times: &[f64], step_secs: f64) -> Vec<u32> {
+    let mut last_secs = f64::NEG_INFINITY;
+    let samples = times.iter().enumerate().filter(|(_, time)| {
+        let is_kept = **time - last_secs >= step_secs;
+        if is_kept {
+            last_secs = **time;
+        }
+        is_kept
+    });
+    samples.map(|(k, _)| k as u32).collect()
+}
+
 /// Points in `D` dimensions with boxes over them.
 #[derive(Clone, Debug)]
 struct Path<const D: usize> {
     n: usize,
+    /// Where not all samples are kept, which are, and every sample's point.
+    thinned: Option<(Vec<u32>, Vec<[f64; D]>)>,
     /// `groups[g][dimension][lane]`; the last group repeats the last sample.
     groups: Vec<[Lanes; D]>,
     /// `levels[0]` holds a box for each group, each next level one for every `FAN_OUT` boxes of the one below.
@@ -251,21 +300,34 @@ struct Bounds<const D: usize> {
 }
 
 impl<const D: usize> Path<D> {
-    fn new(n: usize, value: impl Fn(usize, usize) -> f64) -> Self {
-        let groups: Vec<[Lanes; D]> = (0..n.div_ceil(LANES))
+    fn new(n: usize, value: impl Fn(usize, usize) -> f64, kept: Option<Vec<u32>>) -> Self {
+        let n_kept = kept.as_ref().map_or(n, Vec::len);
+        let sample = |at: usize| kept.as_ref().map_or(at, |kept| kept[at] as usize);
+        let groups: Vec<[Lanes; D]> = (0..n_kept.div_ceil(LANES))
             .map(|group| {
                 std::array::from_fn(|dimension| {
-                    std::array::from_fn(|lane| value((group * LANES + lane).min(n - 1), dimension))
+                    std::array::from_fn(|lane| {
+                        value(sample((group * LANES + lane).min(n_kept - 1)), dimension)
+                    })
                 })
             })
             .collect();
+        let thinned = kept.map(|kept| {
+            let point = |k| std::array::from_fn(|dimension| value(k, dimension));
+            (kept, (0..n).map(point).collect())
+        });
         let mut levels = vec![groups.iter().map(Bounds::of_group).collect::<Vec<_>>()];
         while let Some(below) = levels.last()
             && below.len() >= FAN_OUT
         {
             levels.push(below.chunks_exact(FAN_OUT).map(Bounds::of_boxes).collect());
         }
-        Self { n, groups, levels }
+        Self {
+            n,
+            thinned,
+            groups,
+            levels,
+        }
     }
 
     fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
@@ -280,8 +342,44 @@ impl<const D: usize> Path<D> {
         past
     }
 
+    /// The search where not all samples are kept: one sample after another, since none is a point of its own group.
+    #[inline(always)]
+    fn search_kept(
+        &self,
+        (kept, points): &(Vec<u32>, Vec<[f64; D]>),
+        times: &[f64],
+        thresholds: Thresholds,
+        past: &mut [u32],
+    ) {
+        let least = thresholds.f_th * thresholds.f_th;
+        let (mut oldest, mut end) = (0, 0);
+        for (k, (point, past)) in points.iter().zip(past).enumerate() {
+            while end < kept.len() && kept[end] as usize <= k {
+                end += 1;
+            }
+            while oldest < end && times[k] - times[kept[oldest] as usize] > thresholds.t_th_secs {
+                oldest += 1;
+            }
+            let (whole, rest) = (end / LANES, end % LANES);
+            let begun = match rest {
+                0 => 0,
+                _ => far_lanes(&self.groups[whole], point, least) & ((1 << rest) - 1),
+            };
+            let found = match begun {
+                _ if least <= 0.0 => None, // the sample itself differs by nothing
+                0 => self.find(point, whole, oldest / LANES, least),
+                lanes => Some(whole * LANES + lanes.ilog2() as usize),
+            };
+            let found = found.filter(|at| *at >= oldest);
+            *past = found.map_or(k as u32, |at| kept[at]);
+        }
+    }
+
     #[inline(always)]
     fn search(&self, times: &[f64], thresholds: Thresholds, past: &mut [u32]) {
+        if let Some(thinned) = &self.thinned {
+            return self.search_kept(thinned, times, thresholds, past);
+        }
         let least = thresholds.f_th * thresholds.f_th;
         let mut oldest = 0;
         // `while`, not a subtraction from t_k: the rule compares t_k − t_j as rounded.
@@ -516,6 +614,39 @@ mod tests {
                             path.past_samples(&times, thresholds),
                             plain_scan(&times, &rows, thresholds),
                             "{dimensions} axes, {n} samples, {thresholds:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// The rule as written, over the samples that are kept.
+    #[test]
+    fn a_thinned_history_is_searched_by_the_same_rule() {
+        for dimensions in [1, 3] {
+            for n in [1, 8, 9, 700] {
+                let (times, rows) = walk(n, dimensions, 3 + n as u64);
+                for step_secs in [0.03, 0.2, 5.0] {
+                    let kept = kept_samples(&times, step_secs);
+                    let weights = vec![1.0; dimensions];
+                    let path =
+                        LoadPath::with_history_step(&times, &rows.concat(), &weights, step_secs);
+                    for (f_th, t_th_secs) in [(0.0, 15.0), (0.2, 1.0), (2.0, 15.0), (1.0, 0.0)] {
+                        let thresholds = Thresholds { f_th, t_th_secs };
+                        let plain = (0..n).map(|k| {
+                            let mut known: Vec<usize> = kept.iter().map(|j| *j as usize).collect();
+                            known.retain(|j| *j < k);
+                            known.push(k);
+                            let (times, rows): (Vec<f64>, Vec<Vec<f64>>) =
+                                known.iter().map(|j| (times[*j], rows[*j].clone())).unzip();
+                            let past = plain_scan(&times, &rows, thresholds);
+                            known[past[past.len() - 1] as usize] as u32
+                        });
+                        assert_eq!(
+                            path.past_samples(&times, thresholds),
+                            plain.collect::<Vec<_>>(),
+                            "{dimensions} axes, {n} samples, {step_secs} s, {thresholds:?}"
                         );
                     }
                 }

@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::evaluation::threshold_study::PastAges;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
-use crate::ui::{palette, picture, plots};
+use crate::ui::{palette, plots};
 
 /// Draws the bars.
 pub fn ages(
@@ -43,8 +43,7 @@ pub fn ages(
             );
         })
         .response;
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
-    picture::menu(&response, plots::with_labels(response.rect), None, out);
+    plots::finish(&response, name, None, out);
     response.on_hover_text(format!(
         "How long ago the past was that F_th finds. Green: found; grey: older than t_th, cut off. {} % are older than the last bar",
         significant(share(past_ages.n_beyond), 2)

@@ -1,21 +1,14 @@
 //! The curves through the present pair of thresholds: forces and moments apart, over F_th and over t_th.
 
-use egui_plot::{Line, PlotPoints, VLine};
-
-use super::pressed;
+use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
-use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
-use crate::features::{Distance, Thresholds};
+use crate::evaluation::threshold_study::{Along, Measure, ScoreSet, ThresholdMap};
+use crate::export::{ShownFTh, threshold_curve};
+use crate::features::Thresholds;
+use crate::report::figure::{Figure, color};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
-use crate::ui::{palette, picture, plots};
-
-/// The threshold that runs along the axis of a curve.
-#[derive(Clone, Copy, PartialEq)]
-enum Along {
-    F,
-    T,
-}
+use crate::ui::{palette, plots};
 
 /// Draws two curves for each unit.
 pub fn curves(
@@ -33,7 +26,7 @@ pub fn curves(
     let width = 0.5 * ui.available_width() - 6.0;
     ui.horizontal(|ui| {
         for set in ScoreSet::ALL {
-            let (color, _) = palette::score(set, ui.visuals());
+            let color = palette::score(set, ui.visuals());
             let (name, about) = match set {
                 ScoreSet::LeftOut => ("solid", "Choose by this one"),
                 ScoreSet::Train => ("dotted", "On what was fitted, which flatters"),
@@ -71,66 +64,31 @@ fn curve(
     out: &mut Vec<Command>,
 ) {
     let present = engine.project().thresholds();
-    let at = map.nearest(present);
-    let shown_as = match (along, map.distance) {
-        (Along::F, Distance::FullScale) => 100.0,
-        _ => 1.0,
+    let (factor, all) = match along {
+        Along::F => (ShownFTh::of(map.distance).factor, map.grid.f_ths()),
+        Along::T => (1.0, map.grid.t_ths_secs()),
     };
-    let label = match (along, map.distance) {
-        (Along::F, Distance::Force) => "F_th [N]",
-        (Along::F, Distance::FullScale) => "F_th [% FS]",
-        (Along::T, _) => "t_th [s]",
+    let own = along.of(present);
+    let curve = |ink: &dyn Fn(ScoreSet) -> [u8; 3]| Figure {
+        marked: Some(own * factor),
+        ..threshold_curve(map, group, along, map.nearest(present), None, ink)
     };
-    let longest = match along {
-        Along::F => map.grid.f_ths().last(),
-        Along::T => map.grid.t_ths_secs().last(),
-    };
-    let title = format!("{} [{}]", group.label(&map.scale), group.unit(&map.scale));
     let visuals = ui.visuals().clone();
-    let id = (
-        "threshold curve",
-        group.label(&map.scale),
-        along == Along::F,
-    );
+    let mut figure = curve(&|set| palette::bytes(palette::score(set, &visuals)));
+    figure.across.range = (0.0, factor * all.iter().copied().fold(own, f64::max));
+    let title = measure_text(map, group);
+    let label = &figure.across.label;
+    let id = ("threshold curve", group.label(&map.scale), label);
     let response = plots::scales(plots::still(id, size), Some(label), &title)
-        .include_x(0.0)
-        .include_x(longest.copied().unwrap_or(1.0) * shown_as)
-        .show(ui, |plot| {
-            for set in ScoreSet::ALL {
-                let points = match along {
-                    Along::F => map.curve_over_f_th(set, group, at.1),
-                    Along::T => map.curve_over_t_th(set, group, at.0),
-                };
-                let (color, style) = palette::score(set, &visuals);
-                let points: PlotPoints<'_> =
-                    points.into_iter().map(|(x, y)| [x * shown_as, y]).collect();
-                plot.line(
-                    Line::new(set.label(), points)
-                        .color(color)
-                        .style(style)
-                        .width(1.6),
-                );
-            }
-            let own = match along {
-                Along::F => present.f_th,
-                Along::T => present.t_th_secs,
-            };
-            plot.vline(
-                VLine::new("present", own * shown_as)
-                    .color(palette::present(&visuals))
-                    .width(1.2),
-            );
-        });
+        .set_margin_fraction(egui::Vec2::ZERO)
+        .show(ui, |plot| plots::draw(plot, &figure, &visuals));
     let name = format!("{title} over {label}");
-    response
-        .response
-        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name.clone()));
-    let part = plots::with_labels(response.response.rect);
-    picture::menu(&response.response, part, None, out);
+    let print = || curve(&|_| color::SCORE);
+    plots::finish(&response.response, &name, Some(&print), out);
     if pressed(&response.response)
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
-        let x = response.transform.value_from_position(pointer).x / shown_as;
+        let x = response.transform.value_from_position(pointer).x / factor;
         // As fine as one can point: three digits.
         let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
         let wanted = match along {

@@ -8,12 +8,13 @@ use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 use super::{pair_text, pressed};
 use crate::engine::{Edit, Engine};
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
-use crate::features::{Distance, Thresholds};
+use crate::export::ShownFTh;
+use crate::features::Thresholds;
 use crate::report::figure::color::shade;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
-use crate::ui::{picture, plots};
+use crate::ui::plots;
 
 /// The picture, with what it was made of.
 #[derive(Default)]
@@ -53,16 +54,13 @@ pub fn map(
     let center = PlotPoint::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]));
     let present = engine.project().thresholds();
     let minimum = map.minimum(set, measure);
-    let shown_as = shown_as(map.distance);
+    let shown = ShownFTh::of(map.distance);
+    let shown_as = shown.factor;
     let width = ui.available_width() - SCALE_WIDTH - 70.0;
     let height = ui.available_height().max(120.0);
     ui.horizontal_top(|ui| {
-        let across = match map.distance {
-            Distance::Force => "F_th [N]",
-            Distance::FullScale => "F_th [% FS]",
-        };
         let plot = plots::still("threshold map", [width, height]);
-        let response = plots::scales(plot, Some(across), "t_th [s]")
+        let response = plots::scales(plot, Some(&shown.label()), "t_th [s]")
             .show_grid(false)
             .set_margin_fraction(Vec2::ZERO)
             .default_x_bounds(low[0] * shown_as, high[0] * shown_as)
@@ -92,11 +90,7 @@ pub fn map(
                         .color(Color32::WHITE),
                 );
             });
-        response.response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "Map of F_th and t_th")
-        });
-        let part = plots::with_labels(response.response.rect);
-        picture::menu(&response.response, part, None, out);
+        plots::finish(&response.response, "Map of F_th and t_th", None, out);
         let pointer = response
             .response
             .hover_pos()
@@ -124,13 +118,6 @@ pub fn map(
         let greatest = format!("{above}{} {unit}", significant(greatest, 3));
         scale_of_colors(ui, height, &least, &greatest);
     });
-}
-
-fn shown_as(distance: Distance) -> f64 {
-    match distance {
-        Distance::Force => 1.0,
-        Distance::FullScale => 100.0,
-    }
 }
 
 /// Lines at 1, 2 and 5 times powers of ten between two powers.

@@ -10,10 +10,10 @@ use crate::recording::Axis;
 use crate::report::figure::{self, Figure, Scale};
 use crate::ui::command::Command;
 use crate::ui::palette::{self, Trace};
+use crate::ui::plots;
 use crate::ui::plots::{Asked, VALUE_AXIS_WIDTH, ZOOM_PER_POINT};
 use crate::ui::time_view::{Kind, TimeView, all_of, within};
 use crate::ui::trace_panes::overlay;
-use crate::ui::{picture, plots};
 
 /// The share of a cell's height that the traces get; the errors get the rest.
 const TRACES_SHARE: f32 = 0.55;
@@ -126,12 +126,8 @@ fn pane(
         overlay::samples(plot, traces, axis, kind == Kind::Load, hovered, &visuals);
         cursors.mark(plot, &visuals);
     });
-    response
-        .response
-        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, title.clone()));
     follow_gestures(ui, &response, bounds, key, traces, panes);
     put_cursor(ui, &response, panes);
-    let part = plots::with_labels(response.response.rect);
     let print = || Figure {
         title: match kind {
             Kind::Load => title.clone(),
@@ -148,7 +144,7 @@ fn pane(
         ),
         ..Figure::default()
     };
-    picture::menu(&response.response, part, Some(&print), out);
+    plots::finish(&response.response, &title, Some(&print), out);
     let sample = sample_under_pointer(&response, traces);
     // While it plays, the first pane says what there is.
     let is_first =

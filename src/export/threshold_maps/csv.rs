@@ -2,9 +2,22 @@
 
 use std::io;
 
+use super::MapWriter;
 use crate::calibration::Scores;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
+use crate::export::format::FileFormat;
+use crate::export::write_atomically;
 use crate::formats::csv::CsvWriter;
+
+pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
+    name: "Delimited text",
+    ending: "csv",
+    holds: "every number",
+    write: MapWriter {
+        files: |path| vec![path.to_owned()],
+        write: |map, _, path| write_atomically(path, |out| write_threshold_csv(map, out)),
+    },
+};
 
 /// Writes one row per pair of thresholds and set (train, test, cross-validation): thresholds, RMSE per axis, and the group
 /// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without

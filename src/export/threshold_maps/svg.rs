@@ -1,0 +1,178 @@
+//! The errors over both thresholds as figures: curves along either threshold, and the map.
+
+use std::path::{Path, PathBuf};
+
+use super::MapWriter;
+use crate::evaluation::threshold_study::{Along, Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::export::format::FileFormat;
+use crate::export::{WriteError, write_atomically};
+use crate::features::{Distance, Thresholds};
+use crate::report::figure::{self, Figure, HeatMap, Line, Scale, color};
+
+/// The map of the left-out errors with the suggested pair, and beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the curves
+/// through that pair.
+pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
+    name: "Scalable vector graphics",
+    ending: "svg",
+    holds: "the map and its curves",
+    write: MapWriter {
+        files: |path| {
+            let beside = [Along::F, Along::T].map(|along| beside(path, along));
+            [vec![path.to_owned()], beside.to_vec()].concat()
+        },
+        write: |map, measure, path| {
+            let suggestion = map.suggestion(measure).ok();
+            let found = suggestion.as_ref();
+            let at = found.map_or((0, 0), |found| found.at);
+            let heat_map = threshold_heat_map(map, ScoreSet::LeftOut, measure, found);
+            write_threshold_svg(&heat_map, path)?;
+            [Along::F, Along::T].into_iter().try_for_each(|along| {
+                let curve = threshold_curve(map, measure, along, at, found, &|_| color::SCORE);
+                write_threshold_svg(&curve, &beside(path, along))
+            })
+        },
+    },
+};
+
+/// The file beside a map that holds the curves along this threshold.
+fn beside(path: &Path, along: Along) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(match along {
+        Along::F => "_f_th.svg",
+        Along::T => "_t_th.svg",
+    });
+    path.with_file_name(name)
+}
+
+/// How F_th is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct ShownFTh {
+    /// What it is multiplied with.
+    pub factor: f64,
+    /// Its unit then.
+    pub unit: &'static str,
+}
+
+impl ShownFTh {
+    /// Where it is measured in this.
+    pub fn of(distance: Distance) -> Self {
+        let (factor, unit) = match distance {
+            Distance::Force => (1.0, "N"),
+            Distance::FullScale => (100.0, "% FS"),
+        };
+        Self { factor, unit }
+    }
+
+    /// As it is shown, without the digits that the factor adds.
+    pub fn number(self, f_th: f64) -> f64 {
+        match self.factor {
+            1.0 => f_th,
+            factor => (f_th * factor * 1e9).round() / 1e9,
+        }
+    }
+
+    /// Its name with the unit.
+    pub fn label(self) -> String {
+        format!("F_th [{}]", self.unit)
+    }
+}
+
+/// Width and height of the pictures.
+const SIZE: (f64, f64) = (720.0, 440.0);
+/// Room above and below curves, as a share of their range.
+const ROOM: f64 = 0.06;
+const T_TH_LABEL: &str = "t_th [s]";
+
+fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
+    format!("RMSE [{}]", measure.unit(&map.scale))
+}
+
+/// The curves of every set along one threshold, through the pair at these positions; where there is a suggestion, its threshold is
+/// marked and those within one standard error are shaded.
+///
+/// One line for every set that has scores: the one to choose by is solid; the others are seen on top of it.
+///
+/// # Panics
+/// If there is no such pair.
+pub fn threshold_curve(
+    map: &ThresholdMap,
+    measure: Measure,
+    along: Along,
+    at: (usize, usize),
+    suggestion: Option<&Suggestion>,
+    ink: &dyn Fn(ScoreSet) -> [u8; 3],
+) -> Figure<'static> {
+    let shown = ShownFTh::of(map.distance);
+    let Thresholds { f_th, t_th_secs } = map.thresholds(at.0, at.1);
+    let (across, through, factor) = match along {
+        Along::F => (shown.label(), format!("t_th {t_th_secs} s"), shown.factor),
+        Along::T => {
+            let through = format!("{} = {}", shown.label(), shown.number(f_th));
+            (T_TH_LABEL.to_owned(), through, 1.0)
+        }
+    };
+    let lines = ScoreSet::ALL.into_iter().rev().map(|set| {
+        let points = map.curve(along, set, measure, at).into_iter();
+        let points: Vec<[f64; 2]> = points.map(|(x, y)| [x * factor, y]).collect();
+        let dash = match set {
+            ScoreSet::Train => Some(figure::DOTTED),
+            ScoreSet::Test => Some(figure::DASHED),
+            ScoreSet::LeftOut => None,
+        };
+        Line {
+            dash,
+            ..Line::new(set.label(), ink(set), [points])
+        }
+    });
+    let lines: Vec<_> = lines.filter(|line| !line.pieces[0].is_empty()).collect();
+    let numbers = |axis: usize| {
+        let points = lines.iter().flat_map(|line| line.pieces[0].iter());
+        points.map(move |point| point[axis])
+    };
+    let range = suggestion.map(|found| match along {
+        Along::F => found.f_th_range,
+        Along::T => found.t_th_range,
+    });
+    Figure {
+        title: format!("{} at {through}", measure.label(&map.scale)),
+        across: Scale::spanning(across, numbers(0), 0.0),
+        up: Scale::spanning(rmse_label(map, measure), numbers(1), ROOM),
+        shaded: range.map(|range| (range.from * factor, range.to * factor)),
+        marked: suggestion.map(|found| along.of(found.thresholds) * factor),
+        lines,
+        ..Figure::default()
+    }
+}
+
+/// The map of one number, a suggested pair marked.
+pub fn threshold_heat_map(
+    map: &ThresholdMap,
+    set: ScoreSet,
+    measure: Measure,
+    suggestion: Option<&Suggestion>,
+) -> Figure<'static> {
+    let shown = ShownFTh::of(map.distance);
+    let f_ths = map.grid.f_ths().iter().map(|f_th| shown.number(*f_th));
+    let f_ths: Vec<f64> = f_ths.collect();
+    let values = map.values(set, measure);
+    let shades = map.shades(set, measure).unwrap_or((0.0, 1.0));
+    Figure {
+        title: format!("{}, {}", measure.label(&map.scale), set.label()),
+        across: Scale::of_cells(shown.label(), &f_ths),
+        up: Scale::of_cells(T_TH_LABEL, map.grid.t_ths_secs()),
+        heat_map: Some(HeatMap {
+            shades: Scale::new(rmse_label(map, measure), shades),
+            marked: suggestion.map(|found| found.at),
+            values,
+        }),
+        ..Figure::default()
+    }
+}
+
+/// Writes such a figure as SVG.
+///
+/// # Errors
+/// [`WriteError`] if the file cannot be written.
+pub fn write_threshold_svg(figure: &Figure<'_>, path: &Path) -> Result<(), WriteError> {
+    write_atomically(path, |out| out.write_all(figure.svg(SIZE).as_bytes()))
+}
