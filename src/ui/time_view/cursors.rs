@@ -111,14 +111,8 @@ impl Span {
 }
 
 fn rows(axis: &AxisTraces) -> Vec<Row> {
-    const ORDER: [Trace; 4] = [
-        Trace::Calculated,
-        Trace::Conventional,
-        Trace::Compensated,
-        Trace::Factory,
-    ];
-    let loads = ORDER.map(|trace| (trace.label().to_owned(), axis.load(trace)));
-    let errors = ORDER.map(|trace| (format!("{} error", trace.label()), axis.error(trace)));
+    let loads = Trace::LISTED.map(|trace| (trace.label().to_owned(), axis.load(trace)));
+    let errors = Trace::LISTED.map(|trace| (format!("{} error", trace.label()), axis.error(trace)));
     let row = |(label, series): (String, Option<&Arc<Series>>)| {
         Some(Row {
             name: format!("{} {label}", axis.axis.symbol()),

@@ -116,12 +116,7 @@ pub fn tooltip(
         ));
         ui.weak(elided(name, NAME_LENGTH));
         egui::Grid::new("values").num_columns(3).show(ui, |ui| {
-            for trace in [
-                Trace::Calculated,
-                Trace::Conventional,
-                Trace::Compensated,
-                Trace::Factory,
-            ] {
+            for trace in Trace::LISTED {
                 let Some(series) = axis.load(trace) else {
                     continue;
                 };
