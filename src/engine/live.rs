@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, Estimator};
-use crate::engine::query::{Query, Unanswered};
+use crate::engine::query::{Query, Unanswered, Work};
 use crate::evaluation::series::Series;
 use crate::import::live::{GrowingFile, Grown, LiveRow, LiveTable};
 use crate::progress::Progress;
@@ -73,12 +73,7 @@ impl Query for Follow {
         self.path == other.path && Arc::ptr_eq(&self.calibration, &other.calibration)
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        show: &(dyn Fn(Followed) + Sync),
-    ) -> Result<Followed, Unanswered> {
+    fn compute(&self, Work { progress, show, .. }: Work<'_, Self>) -> Result<Followed, Unanswered> {
         let unreadable = |error| Unanswered::Because(format!("{}: {error}", self.path.display()));
         let mut file = GrowingFile::open(&self.path).map_err(unreadable)?;
         let mut minute = Minute::default();
@@ -223,8 +218,7 @@ impl Minute {
             if let Some(table) = &self.table
                 && places.is_none()
             {
-                let place = |gauge| table.gauge_names().iter().position(|name| name == gauge);
-                let found: Option<Vec<usize>> = calibration.gauges.iter().map(place).collect();
+                let found = table.places(&calibration.gauges);
                 places = Some(found.ok_or_else(|| {
                     Unanswered::Because(format!(
                         "{}: its gauges are {}, and the calibration was made for {}",
@@ -410,7 +404,12 @@ mod tests {
                 let show = |followed| {
                     let _ = sender.lock().unwrap().send(followed);
                 };
-                let end = follow.compute(&mut (), &progress, &show).unwrap_err();
+                let work = Work {
+                    cache: &mut (),
+                    progress: &progress,
+                    show: &show,
+                };
+                let end = follow.compute(work).unwrap_err();
                 assert_eq!(end, Unanswered::Cancelled);
             });
             seen(&|followed| followed.counts.0 > 10);

@@ -12,12 +12,14 @@ use crate::recording::Axis;
 use crate::report::{self, Cell, Table};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::equation::laid_out;
-use crate::ui::numbers::significant;
+use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;
+/// Characters of a name that have room over a column.
+const NAME_LENGTH: usize = 24;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -201,21 +203,6 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// A name as it stands over a column; of a long one the middle is left out.
-fn elided(name: &str) -> String {
-    const LONGEST: usize = 24;
-    let n = name.chars().count();
-    if n <= LONGEST {
-        return name.to_owned();
-    }
-    let (start, end) = (LONGEST / 2, LONGEST / 2 - 1);
-    let start = name.chars().take(start);
-    start
-        .chain(['…'])
-        .chain(name.chars().skip(n - end))
-        .collect()
-}
-
 /// Draws a matrix between brackets, its blocks apart, its numbers under each other.
 fn matrix(
     ui: &mut egui::Ui,
@@ -231,7 +218,10 @@ fn matrix(
         .iter()
         .map(|row| row.iter().map(|value| significant(*value, 5)).collect())
         .collect();
-    let heads: Vec<String> = features.iter().map(|name| elided(name)).collect();
+    let heads: Vec<String> = features
+        .iter()
+        .map(|name| elided(name, NAME_LENGTH))
+        .collect();
     let widths: Vec<usize> = (0..features.len())
         .map(|column| {
             let values = cells.iter().filter_map(|row| row.get(column));
