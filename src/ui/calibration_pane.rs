@@ -6,7 +6,7 @@ use egui::RichText;
 
 use crate::calibration::LinearMap;
 use crate::engine::{Action, Engine, Existing};
-use crate::export::{TARGETS, target_endings};
+use crate::export::{Footprint, TARGETS, target_endings};
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::report::{self, Cell, Table};
@@ -18,6 +18,8 @@ use crate::ui::pane::{Cx, PaneView};
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;
+/// More than this is much for a small controller (bytes).
+const LARGE_MEMORY: usize = 65_536;
 /// Characters of a name that have room over a column.
 const NAME_LENGTH: usize = 24;
 
@@ -58,6 +60,16 @@ fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: 
                 ui.colored_label(ui.visuals().warn_fg_color, "of the simulated sensor");
             }
             ui.weak(calibration.describe());
+            let footprint = Footprint::of(calibration);
+            let long = footprint.memory > LARGE_MEMORY;
+            let text = footprint.to_string();
+            let label = match long {
+                true => ui.colored_label(ui.visuals().warn_fg_color, text),
+                false => ui.weak(text),
+            };
+            label.on_hover_text(
+                "A history rate in the settings, a smaller t_th, or play in place of a look-back takes less memory",
+            );
         }
     });
     export_row(ui, engine, path, out);

@@ -38,7 +38,10 @@ impl PaneView for View {
                     .labelled_by(label.id);
                 let asked =
                     field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                if (ui.button("Follow").clicked() || asked) && !self.path.trim().is_empty() {
+                let follow = ui
+                    .button("Follow")
+                    .on_hover_text("Read it from its beginning, and then what is written to it");
+                if (follow.clicked() || asked) && !self.path.trim().is_empty() {
                     cx.out.push(Action::Follow(self.path.trim().into()).into());
                 }
             });
