@@ -27,9 +27,9 @@ use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, WriteError, check_targets,
-    name_gauges, names_gauges, read_calibration, target_endings, target_for, write_atomically,
-    write_loads_csv,
+    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
+    check_targets, name_gauges, names_gauges, read_calibration, target_endings, target_for,
+    write_atomically, write_loads_csv,
 };
 use crate::formats::FileError;
 use crate::formats::csv::write_csv;
@@ -397,13 +397,15 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
         .map(|name| demo.dir.join(name))
         .collect();
     check_targets([], &files, demo.force)?;
+    let mut written = Together::default();
     for (entry, path) in set.entries().iter().zip(&files) {
         let recording = entry.recording.decimated(step);
-        write_atomically(path, |mut out| write_csv(&recording, &mut out))?;
+        written.write(path, |mut out| write_csv(&recording, &mut out))?;
     }
-    write_atomically(&files[set.entries().len()], |out| {
+    written.write(&files[set.entries().len()], |out| {
         out.write_all(DEMO_README.as_bytes())
     })?;
+    written.finish()?;
     writeln!(
         io::stdout(),
         "{} simulated recordings in {}",
@@ -522,7 +524,10 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
         }
     }
     args.traces.check_stretches(all.iter(), 1)?;
-    args.traces.write(&calibration, all.iter(), 1)?;
+    let mut traces = Together::default();
+    args.traces
+        .write(&mut traces, &calibration, all.iter(), 1)?;
+    traces.finish()?;
     if let Some(path) = &args.traces.traces {
         print_path(path)?;
     }

@@ -20,7 +20,8 @@ use crate::calibration::{
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
-    Outline, WriteError, check_targets, listed_targets, target_for, with_sources, write_calibration,
+    Outline, Together, WriteError, add_calibration, check_targets, listed_targets, target_for,
+    with_sources,
 };
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
@@ -101,18 +102,20 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     for caution in cautions.iter().filter(is_grave) {
         tell(&format_args!("warning: {caution}"));
     }
-    if !args.export.is_empty() {
-        let told = with_sources(&calibration, &request.recordings);
-        for path in &args.export {
-            write_calibration(&told, path)?;
-        }
-    }
-    args.traces
-        .write(&calibration, all(), args.model.decimate)?;
     let factory = match &args.factory {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
+    let mut files = Together::default();
+    if !args.export.is_empty() {
+        let told = with_sources(&calibration, &request.recordings);
+        for path in &args.export {
+            add_calibration(&mut files, &told, path)?;
+        }
+    }
+    args.traces
+        .write(&mut files, &calibration, all(), args.model.decimate)?;
+    files.finish()?;
     let mut out = io::stdout().lock();
     if args.json {
         let report = FitReport {

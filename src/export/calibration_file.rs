@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::target::{self, Refusal};
 use super::targets::{TARGETS, target_for};
 use crate::calibration::{Calibration, CalibrationError};
-use crate::export::{WriteError, write_atomically};
+use crate::export::{Together, WriteError};
 use crate::small_file::read_small;
 
 /// A larger file is no calibration.
@@ -41,9 +41,23 @@ fn readable() -> String {
 /// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a [`Refusal`] is its source
 /// then).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
+    let mut files = Together::default();
+    add_calibration(&mut files, calibration, path)?;
+    files.finish()
+}
+
+/// [`write_calibration`], which takes its name with other files.
+///
+/// # Errors
+/// Likewise.
+pub fn add_calibration(
+    files: &mut Together,
+    calibration: &Calibration,
+    path: &Path,
+) -> Result<(), WriteError> {
     let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    write_atomically(path, |out| target::write(target, calibration, &name, out))
+    files.write(path, |out| target::write(target, calibration, &name, out))
 }
 
 /// Reads a calibration and checks it, in the format of the file's ending; without a known ending as a complete one.

@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::format::FileFormat;
-use super::{WriteError, write_atomically};
+use super::{Together, WriteError};
 use crate::calibration::{AppliedLoads, Calibration, Estimator};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
@@ -55,7 +55,7 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes what a calibration makes of intervals of recordings, whole or not at all: recording, time, then Calc., Conv.,
+/// Writes what a calibration makes of intervals of recordings as one of `files`: recording, time, then Calc., Conv.,
 /// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
 /// ending says which of [`TRACE_FORMATS`]; without a known one it is the first.
 ///
@@ -63,6 +63,7 @@ pub struct Interval<'a> {
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or somebody asked to
 /// stop.
 pub fn write_traces(
+    files: &mut Together,
     path: &Path,
     calibration: &Calibration,
     intervals: &[Interval<'_>],
@@ -72,7 +73,7 @@ pub fn write_traces(
     let recordings = intervals.iter().map(|interval| interval.recording);
     let reference: Vec<Axis> = recordings.flat_map(Recording::axes).copied().collect();
     let columns = Columns::of(calibration, &reference, &KINDS);
-    write_atomically(path, |out| {
+    files.write(path, |out| {
         let mut table = (format.write)(&columns.head(), out)?;
         let mut row = Vec::new();
         for_each(calibration, intervals, progress, |part| {
