@@ -3,6 +3,7 @@
 mod c;
 mod cal;
 mod data_files;
+mod m_function;
 mod python;
 mod report;
 mod rust;

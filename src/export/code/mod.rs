@@ -31,12 +31,16 @@ pub(in crate::export) struct Language {
     pub comment: fn(&str) -> String,
     /// Around lists.
     pub brackets: (char, char),
+    /// Where a list goes on in the next line, and between the rows of a table.
+    pub breaks: (&'static str, &'static str),
     /// A number as the program's own type has it.
     pub number: fn(f64) -> String,
     /// A time (s).
     pub time: fn(f64) -> String,
     /// A single-precision weight, written so that no language rounds it twice.
     pub weight: fn(f32) -> String,
+    /// Whether the language or the code that was made with a name needs that name for something else.
+    pub is_taken: fn(&str, &str) -> bool,
 }
 
 /// A format that is source code in a language.
@@ -75,7 +79,21 @@ impl Target for Code {
     }
 
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        out.write_all(source_code(export, self.language).as_bytes())
+        out.write_all(self.source(export).1.as_bytes())
+    }
+}
+
+impl Code {
+    /// The name that the code goes by, and the code.
+    pub fn source(&self, export: &Export<'_>) -> (String, String) {
+        let name = identifier(export.name);
+        let code = named_code(export, self.language, &name);
+        if !(self.language.is_taken)(&name, &code) {
+            return (name, code);
+        }
+        let name = format!("cal_{name}");
+        let code = named_code(export, self.language, &name);
+        (name, code)
     }
 }
 
@@ -93,12 +111,12 @@ impl Language {
     /// A list of literals, cut into lines.
     fn list(self, items: impl IntoIterator<Item = String>) -> String {
         const PER_LINE: usize = 6;
-        let (open, close) = self.brackets;
+        let ((open, close), (goes_on, _)) = (self.brackets, self.breaks);
         let mut out = String::from(open);
         for (at, item) in items.into_iter().enumerate() {
             out.push_str(match at {
                 0 => "",
-                at if at % PER_LINE == 0 => ",\n    ",
+                at if at % PER_LINE == 0 => goes_on,
                 _ => ", ",
             });
             out.push_str(&item);
@@ -112,10 +130,10 @@ impl Language {
     }
 
     fn rows(self, rows: &[Vec<f64>]) -> String {
-        let (open, close) = self.brackets;
+        let ((open, close), (_, between)) = (self.brackets, self.breaks);
         let rows = rows.iter().map(|row| self.numbers(row));
         let rows: Vec<String> = rows.collect();
-        format!("{open}\n    {}\n{close}", rows.join(",\n    "))
+        format!("{open}\n    {}\n{close}", rows.join(between))
     }
 
     /// The template with everything filled in.
@@ -156,15 +174,17 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
     state.env().render_str(text.trim_matches('\n'), names)
 }
 
+/// [`Language::breaks`] where only commas separate.
+pub(in crate::export) const COMMAS: (&str, &str) = (",\n    ", ",\n    ");
+
 /// A number with all its digits, and with a point or an exponent.
 pub(in crate::export) fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// The calibration in a language: what a [`Program`] has under the names of its fields, and what is counted of it.
-fn source_code(export: &Export<'_>, language: Language) -> String {
+/// What a [`Program`] has under the names of its fields, and what is counted of it, in the language's template.
+fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     let program = Program::new(export.calibration);
-    let prefix = identifier(export.name);
     let mut search_cost = String::new();
     if !program.look_backs.is_empty() {
         search_cost = format!(

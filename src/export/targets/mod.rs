@@ -4,6 +4,7 @@ mod c_header;
 mod cal;
 mod csv;
 mod json;
+mod m_function;
 mod matlab;
 mod numpy;
 mod onnx;
@@ -22,6 +23,7 @@ pub static TARGETS: &[&dyn Target] = &[
     &c_header::C_HEADER,
     &rust::RUST,
     &python::PYTHON,
+    &m_function::M_FUNCTION,
     &yaml::Yaml,
     &cal::Cal,
     &csv::Csv,
