@@ -20,8 +20,8 @@ use crate::calibration::{
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
-    Outline, Together, WriteError, add_calibration, check_targets, listed_targets, target_for,
-    with_sources,
+    Outline, Together, WriteError, add_calibration, caution, check_targets, listed_targets,
+    target_for, with_sources,
 };
 use crate::features::{Distance, FeatureSettings};
 use crate::progress::Progress;
@@ -106,6 +106,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
+    warn_of(&calibration, &args.export);
     let mut files = Together::default();
     if !args.export.is_empty() {
         let told = with_sources(&calibration, &request.recordings);
@@ -139,6 +140,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         }
     }
     Ok(())
+}
+
+/// Says, before they are written, what exports leave out of the loads that are shown.
+pub(super) fn warn_of(calibration: &Calibration, exports: &[PathBuf]) {
+    let cautions = exports.iter().filter_map(|path| caution(calibration, path));
+    cautions.for_each(|caution| tell(&format_args!("warning: {caution}")));
 }
 
 /// How the calibration that the sensor came with does on the same recordings.

@@ -2,7 +2,9 @@
 
 mod c;
 mod cal;
+mod calibration_file;
 mod data_files;
+mod matrices;
 mod python;
 mod report;
 mod rust;

@@ -1,10 +1,13 @@
 //! The formats that calibrations are written in, one file each; everything that lists them reads [`TARGETS`].
 
+mod c_array;
 mod c_header;
 mod cal;
 mod csv;
+mod icub;
 mod json;
 mod matlab;
+mod matrix;
 mod numpy;
 mod onnx;
 mod python;
@@ -24,6 +27,9 @@ pub static TARGETS: &[&dyn Target] = &[
     &python::PYTHON,
     &yaml::Yaml,
     &cal::Cal,
+    &c_array::CArray,
+    &icub::Secondary,
+    &icub::Board,
     &csv::Csv,
     &numpy::NumPy,
     &matlab::Matlab,
