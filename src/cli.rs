@@ -204,6 +204,10 @@ pub struct Apply {
     /// Where `<name>_loads.csv` goes; made if it is not there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Say in a last column what became of each sample: ok, filling (the history is shorter than it can be), after a gap, restarted,
+    /// beyond (the load is beyond what is known of the sensor), rejected.
+    #[arg(long, requires = "out")]
+    status: bool,
     /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
@@ -518,7 +522,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                 ));
             }
             if let Some(output) = outputs.get(at) {
-                write_atomically_applied(&calibration, path, &recordings, output)?;
+                write_atomically_applied(&calibration, path, &recordings, args.status, output)?;
                 print_path(output)?;
             }
             if args.traces.traces.is_some() {
@@ -606,6 +610,7 @@ fn write_atomically_applied(
     calibration: &Calibration,
     path: &Path,
     recordings: &[Recording],
+    with_status: bool,
     output: &Path,
 ) -> Result<(), JobError> {
     let check = |recording| calibration.check_gauges(recording);
@@ -614,7 +619,9 @@ fn write_atomically_applied(
         path: path.to_owned(),
         source,
     })?;
-    write_atomically(output, |out| write_loads_csv(calibration, recordings, out))?;
+    write_atomically(output, |out| {
+        write_loads_csv(calibration, recordings, with_status, out)
+    })?;
     Ok(())
 }
 

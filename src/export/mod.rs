@@ -25,6 +25,7 @@ pub(crate) use atomic::{Together, WriteError, write_atomically};
 pub(crate) use calibration_file::ReadCalibrationError;
 pub(crate) use calibration_file::{add_calibration, caution, read_with_notes};
 pub use calibration_file::{read_calibration, write_calibration};
+pub use code::Footprint;
 pub(crate) use code::bytes_in_float;
 pub(crate) use format::FileFormat;
 pub use hash::sha256;

@@ -17,6 +17,19 @@ pub(super) fn for_block_comment(text: &str) -> String {
     out
 }
 
+/// [`printable`] text of ASCII letters alone.
+pub(super) fn ascii(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in printable(text).chars() {
+        match c {
+            '·' => out.push('.'),
+            c if c.is_ascii() => out.push(c),
+            c => out.extend(c.escape_unicode()),
+        }
+    }
+    out
+}
+
 /// A name that every language takes, made of a file's name.
 pub(super) fn identifier(name: &str) -> String {
     let mut out: String = name

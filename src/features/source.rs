@@ -1,7 +1,7 @@
-//! A block in exported code: its numbers, what it remembers, and its update in C, Rust and Python.
+//! A block in exported code: its numbers, what it remembers, and its update in C, Rust, Python and MATLAB.
 //!
 //! In an update `row` begins with the present gauges less their centre; what a block appends follows from `next` on, histories
-//! less the present gauges (in Python rows are appended). Numbers and memory are declared by whoever writes the program; texts,
+//! less the present gauges (in Python rows are appended; in MATLAB `next` is the column before). Numbers and memory are declared by whoever writes the program; texts,
 //! which are Jinja templates, may name `{{ prefix }}`, `{{ n_gauges }}` and `{{ sets }}`, the number of the block's values. In C an update stands in braces of its
 //! own, and `g` counts gauges.
 
@@ -31,18 +31,21 @@ pub struct Source {
     pub rust: Code,
     /// In Python, which needs no declared memory.
     pub python: Code,
+    /// In MATLAB, which declares the memory that is named here.
+    pub matlab: Code,
 }
 
 impl Source {
-    /// A block whose updates in C, Rust and Python need no functions of their own.
-    pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 3]) -> Self {
-        let [c, rust, python] = updates.map(Code::update);
+    /// A block whose updates in C, Rust, Python and MATLAB need no functions of their own.
+    pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 4]) -> Self {
+        let [c, rust, python, matlab] = updates.map(Code::update);
         Self {
             constants,
             memory,
             c,
             rust,
             python,
+            matlab,
         }
     }
 }

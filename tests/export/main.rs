@@ -4,6 +4,7 @@ mod c;
 mod cal;
 mod calibration_file;
 mod data_files;
+mod m_function;
 mod matrices;
 mod python;
 mod report;

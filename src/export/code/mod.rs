@@ -5,6 +5,7 @@
 
 mod program;
 
+use std::fmt;
 use std::io;
 
 use minijinja::syntax::SyntaxConfig;
@@ -16,7 +17,7 @@ use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Learned, STRAYS};
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::export::text::identifier;
-use crate::features::Precision;
+use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 
 /// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
@@ -30,12 +31,16 @@ pub(in crate::export) struct Language {
     pub comment: fn(&str) -> String,
     /// Around lists.
     pub brackets: (char, char),
+    /// Where a list goes on in the next line, and between the rows of a table.
+    pub breaks: (&'static str, &'static str),
     /// A number as the program's own type has it.
     pub number: fn(f64) -> String,
     /// A time (s).
     pub time: fn(f64) -> String,
     /// A single-precision weight, written so that no language rounds it twice.
     pub weight: fn(f32) -> String,
+    /// Whether the language or the code that was made with a name needs that name for something else.
+    pub is_taken: fn(&str, &str) -> bool,
 }
 
 /// A format that is source code in a language.
@@ -74,7 +79,21 @@ impl Target for Code {
     }
 
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        out.write_all(source_code(export, self.language).as_bytes())
+        out.write_all(self.source(export).1.as_bytes())
+    }
+}
+
+impl Code {
+    /// The name that the code goes by, and the code.
+    pub fn source(&self, export: &Export<'_>) -> (String, String) {
+        let name = identifier(export.name);
+        let code = named_code(export, self.language, &name);
+        if !(self.language.is_taken)(&name, &code) {
+            return (name, code);
+        }
+        let name = format!("cal_{name}");
+        let code = named_code(export, self.language, &name);
+        (name, code)
     }
 }
 
@@ -92,12 +111,12 @@ impl Language {
     /// A list of literals, cut into lines.
     fn list(self, items: impl IntoIterator<Item = String>) -> String {
         const PER_LINE: usize = 6;
-        let (open, close) = self.brackets;
+        let ((open, close), (goes_on, _)) = (self.brackets, self.breaks);
         let mut out = String::from(open);
         for (at, item) in items.into_iter().enumerate() {
             out.push_str(match at {
                 0 => "",
-                at if at % PER_LINE == 0 => ",\n    ",
+                at if at % PER_LINE == 0 => goes_on,
                 _ => ", ",
             });
             out.push_str(&item);
@@ -111,10 +130,10 @@ impl Language {
     }
 
     fn rows(self, rows: &[Vec<f64>]) -> String {
-        let (open, close) = self.brackets;
+        let ((open, close), (_, between)) = (self.brackets, self.breaks);
         let rows = rows.iter().map(|row| self.numbers(row));
         let rows: Vec<String> = rows.collect();
-        format!("{open}\n    {}\n{close}", rows.join(",\n    "))
+        format!("{open}\n    {}\n{close}", rows.join(between))
     }
 
     /// The template with everything filled in.
@@ -155,15 +174,17 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
     state.env().render_str(text.trim_matches('\n'), names)
 }
 
+/// [`Language::breaks`] where only commas separate.
+pub(in crate::export) const COMMAS: (&str, &str) = (",\n    ", ",\n    ");
+
 /// A number with all its digits, and with a point or an exponent.
 pub(in crate::export) fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// The calibration in a language: what a [`Program`] has under the names of its fields, and what is counted of it.
-fn source_code(export: &Export<'_>, language: Language) -> String {
+/// What a [`Program`] has under the names of its fields, and what is counted of it, in the language's template.
+fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     let program = Program::new(export.calibration);
-    let prefix = identifier(export.name);
     let mut search_cost = String::new();
     if !program.look_backs.is_empty() {
         search_cost = format!(
@@ -244,6 +265,80 @@ fn window_ms(program: &Program) -> u64 {
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)
+}
+
+/// What a C export takes on a Cortex-M4F.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Footprint {
+    /// Bytes of one state with float numbers.
+    pub memory: usize,
+    /// Bytes of the update and its coefficients, about.
+    pub program: usize,
+}
+
+impl Footprint {
+    /// Of this calibration.
+    pub fn of(calibration: &Calibration) -> Self {
+        let program = Program::new(calibration);
+        Self {
+            memory: state_bytes(&program, 4),
+            program: 4 * n_constants(&program) + code_bytes(&program),
+        }
+    }
+}
+
+impl fmt::Display for Footprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kilobytes = |bytes: usize| format!("{:.1} kB", bytes as f64 / 1000.0);
+        write!(
+            f,
+            "as C in float on a Cortex-M4F: {} of memory for each sensor, about {} of program",
+            kilobytes(self.memory),
+            kilobytes(self.program)
+        )
+    }
+}
+
+/// How many numbers the calibration of a program has.
+fn n_constants(program: &Program) -> usize {
+    let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
+    let constants = program
+        .blocks
+        .iter()
+        .flat_map(|block| &block.source.constants);
+    let of_blocks = constants.map(|constant| match &constant.numbers {
+        Numbers::List(numbers) => numbers.len(),
+        Numbers::Rows(rows) => rows.iter().map(Vec::len).sum(),
+    });
+    let mut n = 2 * n_gauges + n_axes * (n_gauges + 2) + 2 + of_blocks.sum::<usize>();
+    if program.keeps_samples() {
+        n += 2;
+    }
+    if !program.look_backs.is_empty() {
+        n += 2 * (program.measured.len() + program.look_backs.len());
+    }
+    if program.linear.is_some() {
+        n += n_axes * (program.n_columns + 1);
+    }
+    if let Some(learned) = &program.learned {
+        n += 2 * program.n_columns + learned.regression.n_numbers();
+    }
+    n
+}
+
+/// How long an update is in instructions, as a compiler makes them with -O2; a test holds it to one.
+fn code_bytes(program: &Program) -> usize {
+    let mut bytes = 460 + 230 * program.blocks.len();
+    if program.keeps_samples() {
+        bytes += 400;
+    }
+    if !program.look_backs.is_empty() {
+        bytes += 1200;
+    }
+    if program.learned.is_some() {
+        bytes += 600;
+    }
+    bytes
 }
 
 /// How large a state is in C with numbers of `real` bytes: what the template declares.

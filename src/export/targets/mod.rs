@@ -6,6 +6,7 @@ mod cal;
 mod csv;
 mod icub;
 mod json;
+mod m_function;
 mod matlab;
 mod matrix;
 mod numpy;
@@ -25,6 +26,7 @@ pub static TARGETS: &[&dyn Target] = &[
     &c_header::C_HEADER,
     &rust::RUST,
     &python::PYTHON,
+    &m_function::M_FUNCTION,
     &yaml::Yaml,
     &cal::Cal,
     &c_array::CArray,

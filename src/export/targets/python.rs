@@ -1,6 +1,6 @@
 //! One Python file on NumPy.
 
-use crate::export::code::{Code, Language, plain};
+use crate::export::code::{COMMAS, Code, Language, plain};
 use crate::shown::printable;
 
 /// `.py`.
@@ -11,8 +11,10 @@ pub(super) static PYTHON: Code = Code {
         template: include_str!("../templates/calibration.py"),
         comment: |text| printable(text).into_owned(),
         brackets: ('[', ']'),
+        breaks: COMMAS,
         number: plain,
         time: plain,
         weight: |weight| format!("{:?}", f64::from(weight)),
+        is_taken: |_, _| false, // names are made of it, or it is not used
     },
 };

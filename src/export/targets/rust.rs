@@ -1,6 +1,6 @@
 //! One Rust file on the standard library.
 
-use crate::export::code::{Code, Language, plain};
+use crate::export::code::{COMMAS, Code, Language, plain};
 use crate::shown::printable;
 
 /// `.rs`.
@@ -11,8 +11,10 @@ pub(super) static RUST: Code = Code {
         template: include_str!("../templates/calibration.rs.in"),
         comment: |text| printable(text).into_owned(),
         brackets: ('[', ']'),
+        breaks: COMMAS,
         number: plain,
         time: plain,
         weight: |weight| format!("{weight:?}"),
+        is_taken: |_, _| false, // names are made of it, or it is not used
     },
 };

@@ -81,6 +81,7 @@ impl Block for Creep {
             c: Code::update(C),
             rust: Code::update(RUST),
             python: Code::update(PYTHON),
+            matlab: Code::update(MATLAB),
         }
     }
 
@@ -137,6 +138,17 @@ const PYTHON: &str = "
             if self.started:
                 state += -np.expm1(-dt / tau_secs) * (present - state)
             row.append(state - present)
+";
+
+const MATLAB: &str = "
+for at = 1:{{ sets }}
+    if ~state.started
+        state.creep(:, at) = present;
+    end
+    state.creep(:, at) = state.creep(:, at) - expm1(-dt / c.tau_secs(at)) * (present - state.creep(:, at));
+    row(next + (1:{{ n_gauges }})) = state.creep(:, at) - present;
+    next = next + {{ n_gauges }};
+end
 ";
 
 /// The low-passes of one recording.

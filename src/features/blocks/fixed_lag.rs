@@ -75,6 +75,7 @@ impl Block for FixedLag {
             c: code(C_FUNCTIONS, C),
             rust: code(RUST_FUNCTIONS, RUST),
             python: code(PYTHON_FUNCTIONS, PYTHON),
+            matlab: code(MATLAB_FUNCTIONS, MATLAB),
         }
     }
 }
@@ -157,6 +158,29 @@ const PYTHON_FUNCTIONS: &str = "
 const PYTHON: &str = "
         for lag_secs in LAG_SECS:
             row.append(self._lagged(lag_secs, present) - present)
+";
+
+const MATLAB_FUNCTIONS: &str = "
+function gauges = {{ prefix }}_lagged(state, lag_secs, present)
+% Gauges at the lag, interpolated; the present ones before it has passed.
+[back, kept] = {{ prefix }}_order(state);
+back(~kept | state.time - state.times < lag_secs) = numel(back);
+[younger, older] = min(back);
+gauges = present;
+if younger < numel(back)
+    next = 1 + mod(older, numel(back));
+    start = state.times(older);
+    share = ((state.time - start) - lag_secs) / (state.times(next) - start);
+    gauges = state.gauges(:, older) + share * (state.gauges(:, next) - state.gauges(:, older));
+end
+end
+";
+
+const MATLAB: &str = "
+for at = 1:{{ sets }}
+    row(next + (1:{{ n_gauges }})) = {{ prefix }}_lagged(state, c.lag_secs(at), present) - present;
+    next = next + {{ n_gauges }};
+end
 ";
 
 /// The past of one recording, as long as the longest lag.

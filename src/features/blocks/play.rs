@@ -67,7 +67,7 @@ impl Block for Play {
                 numbers: Numbers::Rows(radii.iter().map(in_units_of_gauges).collect()),
             }],
             vec![Memory::of_gauges("play", Precision::Real, radii.len())],
-            [C, RUST, PYTHON],
+            [C, RUST, PYTHON, MATLAB],
         )
     }
 
@@ -111,6 +111,18 @@ const PYTHON: &str = "
             self.play = np.tile(present, (len(RADIUS), 1))
         self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
         row.extend(self.play - present)
+";
+
+const MATLAB: &str = "
+for at = 1:{{ sets }}
+    if ~state.started
+        state.play(:, at) = present;
+    end
+    radius = c.radius(at, :)';
+    state.play(:, at) = max(min(state.play(:, at), present + radius), present - radius);
+    row(next + (1:{{ n_gauges }})) = state.play(:, at) - present;
+    next = next + {{ n_gauges }};
+end
 ";
 
 /// The operators of one recording.

@@ -98,6 +98,7 @@ impl Block for Polynomial {
                 functions: PYTHON_CONSTANTS,
                 ..code(PYTHON_SQUARES, PYTHON_CUBES)
             },
+            matlab: code(MATLAB_SQUARES, MATLAB_CUBES),
         }
     }
 }
@@ -148,6 +149,21 @@ const PYTHON_SQUARES: &str = "
 
 const PYTHON_CUBES: &str = "
         row.append(z**3)
+";
+
+const MATLAB_SQUARES: &str = "
+z = present .* c.standard_factor + c.standard_constant;
+for g = 1:{{ n_gauges }}
+    for other = g:{{ n_gauges }}
+        next = next + 1;
+        row(next) = z(g) * z(other);
+    end
+end
+";
+
+const MATLAB_CUBES: &str = "
+row(next + (1:{{ n_gauges }})) = z .^ 3;
+next = next + {{ n_gauges }};
 ";
 
 fn degree_of(values: &[f64]) -> u8 {

@@ -1,0 +1,65 @@
+//! One MATLAB function, without cells and of fixed sizes, so that Simulink takes it, too.
+
+use crate::export::code::{Code, Language, plain};
+use crate::export::text::ascii;
+
+/// `.m`.
+pub(super) static M_FUNCTION: Code = Code {
+    name: "MATLAB function",
+    endings: &["m"],
+    language: Language {
+        template: include_str!("../templates/calibration.m"),
+        // Which letters a file has beside those of ASCII depends on the machine that reads it.
+        comment: ascii,
+        brackets: ('[', ']'),
+        breaks: (", ...\n    ", ";\n    "),
+        number: plain,
+        time: plain,
+        weight: |weight| format!("{:?}", f64::from(weight)),
+        is_taken,
+    },
+};
+
+/// What no function may be called in MATLAB or Octave.
+const KEYWORDS: [&str; 32] = [
+    "break",
+    "case",
+    "catch",
+    "classdef",
+    "continue",
+    "do",
+    "else",
+    "elseif",
+    "end",
+    "endfunction",
+    "endif",
+    "endwhile",
+    "enumeration",
+    "events",
+    "for",
+    "function",
+    "global",
+    "if",
+    "methods",
+    "otherwise",
+    "parfor",
+    "persistent",
+    "properties",
+    "return",
+    "spmd",
+    "switch",
+    "try",
+    "until",
+    "unwind_protect",
+    "while",
+    "endfor",
+    "end_try_catch",
+];
+
+/// The code calls its function once, where that begins; each further time it means something of MATLAB's.
+fn is_taken(name: &str, code: &str) -> bool {
+    let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let lines = code.lines().filter_map(|line| line.split('%').next());
+    let words = lines.flat_map(|line| line.split(|c| !is_of_word(c)));
+    KEYWORDS.contains(&name) || words.filter(|word| *word == name).count() > 1
+}

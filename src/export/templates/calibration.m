@@ -1,0 +1,301 @@
+function [load, conventional, status, state] = {{ prefix }}(state, time, gauges)
+%{{ prefix|upper }} A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
+%
+{% for fact in facts %}
+% {{ fact|comment }}
+{% endfor %}
+%
+% This file must be called {{ prefix }}.m.
+%
+% A new state; the next sample; and taring by the mean of the gauges over some samples of the unloaded sensor:
+%
+%     state = {{ prefix }}();
+%     [load, conventional, status, state] = {{ prefix }}(state, time, gauges);
+%     state = {{ prefix }}(state, mean);
+%
+% Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
+% order and units above, as columns. The first sample starts relaxed: nothing has happened before it. In a MATLAB Function
+% block of Simulink the state is persistent:
+%
+%     function [load, status] = block(time, gauges)
+%     persistent state
+%     if isempty(state)
+%         state = {{ prefix }}();
+%     end
+%     [load, ~, status, state] = {{ prefix }}(state, time, gauges);
+%
+% The status says what became of the sample, the gravest that is true:
+%     0  ok: the load is that of this sample.
+%     1  filling: so it is; but less than {{ window_secs|plain }} s of history lie behind it.
+%     2  after a gap: so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what
+%        was before, creep has relaxed through it, play has held.
+%     3  restarted: so it is; the history starts anew with it, as in a new state. A tare is kept.
+%     4  beyond: so it is; but it is beyond what is known of the sensor, or beyond its rated load.
+%     5  rejected, time: there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a
+%        leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the last of
+%        them restarts.
+%     6  rejected, value: likewise: a gauge or the time is no finite number.
+% The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
+{% if ring %}
+%
+% The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
+{% endif %}
+
+%#codegen
+persistent c
+if isempty(c)
+    c = {{ prefix }}_constants();
+end
+conventional = nan({{ n_axes }}, 1);
+status = 0;
+if nargin == 0
+    state = {{ prefix }}_new();
+    load = state;
+    return
+elseif nargin == 2
+    mean_gauges = double(time(:));
+    if numel(mean_gauges) ~= {{ n_gauges }} || ~all(isfinite(mean_gauges))
+        error('{{ n_gauges }} finite numbers are needed');
+    end
+    state.gauge_zero = mean_gauges - c.unloaded;
+    state = {{ prefix }}_forget(state);
+    load = state;
+    return
+end
+if numel(gauges) ~= {{ n_gauges }}
+    error('{{ n_gauges }} gauges are needed');
+end
+gauges = double(gauges(:));
+time = double(time);
+load = nan({{ n_axes }}, 1);
+[status, state] = {{ prefix }}_judge(c, state, time, gauges);
+if status >= 5
+    return
+end
+state.strays = 0;
+if status == 3
+    state = {{ prefix }}_forget(state);
+end
+{% if ring %}
+if status == 2
+    state.kept = 0;
+end
+{% endif %}
+time = time + state.wrapped;
+if status ~= 0 || ~state.started
+    state.since = time;
+end
+{% if uses_dt %}
+dt = 0;
+if state.started
+    dt = time - state.time;
+end
+{% endif %}
+state.time = time;
+present = (gauges - state.gauge_zero) - c.centre;
+conventional = c.conventional_base + c.conventional * present;
+{% if ring %}
+state = {{ prefix }}_keep(state, present{{ ", conventional(c.measured_axis) .* c.measured_weight" if look_backs else "" }});
+{% endif %}
+% Gauges less centre, then for each history gauges less the present ones, then monomials.
+row = zeros({{ n_columns }}, 1);
+row(1:{{ n_gauges }}) = present;
+{% if n_columns > n_gauges %}
+next = {{ n_gauges }};
+{% endif %}
+{% if look_backs %}
+for at = 1:{{ look_backs|length }}
+    row(next + (1:{{ n_gauges }})) = state.gauges(:, {{ prefix }}_past(state, c.f_th_squared(at), c.t_th_secs(at))) - present;
+    next = next + {{ n_gauges }};
+end
+{% endif %}
+{% for block in blocks %}
+{{ block.source.matlab.update|filled(block.sets) }}
+{% endfor %}
+state.started = true;
+load = {{ prefix }}_answer(c, row);
+if any(abs(load) > c.limits)
+    status = 4;
+elseif status == 0 && time - state.since < {{ window_secs|plain }}
+    status = 1;
+end
+end
+
+function state = {{ prefix }}_new()
+% What is remembered between samples.
+state.started = false;
+state.strays = 0;
+state.time = 0;
+state.wrapped = 0;
+state.since = 0;
+state.gauge_zero = zeros({{ n_gauges }}, 1);
+{% if ring %}
+% The kept samples stand in a ring.
+state.kept = 0;
+state.newest = 1;
+state.newest_stays = true;
+state.last_kept = 0;
+state.times = zeros(1, {{ ring_samples }});
+state.gauges = zeros({{ n_gauges }}, {{ ring_samples }});
+{% endif %}
+{% if look_backs %}
+state.points = zeros({{ measured|length }}, {{ ring_samples }});
+{% endif %}
+{% for block in blocks %}
+{% for memory in block.source.memory if "state." ~ memory.name ~ "(" in block.source.matlab.update %}
+state.{{ memory.name }} = zeros({{ n_gauges if memory.of_gauges else 1 }}, {{ memory.sets }});
+{% endfor %}
+{% endfor %}
+end
+
+function state = {{ prefix }}_forget(state)
+state.started = false;
+state.strays = 0;
+state.wrapped = 0;
+{% if ring %}
+state.kept = 0;
+{% endif %}
+end
+
+function [status, state] = {{ prefix }}_judge(c, state, time, gauges)
+% What is to become of a sample.
+status = 0;
+if ~(isfinite(time) && all(isfinite(gauges)))
+    status = 6;
+    return
+end
+if ~state.started
+    return
+end
+step = time + state.wrapped - state.time;
+for at = 1:numel(c.wraps_secs)
+    if step < 0 && step + c.wraps_secs(at) >= 0 && step + c.wraps_secs(at) <= {{ gap_secs|plain }}
+        state.wrapped = state.wrapped + c.wraps_secs(at);
+        step = step + c.wraps_secs(at);
+    end
+end
+if step < 0 || step > {{ leap_secs|plain }}
+    state.strays = state.strays + 1;
+    status = 5;
+    if state.strays >= {{ strays }}
+        status = 3;
+    end
+elseif step > {{ gap_secs|plain }}
+    status = 2;
+end
+end
+{% if ring %}
+
+function state = {{ prefix }}_keep(state, present{{ ", point" if look_backs else "" }})
+% Keeps the sample, in place of the one before it if that does not stay.
+if state.kept == 0
+    state.newest = 1;
+    state.kept = 1;
+elseif state.newest_stays
+    state.newest = 1 + mod(state.newest, {{ ring_samples }});
+    state.kept = min(state.kept + 1, {{ ring_samples }});
+end
+state.newest_stays = state.kept == 1 || state.time - state.last_kept >= {{ history_step_secs|plain }};
+if state.newest_stays
+    state.last_kept = state.time;
+end
+state.times(state.newest) = state.time;
+state.gauges(:, state.newest) = present;
+{% if look_backs %}
+state.points(:, state.newest) = point;
+{% endif %}
+end
+
+function [back, kept] = {{ prefix }}_order(state)
+% How many samples before the newest each of the ring came, and whether it is one of those that are kept.
+back = mod(state.newest - (1:{{ ring_samples }}), {{ ring_samples }});
+kept = back < state.kept;
+end
+{% endif %}
+{% if look_backs %}
+
+function past = {{ prefix }}_past(state, f_th_squared, t_th_secs)
+% Going back from the newest sample, the first kept one that differs by F_th and is no older than t_th; else the newest.
+[back, kept] = {{ prefix }}_order(state);
+squares = zeros(1, {{ ring_samples }});
+for axis = 1:{{ measured|length }}
+    squares = squares + (state.points(axis, :) - state.points(axis, state.newest)) .^ 2;
+end
+back(~kept | squares < f_th_squared | state.time - state.times > t_th_secs) = {{ ring_samples }};
+[nearest, past] = min(back);
+if nearest == {{ ring_samples }}
+    past = state.newest;
+end
+end
+{% endif %}
+{% for block in blocks if block.source.matlab.functions %}
+
+{{ block.source.matlab.functions|filled(block.sets) }}
+{% endfor %}
+
+function load = {{ prefix }}_answer(c, row)
+{% if linear %}
+load = c.linear_base + c.linear * row;
+{% endif %}
+{% if not linear %}
+load = zeros({{ n_axes }}, 1);
+{% endif %}
+{% if learned %}
+row = row .* c.input_factor + c.input_constant;
+{% endif %}
+{% if network %}
+{% for layer in layers %}
+{% set sums = "c.weights_" ~ loop.index0 ~ " * " ~ ("row" if loop.first else "values_" ~ (loop.index0 - 1)) ~ " + c.biases_" ~ loop.index0 %}
+values_{{ loop.index0 }} = {{ sums if loop.last else "max(" ~ sums ~ ", 0)" }};
+{% endfor %}
+load = load + c.target_shift + c.target_scale .* values_{{ layers|length - 1 }};
+{% endif %}
+{% if kernel %}
+squares = zeros({{ kernel.landmarks|length }}, 1);
+for column = 1:{{ n_columns }}
+    squares = squares + (c.landmarks(:, column) - row(column)) .^ 2;
+end
+load = load + c.kernel_offset + c.kernel_weights * exp({{ kernel_factor|plain }} * squares);
+{% endif %}
+end
+
+function c = {{ prefix }}_constants()
+c.wraps_secs = {{ wraps_secs|times }}; % where counters of 32 bits begin anew
+c.limits = {{ limits|numbers }}';
+c.unloaded = {{ unloaded|numbers }}'; % what tared gauges show without load
+c.centre = {{ centre|numbers }}';
+c.conventional = {{ conventional.matrix|rows }};
+c.conventional_base = {{ conventional.base|numbers }}';
+{% if look_backs %}
+c.measured_axis = 1 + {{ measured|map(attribute=0)|indices }}';
+c.measured_weight = {{ measured|map(attribute=1)|numbers }}';
+c.f_th_squared = {{ look_backs|map(attribute=0)|numbers }}';
+c.t_th_secs = {{ look_backs|map(attribute=1)|numbers }}';
+{% endif %}
+{% for block in blocks %}
+{% for constant in block.source.constants %}
+c.{{ constant.name }} = {{ constant.numbers|rows if constant.numbers[0] is sequence else constant.numbers|numbers ~ "'" }};
+{% endfor %}
+{% endfor %}
+{% if linear %}
+c.linear = {{ linear.matrix|rows }};
+c.linear_base = {{ linear.base|numbers }}';
+{% endif %}
+{% if learned %}
+c.input_factor = {{ learned.inputs|map(attribute=0)|numbers }}';
+c.input_constant = {{ learned.inputs|map(attribute=1)|numbers }}';
+{% endif %}
+{% if network %}
+{% for layer in layers %}
+c.weights_{{ loop.index0 }} = reshape({{ layer.weights|weights }}, {{ layer.biases|length }}, {{ layer.inputs }});
+c.biases_{{ loop.index0 }} = {{ layer.biases|weights }}';
+{% endfor %}
+c.target_scale = {{ network.target_scale|numbers }}';
+c.target_shift = {{ network.target_shift|numbers }}';
+{% endif %}
+{% if kernel %}
+c.landmarks = {{ kernel.landmarks|rows }};
+c.kernel_weights = {{ kernel.weights|rows }};
+c.kernel_offset = {{ kernel.offset|numbers }}';
+{% endif %}
+end
