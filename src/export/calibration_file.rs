@@ -60,6 +60,12 @@ pub fn add_calibration(
     files.write(path, |out| target::write(target, calibration, &name, out))
 }
 
+/// What is to be told before a calibration is written into this file; see [`Target::caution`](super::target::Target::caution).
+pub fn caution(calibration: &Calibration, path: &Path) -> Option<String> {
+    let left_out = target_for(path)?.caution(calibration)?;
+    Some(format!("{} leaves out {left_out}", path.display()))
+}
+
 /// Reads a calibration and checks it, in the format of the file's ending; without a known ending as a complete one.
 ///
 /// Where the format does not [name gauges](crate::export::names_gauges), they are called SG0, SG1 and so on; see
@@ -68,6 +74,14 @@ pub fn add_calibration(
 /// # Errors
 /// [`ReadCalibrationError`] if it cannot be read, is not one, or is not whole.
 pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError> {
+    Ok(read_with_notes(path)?.0)
+}
+
+/// [`read_calibration`], with what its user must know of the file.
+///
+/// # Errors
+/// Likewise.
+pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCalibrationError> {
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };
     let content = read_small(path, "a calibration", LARGEST_FILE_BYTES).map_err(io)?;
@@ -75,11 +89,14 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
     let Some(read) = target.reader() else {
         return Err(ReadCalibrationError::WriteOnly { path: at() });
     };
-    let calibration =
+    let (calibration, mut notes) =
         read(&content).map_err(|source| ReadCalibrationError::Content { path: at(), source })?;
     let unusable = |source| ReadCalibrationError::Calibration { path: at(), source };
     calibration.validate().map_err(unusable)?;
-    Ok(calibration)
+    for note in &mut notes {
+        note.insert_str(0, &format!("{}: ", path.display()));
+    }
+    Ok((calibration, notes))
 }
 
 #[cfg(test)]
@@ -189,7 +206,7 @@ mod tests {
         }
         let (_directory, path) = written(&calibration(), "c.yaml");
         let yaml = fs::read_to_string(path).unwrap();
-        assert!(yaml.contains("\nrated: [true, false]\n"), "{yaml}");
+        assert!(yaml.contains("\n    rated: [true, false]\n"), "{yaml}");
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! The formats that calibrations are written in, one file each; everything that lists them reads [`TARGETS`].
 
+mod c_array;
 mod c_header;
 mod cal;
 mod csv;
+mod icub;
 mod json;
 mod m_function;
 mod matlab;
+mod matrix;
 mod numpy;
 mod onnx;
 mod python;
@@ -26,6 +29,9 @@ pub static TARGETS: &[&dyn Target] = &[
     &m_function::M_FUNCTION,
     &yaml::Yaml,
     &cal::Cal,
+    &c_array::CArray,
+    &icub::Secondary,
+    &icub::Board,
     &csv::Csv,
     &numpy::NumPy,
     &matlab::Matlab,
