@@ -40,6 +40,20 @@ pub fn write_atomically(
     })
 }
 
+/// Makes the folder at `path` of files, each a path in it with its content.
+///
+/// # Errors
+/// [`WriteError`] if something is there already, it cannot be written, or `make` fails.
+pub(super) fn write_folder_atomically(
+    path: &Path,
+    make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
+) -> Result<(), WriteError> {
+    make_folder(path, make).map_err(|source| WriteError {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 /// Checks, without writing it, whether a file can be written.
 ///
 /// # Errors
@@ -91,7 +105,9 @@ impl Target {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let old = fs::metadata(&path).ok();
         if old.as_ref().is_some_and(fs::Metadata::is_dir) {
-            return Err(io::Error::other("this is a directory; name a file in it"));
+            return Err(io::Error::other(
+                "this is a directory; name a file in it, or with a / at the end a new directory",
+            ));
         }
         if old.as_ref().is_some_and(|old| !old.is_file()) {
             return Err(io::Error::other(
@@ -211,6 +227,28 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     #[cfg(unix)]
     let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
     Ok(())
+}
+
+fn make_folder(
+    path: &Path,
+    make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
+) -> io::Result<()> {
+    let target = Target::of(path)?;
+    if target.permissions.is_some() {
+        return Err(io::Error::other("this is there already, as a file"));
+    }
+    let files = make()?;
+    // In a folder that goes whatever happens; inside, so that the permissions are those of any new one.
+    let mut builder = tempfile::Builder::new();
+    let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    let around = around.tempdir_in(target.directory())?;
+    let folder = around.path().join("folder");
+    for (name, content) in files {
+        let file = folder.join(name);
+        fs::create_dir_all(file.parent().unwrap_or(&folder))?;
+        fs::write(file, content)?;
+    }
+    fs::rename(folder, &target.path)
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::target::{self, Refusal};
-use super::targets::{TARGETS, target_for};
+use super::target::{Refusal, of_target};
+use super::targets::{TARGETS, asks_for_folder, files, target_for};
 use crate::calibration::{Calibration, CalibrationError};
+use crate::export::atomic::write_folder_atomically;
 use crate::export::{WriteError, write_atomically};
 use crate::small_file::read_small;
 
@@ -35,7 +36,8 @@ fn readable() -> String {
     names.join(" or ")
 }
 
-/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely.
+/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely; as the
+/// folder of a library where the path ends with `/`.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a [`Refusal`] is its source
@@ -43,7 +45,12 @@ fn readable() -> String {
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
     let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    write_atomically(path, |out| target::write(target, calibration, &name, out))
+    if asks_for_folder(path) {
+        return write_folder_atomically(path, || files(calibration, &name));
+    }
+    write_atomically(path, |out| {
+        target.write(&of_target(target, calibration, &name)?, out)
+    })
 }
 
 /// Reads a calibration and checks it, in the format of the file's ending; without a known ending as a complete one.

@@ -4,6 +4,7 @@ mod c;
 mod cal;
 mod data_files;
 mod m_function;
+mod package;
 mod python;
 mod report;
 mod rust;
