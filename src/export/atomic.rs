@@ -45,6 +45,7 @@ pub fn write_atomically(
 #[derive(Debug, Default)]
 pub struct Together {
     written: Vec<(Target, tempfile::NamedTempFile, Forget)>,
+    folders: Vec<(Target, tempfile::TempDir)>,
 }
 
 impl Together {
@@ -65,7 +66,24 @@ impl Together {
         Ok(())
     }
 
-    /// Gives all files their names.
+    /// Makes what is to be the folder at `path`, of files, each a path in it with its content.
+    ///
+    /// # Errors
+    /// [`WriteError`] if a file is there already, it cannot be written, or `make` fails.
+    pub fn folder(
+        &mut self,
+        path: &Path,
+        make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
+    ) -> Result<(), WriteError> {
+        let folder = whole_folder(path, make).map_err(|source| WriteError {
+            path: path.to_owned(),
+            source,
+        })?;
+        self.folders.push(folder);
+        Ok(())
+    }
+
+    /// Gives all files and folders their names.
     ///
     /// # Errors
     /// [`WriteError`] if one cannot have its name, though it could be written beside it; those before it have theirs, then.
@@ -88,6 +106,15 @@ impl Together {
                 // The name reaches the disk, too; where that cannot be had, the file is in its place all the same.
                 #[cfg(unix)]
                 let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
+            }
+        }
+        for (target, around) in self.folders {
+            if named.is_ok() {
+                let made = fs::rename(around.path().join(INSIDE), &target.path);
+                named = made.map_err(|source| WriteError {
+                    path: target.path.clone(),
+                    source,
+                });
             }
         }
         drop(being_written);
@@ -147,7 +174,9 @@ impl Target {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let old = fs::metadata(&path).ok();
         if old.as_ref().is_some_and(fs::Metadata::is_dir) {
-            return Err(io::Error::other("this is a directory; name a file in it"));
+            return Err(io::Error::other(
+                "this is a directory; name a file in it, or with a / at the end a new directory",
+            ));
         }
         if old.as_ref().is_some_and(|old| !old.is_file()) {
             return Err(io::Error::other(
@@ -267,6 +296,32 @@ fn whole(
     file.sync_all()?;
     Ok((target, temporary, forget))
 }
+
+/// Makes a folder of files, each a path in it with its content, beside where it is to be.
+fn whole_folder(
+    path: &Path,
+    make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
+) -> io::Result<(Target, tempfile::TempDir)> {
+    let target = Target::of(path)?;
+    if target.permissions.is_some() {
+        return Err(io::Error::other("this is there already, as a file"));
+    }
+    let files = make()?;
+    // In a folder that goes whatever happens; inside, so that the permissions are those of any new one.
+    let mut builder = tempfile::Builder::new();
+    let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    let around = around.tempdir_in(target.directory())?;
+    let folder = around.path().join(INSIDE);
+    for (name, content) in files {
+        let file = folder.join(name);
+        fs::create_dir_all(file.parent().unwrap_or(&folder))?;
+        fs::write(file, content)?;
+    }
+    Ok((target, around))
+}
+
+/// What a folder is called until it has its name.
+const INSIDE: &str = "folder";
 
 #[cfg(test)]
 mod tests {

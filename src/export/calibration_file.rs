@@ -3,8 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::target::{self, Refusal};
-use super::targets::{TARGETS, target_for};
+use super::target::{Refusal, of_target};
+use super::targets::{self, TARGETS, asks_for_folder, target_for};
 use crate::calibration::{Calibration, CalibrationError};
 use crate::export::{Together, WriteError};
 use crate::small_file::read_small;
@@ -35,7 +35,8 @@ fn readable() -> String {
     names.join(" or ")
 }
 
-/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely.
+/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely; as the
+/// folder of a library where the path ends with `/`.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a [`Refusal`] is its source
@@ -57,7 +58,12 @@ pub fn add_calibration(
 ) -> Result<(), WriteError> {
     let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    files.write(path, |out| target::write(target, calibration, &name, out))
+    if asks_for_folder(path) {
+        return files.folder(path, || targets::files(calibration, &name));
+    }
+    files.write(path, |out| {
+        target.write(&of_target(target, calibration, &name)?, out)
+    })
 }
 
 /// What is to be told before a calibration is written into this file; see [`Target::caution`](super::target::Target::caution).

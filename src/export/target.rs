@@ -108,21 +108,19 @@ pub struct Export<'a> {
     pub name: &'a str,
 }
 
-/// Checks the calibration and writes it; `name` is what names inside are made of.
-pub(super) fn write(
+/// Checks the calibration for a format that is to write it; `name` is what names inside are made of.
+pub(super) fn of_target<'a>(
     target: &dyn Target,
-    calibration: &Calibration,
-    name: &str,
-    out: &mut dyn io::Write,
-) -> io::Result<()> {
+    calibration: &'a Calibration,
+    name: &'a str,
+) -> io::Result<Export<'a>> {
     calibration.validate().map_err(io::Error::other)?;
     let outline = Outline::of(calibration);
     target.check(&outline).map_err(io::Error::other)?;
     let facts = facts(calibration, target.holds(), target.leaves_out(calibration));
-    let export = Export {
+    Ok(Export {
         calibration,
         facts,
         name,
-    };
-    target.write(&export, out)
+    })
 }

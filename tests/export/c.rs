@@ -12,7 +12,7 @@ use crate::support::{
     every_block, export, is_there, lines, samples, succeed,
 };
 
-const STRICT: [&str; 8] = [
+pub const STRICT: [&str; 8] = [
     "-std=c99",
     "-Wall",
     "-Wextra",
@@ -23,31 +23,119 @@ const STRICT: [&str; 8] = [
     "-Werror",
 ];
 
+/// What clang says of everything beside faults: of style, of older languages, of arrays, of comparisons that are meant.
+const EVERYTHING: [&str; 10] = [
+    "-Weverything",
+    "-Wno-unknown-warning-option",
+    "-Wno-padded",
+    "-Wno-unsafe-buffer-usage",
+    "-Wno-declaration-after-statement",
+    "-Wno-c++98-compat",
+    "-Wno-c++98-compat-pedantic",
+    "-Wno-old-style-cast",
+    "-Wno-zero-as-null-pointer-constant",
+    "-Wno-unused-macros",
+];
+
 /// Exports `calibration` into `directory` and compiles the driver on it; `real` is the type of the numbers.
 #[track_caller]
 fn compiled(calibration: &Calibration, directory: &Path, name: &str, real: &str) -> PathBuf {
+    let program = directory.join(format!("{name}_{real}"));
+    let mut compile = compiler("cc", "driver.c", calibration, directory, name, real);
+    succeed(
+        compile
+            .args(STRICT)
+            .args(["-O1", "-o"])
+            .arg(&program)
+            .arg("-lm"),
+    );
+    program
+}
+
+/// A compiler with a driver for the header, which is exported if it is not there yet.
+fn compiler(
+    compiler: &str,
+    driver: &str,
+    calibration: &Calibration,
+    directory: &Path,
+    name: &str,
+    real: &str,
+) -> Command {
     let header = directory.join(format!("{name}.h"));
     if !header.exists() {
         export(calibration, &header);
     }
-    let program = directory.join(format!("{name}_{real}"));
-    let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/export/driver.c");
     let upper = name.to_ascii_uppercase();
-    succeed(
-        Command::new("cc")
-            .args(STRICT)
-            .args(["-O1", "-o"])
-            .arg(&program)
-            .arg(format!("-DHEADER=\"{}\"", header.display()))
-            .arg(format!("-DNAME={name}"))
-            .arg(format!("-DCALIBRATION={upper}_CALIBRATION"))
-            .arg(format!("-DGAUGES={upper}_GAUGES"))
-            .arg(format!("-DAXES={upper}_AXES"))
-            .arg(format!("-DLOOPSCOPE_REAL={real}"))
-            .arg(driver)
-            .arg("-lm"),
-    );
-    program
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/export");
+    let mut compile = Command::new(compiler);
+    compile
+        .arg(format!("-DHEADER=\"{}\"", header.display()))
+        .arg(format!("-DNAME={name}"))
+        .arg(format!("-DESTIMATOR={name}_estimator"))
+        .arg(format!("-DCALIBRATION={upper}_CALIBRATION"))
+        .arg(format!("-DGAUGES={upper}_GAUGES"))
+        .arg(format!("-DAXES={upper}_AXES"))
+        .arg(format!("-DLOOPSCOPE_REAL={real}"))
+        .arg(tests.join(driver));
+    compile
+}
+
+/// As strictly as the C header; in double it gives the very numbers of the program.
+#[test]
+fn the_class_runs_every_calibration_in_cpp() {
+    if !is_there("g++", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    for (name, calibration) in calibrations() {
+        for real in ["double", "float"] {
+            let program = directory.path().join(format!("{name}_{real}"));
+            let mut compile = compiler(
+                "g++",
+                "driver.cpp",
+                &calibration,
+                directory.path(),
+                &name,
+                real,
+            );
+            let strict = STRICT.iter().filter(|option| !option.starts_with("-std"));
+            compile
+                .args(strict)
+                .args(["-std=c++11", "-O1", "-o"])
+                .arg(&program);
+            succeed(&mut compile);
+            if real == "double" {
+                let printed = succeed(&mut fed(&program, directory.path(), &disturbed()));
+                assert_runs_live(&printed, &calibration, 1e-9, &name);
+            }
+        }
+    }
+}
+
+#[test]
+fn clang_has_nothing_to_say() {
+    if !is_there("clang", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let source = directory.path().join("source");
+    for (name, calibration) in calibrations() {
+        let header = directory.path().join(format!("{name}.h"));
+        export(&calibration, &header);
+        fs::write(&source, format!("#include \"{name}.h\"\n")).unwrap();
+        for real in ["double", "float"] {
+            for (language, standard) in [("c", "c99"), ("c++", "c++11"), ("c++", "c++17")] {
+                let mut clang = Command::new("clang");
+                clang
+                    .args(EVERYTHING)
+                    .args(["-Werror", "-fsyntax-only", "-x", language]);
+                clang
+                    .arg(format!("-std={standard}"))
+                    .arg(format!("-DLOOPSCOPE_REAL={real}"));
+                succeed(clang.arg(&source));
+            }
+        }
+    }
 }
 
 fn fed(program: &Path, directory: &Path, fed: &Samples) -> Command {

@@ -267,7 +267,7 @@ fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
                 "leaves_out",
                 "l\0\0\0e\0\0\0a\0\0\0v\0\0\0e\0\0\0s",
             ];
-            let is_table = ["json", "csv", "mat", "dat"].contains(ending);
+            let is_table = ["json", "csv", "mat", "dat", "zip"].contains(ending);
             assert!(
                 is_table || says.iter().any(|words| text.contains(words)),
                 "{ending}"

@@ -6,6 +6,7 @@ mod calibration_file;
 mod data_files;
 mod m_function;
 mod matrices;
+mod package;
 mod python;
 mod report;
 mod rust;

@@ -49,6 +49,7 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
         "present".to_owned(),
         calibration(Default::default(), Regressor::Linear),
     ));
+    let has_clippy = is_there("clippy-driver", &["--version"]);
     for (name, calibration) in all {
         let double = export(&calibration, &at("exported.rs"));
         let single = double.replace("pub type Real = f64;", "pub type Real = f32;");
@@ -76,6 +77,21 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
                 "metadata",
             ]);
             succeed(compile.arg(at("bare.rs")).arg("-o").arg(at("bare.rmeta")));
+            if has_clippy {
+                let mut clippy = Command::new("clippy-driver");
+                clippy.args([
+                    "--edition",
+                    "2024",
+                    "--crate-type",
+                    "lib",
+                    "--emit",
+                    "metadata",
+                ]);
+                clippy
+                    .args(["-D", "warnings", "-o"])
+                    .arg(at("linted.rmeta"));
+                succeed(clippy.arg(at("exported.rs")));
+            }
             let run = |file: &str| {
                 let input = Stdio::from(File::open(at(file)).unwrap());
                 succeed(Command::new(at("program")).stdin(input))

@@ -189,19 +189,26 @@ fn unloaded(calibration: &Calibration) -> Vec<f64> {
     if calibration.tare.is_some() || !calibration.offset {
         return vec![0.0; scale.shift.len()];
     }
-    let affine = on_rows(&calibration.conventional, &scale.shift);
-    let (n_axes, n_gauges) = (affine.matrix.len(), scale.shift.len());
-    let slopes = Mat::from_fn(n_axes, n_gauges, |axis, gauge| {
-        affine.matrix[axis][gauge] * scale.deviation[gauge]
-    });
-    let loads = Mat::from_fn(n_axes, 1, |axis, _| -affine.base[axis]);
-    let Ok(svd) = slopes.thin_svd() else {
+    let base = on_rows(&calibration.conventional, &scale.shift).base;
+    let loads = Mat::from_fn(base.len(), 1, |axis, _| -base[axis]);
+    let Some(slopes) = gauges_per_load(calibration) else {
         return scale.shift.clone();
     };
-    let steps = svd.pseudoinverse() * loads;
+    let steps = slopes * loads;
     let gauges = scale.shift.iter().zip(&scale.deviation).enumerate();
     let gauges = gauges.map(|(gauge, (shift, deviation))| shift + deviation * steps[(gauge, 0)]);
     gauges.collect()
+}
+
+/// By how many deviations the gauges differ at least where the conventional load differs by one of each axis; `None` where no
+/// such matrix is found.
+pub(in crate::export) fn gauges_per_load(calibration: &Calibration) -> Option<Mat<f64>> {
+    let deviation = &calibration.gauge_scale.deviation;
+    let matrix = on_rows(&calibration.conventional, &calibration.gauge_scale.shift).matrix;
+    let slopes = Mat::from_fn(matrix.len(), deviation.len(), |axis, gauge| {
+        matrix[axis][gauge] * deviation[gauge]
+    });
+    Some(slopes.thin_svd().ok()?.pseudoinverse())
 }
 
 /// A map on raw columns as one on rows.

@@ -11,13 +11,15 @@ mod matlab;
 mod matrix;
 mod numpy;
 mod onnx;
+mod package;
 mod python;
 mod rust;
 mod yaml;
 
-use std::path::Path;
+use std::path::{Path, is_separator};
 
 pub use self::cal::name_gauges;
+pub(super) use self::package::files;
 use super::target::Target;
 
 /// All formats, the complete one first.
@@ -27,6 +29,7 @@ pub static TARGETS: &[&dyn Target] = &[
     &rust::RUST,
     &python::PYTHON,
     &m_function::M_FUNCTION,
+    &package::Package,
     &yaml::Yaml,
     &cal::Cal,
     &c_array::CArray,
@@ -38,11 +41,20 @@ pub static TARGETS: &[&dyn Target] = &[
     &onnx::Onnx,
 ];
 
-/// The format that a file's ending asks for.
+/// The format that a file's ending asks for, or a path that is to be a folder.
 pub fn target_for(path: &Path) -> Option<&'static dyn Target> {
+    if asks_for_folder(path) {
+        return Some(&package::Package);
+    }
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     let mut targets = TARGETS.iter().copied();
     targets.find(|target| target.endings().contains(&&*ending))
+}
+
+/// Whether a path ends as one of a folder.
+pub(super) fn asks_for_folder(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    last.is_some_and(|last| is_separator(char::from(*last)))
 }
 
 /// Whether a calibration of this file knows its gauges by name rather than by their order.

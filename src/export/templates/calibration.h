@@ -6,7 +6,7 @@
  * {{ fact|comment }}
 {% endfor %}
  *
- * Use: one state for each sensor, static since it may be large.
+ * Use: one state for each sensor, static since it may be large. In C++ there is a class, {{ prefix }}_estimator, at the end.
  *
  *     static {{ prefix }}_state state;
  *     {{ prefix }}_init(&state);
@@ -35,6 +35,9 @@
  * The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
  *
  * To tare an unloaded sensor, average its gauges over some samples and give the mean to {{ prefix }}_tare.
+ *
+ * To test it on your machine, export the same calibration as {{ prefix }}.zip: beside this file that holds a test vector (expected.csv)
+ * and a program (main.c) that runs it and says PASS or FAIL.
  *
  * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so. It must be the same wherever this file is
  * included. Do not compile it with -ffast-math.
@@ -71,6 +74,7 @@ extern "C" {
 /* LOOPSCOPE_N writes a number, LOOPSCOPE_SECS a time, as the types need them. */
 #ifndef LOOPSCOPE_N
 #define LOOPSCOPE_IS_float 1
+#define LOOPSCOPE_IS_double 0
 #define LOOPSCOPE_JOIN_(a, b) a##b
 #define LOOPSCOPE_JOIN(a, b) LOOPSCOPE_JOIN_(a, b)
 #if LOOPSCOPE_JOIN(LOOPSCOPE_IS_, LOOPSCOPE_REAL)
@@ -716,6 +720,74 @@ static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_ca
 
 #ifdef __cplusplus
 }
+
+/*
+ * The same as a class, for C++11 and later:
+ *
+ *     static {{ prefix }}_estimator estimator;
+ *     for each sample:
+ *         const auto status = estimator.update(seconds, gauges);
+ *         if (!{{ prefix }}_estimator::is_rejected(status)) its load is estimator.load()
+ *
+ * It is as large as its state, which it holds in itself: no member of what stands on a small stack. It neither allocates, throws
+ * nor locks: whoever shares it between threads does that.
+ */
+class {{ prefix }}_estimator {
+public:
+    typedef {{ prefix }}_real real;
+    typedef real loads[{{ n_axes }}];
+
+    /* What became of a sample, as above. */
+    enum class status {
+        ok = {{ PREFIX }}_OK,
+        filling = {{ PREFIX }}_FILLING,
+        after_gap = {{ PREFIX }}_AFTER_GAP,
+        restarted = {{ PREFIX }}_RESTARTED,
+        beyond = {{ PREFIX }}_BEYOND,
+        rejected_time = {{ PREFIX }}_REJECTED_TIME,
+        rejected_value = {{ PREFIX }}_REJECTED_VALUE
+    };
+
+    static bool is_rejected(status of_sample) noexcept { return of_sample >= status::rejected_time; }
+
+    explicit {{ prefix }}_estimator(const {{ prefix }}_calibration &calibration = {{ PREFIX }}_CALIBRATION) noexcept
+        : calibration_(calibration), state_(), load_(), conventional_()
+    {
+        for (int axis = 0; axis < {{ n_axes }}; axis++)
+            load_[axis] = conventional_[axis] = static_cast<real>(NAN);
+    }
+
+    /* Take the next sample of {{ n_gauges }} gauges, with one kind of time: seconds on any clock, a counter of 32 bits, or seconds since
+     * the last sample. */
+    status update(double seconds, const real *gauges) noexcept
+    {
+        return static_cast<status>({{ prefix }}_update(&calibration_, &state_, seconds, gauges, load_, conventional_));
+    }
+    status update_ticks(uint32_t ticks, const real *gauges) noexcept
+    {
+        return static_cast<status>({{ prefix }}_update_ticks(&calibration_, &state_, ticks, gauges, load_, conventional_));
+    }
+    status update_step(real seconds, const real *gauges) noexcept
+    {
+        return static_cast<status>({{ prefix }}_update_step(&calibration_, &state_, seconds, gauges, load_, conventional_));
+    }
+
+    /* Of the last sample, the conventional load of its gauges alone; NaN before the first, and where it was rejected. */
+    const loads &load() const noexcept { return load_; }
+    const loads &conventional() const noexcept { return conventional_; }
+
+    /* Tares by the mean of some samples of the unloaded sensor; the history starts anew. */
+    void tare(const real *mean) noexcept { {{ prefix }}_tare(&calibration_, &state_, mean); }
+    /* The load of the last good sample counts as zero from now on, with its noise. */
+    void zero_last_load() noexcept { {{ prefix }}_zero_last_load(&state_); }
+    /* Starts anew: no past, no zero. */
+    void reset() noexcept { {{ prefix }}_init(&state_); }
+
+private:
+    const {{ prefix }}_calibration &calibration_;
+    {{ prefix }}_state state_;
+    loads load_, conventional_;
+};
 #endif
 
 #endif

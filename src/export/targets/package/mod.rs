@@ -1,0 +1,213 @@
+//! A calibration as a library: its code in every language with examples, a test vector and self-tests that run it.
+//!
+//! Guarantees: what the self-tests compare with is what [`Estimator`](crate::calibration::Estimator) gives, and the same
+//! calibration makes the same bytes.
+
+mod test_vector;
+
+use std::io::{self, Cursor, Write as _};
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+use zip::write::SimpleFileOptions;
+use zip::{DateTime, ZipWriter};
+
+use self::test_vector::{Answered, test_vector};
+use super::c_header::C_HEADER;
+use super::m_function::M_FUNCTION;
+use super::python::PYTHON;
+use super::rust::RUST;
+use crate::calibration::{Calibration, Learned};
+use crate::export::code::Code;
+use crate::export::target::{Export, Outline, Refusal, Target, of_target};
+use crate::export::text::{for_block_comment, identifier};
+
+/// How far a self-test may be off, in full scale: in double, and in single precision.
+const ALLOWED: (f64, f64) = (1e-9, 1e-3);
+
+/// In single precision, where a kernel's large weights take each other away, more digits are lost.
+fn allowed_in_float(calibration: &Calibration) -> f64 {
+    let Some(Learned::Kernel(kernel)) = &calibration.learned else {
+        return ALLOWED.1;
+    };
+    let scale = test_vector::full_scale(calibration);
+    let weights = kernel.weights.iter().zip(scale);
+    let lost = weights.map(|(weights, scale)| {
+        let sum: f64 = weights.iter().map(|weight| weight.abs()).sum();
+        2.0 * f64::from(f32::EPSILON) * sum / scale
+    });
+    lost.fold(ALLOWED.1, f64::max)
+}
+
+/// What is written around the code: where it goes, and its template.
+const TEMPLATES: [(&str, &str); 9] = [
+    (
+        "README.md",
+        include_str!("../../templates/package/README.md"),
+    ),
+    ("main.c", include_str!("../../templates/package/main.c")),
+    (
+        "CMakeLists.txt",
+        include_str!("../../templates/package/CMakeLists.txt"),
+    ),
+    (
+        "library.json",
+        include_str!("../../templates/package/library.json"),
+    ),
+    (
+        "library.properties",
+        include_str!("../../templates/package/library.properties"),
+    ),
+    (
+        "examples/read_load/read_load.ino",
+        include_str!("../../templates/package/sketch.ino"),
+    ),
+    (
+        "python/selftest.py",
+        include_str!("../../templates/package/selftest.py"),
+    ),
+    (
+        "rust/selftest.rs",
+        include_str!("../../templates/package/selftest.rs"),
+    ),
+    (
+        "matlab/selftest.m",
+        include_str!("../../templates/package/selftest.m"),
+    ),
+];
+
+/// `.zip`, and folders.
+pub(super) struct Package;
+
+impl Target for Package {
+    fn name(&self) -> &'static str {
+        "Library with self-tests (C, Arduino, Rust, Python, MATLAB)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["zip"]
+    }
+
+    fn holds(&self) -> &'static str {
+        "conventional and compensated load with all blocks"
+    }
+
+    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
+        C_HEADER.leaves_out(calibration)
+    }
+
+    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
+        C_HEADER.check(outline)
+    }
+
+    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        let files = files(export.calibration, export.name)?;
+        out.write_all(&zipped(&files, &identifier(export.name))?)
+    }
+}
+
+/// The files of a library: their paths in it and their content.
+pub(in crate::export) type Files = Vec<(String, String)>;
+
+/// All files; `name` is what names inside are made of.
+pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Result<Files> {
+    let source = |code: &Code| {
+        let export = of_target(code, calibration, name)?;
+        io::Result::Ok(code.source(&export))
+    };
+    let (name, header) = source(&C_HEADER)?;
+    let (m_name, m_function) = source(&M_FUNCTION)?;
+    let rows = test_vector(calibration).map_err(io::Error::other)?;
+    let expected = as_csv(calibration, &rows);
+    let values = values(calibration, &name, &m_name, rows.len(), &expected);
+    let mut files = vec![
+        (format!("src/{name}.h"), header),
+        ("expected.csv".to_owned(), expected),
+        (format!("python/{name}.py"), source(&PYTHON)?.1),
+        (format!("rust/{name}.rs"), source(&RUST)?.1),
+        (format!("matlab/{m_name}.m"), m_function),
+    ];
+    for (path, template) in TEMPLATES {
+        let filled = filled(template, &values).expect("the templates are this program's own");
+        files.push((path.to_owned(), filled));
+    }
+    Ok(files)
+}
+
+/// All files in one archive, in a folder of its own.
+fn zipped(files: &Files, folder: &str) -> io::Result<Vec<u8>> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
+    for (path, content) in files {
+        zip.start_file(format!("{folder}/{path}"), options)?;
+        zip.write_all(content.as_bytes())?;
+    }
+    Ok(zip.finish()?.into_inner())
+}
+
+/// What the templates speak of.
+fn values(
+    calibration: &Calibration,
+    name: &str,
+    m_name: &str,
+    n_rows: usize,
+    expected: &str,
+) -> Value {
+    let axes = calibration.axes.iter().zip(&calibration.units);
+    let axes: Vec<String> = axes
+        .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
+        .collect();
+    let scale = test_vector::full_scale(calibration);
+    let longest_line = expected.lines().map(str::len).max().unwrap_or(0);
+    context! {
+        name,
+        NAME => name.to_ascii_uppercase(),
+        m_name,
+        version => env!("CARGO_PKG_VERSION"),
+        n_gauges => calibration.gauges.len(),
+        n_axes => calibration.axes.len(),
+        gauges => for_block_comment(&calibration.gauges.join(", ")),
+        axes => axes.join(", "),
+        full_scale => scale.iter().map(|scale| format!("{scale:?}")).collect::<Vec<_>>(),
+        n_rows,
+        line_bytes => longest_line + 3, // its end, on Windows of two characters, and a zero
+        allowed_double => format!("{:?}", ALLOWED.0),
+        allowed_float => format!("{:.1e}", allowed_in_float(calibration)),
+    }
+}
+
+fn filled(template: &str, values: &Value) -> Result<String, minijinja::Error> {
+    let mut templates = Environment::new();
+    let mut syntax = SyntaxConfig::builder();
+    templates.set_syntax(syntax.keep_trailing_newline(true).build()?);
+    templates.set_undefined_behavior(UndefinedBehavior::Strict);
+    templates.render_str(template, values)
+}
+
+/// Names that no program need read, then a line for each sample: time, gauges, load, conventional load, status, whether it is
+/// at the edge of a threshold.
+fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
+    let gauges = (1..=calibration.gauges.len()).map(|gauge| format!("gauge_{gauge}"));
+    let axes = calibration.axes.iter().map(|axis| axis.symbol());
+    let conventional = axes.clone().map(|axis| format!("conventional_{axis}"));
+    let names = std::iter::once("time".to_owned()).chain(gauges);
+    let names = names.chain(axes.map(str::to_owned)).chain(conventional);
+    let names = names.chain(["status", "at_edge"].map(str::to_owned));
+    let mut out = names.collect::<Vec<_>>().join(",");
+    for row in rows {
+        out.push_str(&format!("\n{:?}", row.sample.0));
+        let numbers = row
+            .sample
+            .1
+            .iter()
+            .chain(&row.load)
+            .chain(&row.conventional);
+        for number in numbers {
+            out.push_str(&format!(",{number:?}"));
+        }
+        let at_edge = u8::from(row.at_edge);
+        out.push_str(&format!(",{},{at_edge}", row.status));
+    }
+    out.push('\n');
+    out
+}

@@ -1,0 +1,204 @@
+//! Samples that try what a calibration can meet, and what the program's own estimator makes of them.
+//!
+//! Guarantees: gauges move as loads within full scale move them, within the range of the training recordings, and are numbers
+//! of single precision; times are whole tenths of a millisecond. So single precision and a clock in ticks get the very same.
+
+use std::f64::consts::TAU;
+
+use crate::calibration::{Calibration, CalibrationError, Estimator, SampleError};
+use crate::export::code::gauges_per_load;
+
+/// A time (s) and gauges.
+pub(super) type Sample = (f64, Vec<f64>);
+
+/// A sample and what becomes of it.
+#[derive(Clone, Debug)]
+pub(super) struct Answered {
+    pub sample: Sample,
+    pub load: Vec<f64>,
+    pub conventional: Vec<f64>,
+    /// As in exported code.
+    pub status: u8,
+    /// Whether a threshold that is a little different, or a clock, gives another load.
+    pub at_edge: bool,
+}
+
+/// Where no recording says how fast samples come (Hz).
+const USUAL_RATE_HZ: f64 = 20.0;
+/// The loads that move the gauges reach so much of full scale, and the gauges so many deviations.
+const SHARE_OF_FULL_SCALE: f64 = 0.8;
+const DEVIATIONS: f64 = 2.0;
+/// Parts of the test: fast motion, and slow motion for as long as the history is, but for no more samples than these.
+const FAST: usize = 100;
+const SLOW: usize = 500;
+/// A longer test does not show more.
+const SLOW_PER_WINDOW: f64 = 300.0;
+
+/// The test of a calibration.
+pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
+    let samples = samples(calibration);
+    let mut rows = answered(calibration, &samples, 1.0)?;
+    let scale = full_scale(calibration);
+    let weights = calibration.distance_weights();
+    let squares = weights.iter().zip(&scale).map(|(w, s)| (w * s).powi(2));
+    let largest = squares.sum::<f64>().sqrt();
+    let with_thresholds = |side: f64| {
+        let mut other = calibration.clone();
+        for look_back in &mut other.features.look_backs {
+            look_back.f_th += side * (1e-3 * look_back.f_th + 1e-5 * largest).min(look_back.f_th);
+        }
+        other
+    };
+    let (lower, higher) = (with_thresholds(-1.0), with_thresholds(1.0));
+    for (calibration, clock) in [
+        (&lower, 1.0),
+        (&higher, 1.0),
+        (calibration, 1.0 - 1e-6),
+        (calibration, 1.0 + 1e-6),
+    ] {
+        for (row, other) in rows.iter_mut().zip(answered(calibration, &samples, clock)?) {
+            let apart = row.load.iter().zip(&other.load).zip(&scale);
+            let is_far = apart
+                .into_iter()
+                .any(|((a, b), scale)| (a - b).abs() > 1e-5 * scale);
+            row.at_edge |= is_far || row.status != other.status;
+        }
+    }
+    Ok(rows)
+}
+
+/// What errors are measured by.
+pub(super) fn full_scale(calibration: &Calibration) -> Vec<f64> {
+    let scale = calibration.full_scale.iter();
+    scale
+        .map(|scale| if *scale > 0.0 { *scale } else { 1.0 })
+        .collect()
+}
+
+fn answered(
+    calibration: &Calibration,
+    samples: &[Sample],
+    clock: f64,
+) -> Result<Vec<Answered>, CalibrationError> {
+    let design = calibration.design();
+    let mut estimator = Estimator::new(calibration, &design)?;
+    let rows = samples.iter().map(|sample| {
+        let (load, status) = match estimator.update(clock * sample.0, &sample.1) {
+            Ok((taken, load)) => (load.to_vec(), taken as u8),
+            Err(error) => {
+                let status = match error {
+                    SampleError::OffTheClock { .. } => 5,
+                    SampleError::Gauges { .. } | SampleError::NotFinite => 6,
+                };
+                (vec![f64::NAN; calibration.axes.len()], status)
+            }
+        };
+        Answered {
+            sample: sample.clone(),
+            load,
+            conventional: estimator.conventional().to_vec(),
+            status,
+            at_edge: false,
+        }
+    });
+    Ok(rows.collect())
+}
+
+/// Fast and slow motions, gauges that are no numbers, late and early stamps, a pause, a clock that is set anew.
+fn samples(calibration: &Calibration) -> Vec<Sample> {
+    let rate_hz = calibration.rate_hz.unwrap_or(USUAL_RATE_HZ);
+    let fast_secs = (1.0 / rate_hz).max(1e-3);
+    let gap_secs = calibration.gap_secs;
+    let slow_secs = calibration.features.window_secs() / SLOW_PER_WINDOW;
+    let slow_secs = slow_secs.min(0.4 * gap_secs).max(fast_secs);
+    let motion = Motion::new(calibration);
+    let mut samples: Vec<Sample> = Vec::new();
+    let (mut time, mut fast) = (12.5, 0.0);
+    for k in 0..FAST + SLOW + FAST {
+        let is_fast = !(FAST..FAST + SLOW).contains(&k);
+        // Uneven steps, as real clocks make them; their mean is one.
+        let uneven = 1.0 + 0.3 * (2.4 * k as f64).sin();
+        time += uneven * if is_fast { fast_secs } else { slow_secs };
+        if k == FAST + SLOW {
+            time += 1.5 * gap_secs + 1.0;
+        }
+        fast += if is_fast { 1.0 / 23.0 } else { 0.0 };
+        samples.push((time, motion.gauges(k as f64 / SLOW as f64, fast)));
+    }
+    let set_anew = samples[samples.len() - 60..].to_vec();
+    let start = set_anew[0].0 - 3.0;
+    samples.extend(
+        set_anew
+            .into_iter()
+            .map(|(time, gauges)| (time - start, gauges)),
+    );
+    samples[40].1[0] = f64::NAN;
+    let last = samples[41].1.len() - 1;
+    samples[41].1[last] = f64::INFINITY;
+    samples[60].0 = samples[50].0;
+    samples[70].0 = samples[69].0;
+    samples[80].0 += 1e9;
+    // A stamp as late as the next.
+    samples[FAST + 40].0 = samples[FAST + 41].0;
+    for (time, _) in &mut samples {
+        *time = (*time * 1e4).round() / 1e4;
+    }
+    samples
+}
+
+/// Gauges as loads move them.
+struct Motion<'a> {
+    calibration: &'a Calibration,
+    /// For each gauge, in its deviations: at full scale of each axis.
+    slopes: Vec<Vec<f64>>,
+    factor: f64,
+}
+
+impl<'a> Motion<'a> {
+    fn new(calibration: &'a Calibration) -> Self {
+        let n_gauges = calibration.gauges.len();
+        let full_scale = full_scale(calibration);
+        let slopes = gauges_per_load(calibration).map_or_else(
+            // Nothing tells loads from gauges: each gauge moves on its own.
+            || {
+                (0..n_gauges)
+                    .map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3); 1])
+                    .collect()
+            },
+            |slopes| {
+                let rows = (0..n_gauges).map(|gauge| {
+                    let axes = full_scale.iter().enumerate();
+                    axes.map(|(axis, scale)| slopes[(gauge, axis)] * scale)
+                        .collect()
+                });
+                rows.collect::<Vec<Vec<f64>>>()
+            },
+        );
+        let reach = slopes
+            .iter()
+            .map(|row| row.iter().map(|slope| slope.abs()).sum());
+        let reach: f64 = reach.fold(f64::MIN_POSITIVE, f64::max);
+        Self {
+            calibration,
+            slopes,
+            factor: SHARE_OF_FULL_SCALE.min(DEVIATIONS / reach),
+        }
+    }
+
+    /// Every axis moves at a pace of its own; the phases are those of a slow and of a fast motion.
+    fn gauges(&self, slow: f64, fast: f64) -> Vec<f64> {
+        let scale = &self.calibration.gauge_scale;
+        let gauges = self.slopes.iter().zip(&scale.shift).zip(&scale.deviation);
+        gauges
+            .map(|((slopes, shift), deviation)| {
+                let moved = slopes.iter().enumerate().map(|(axis, slope)| {
+                    let pace = 1.0 + 0.37 * axis as f64;
+                    let load = 0.7 * (TAU * pace * slow).sin() + 0.3 * (TAU * pace * fast).sin();
+                    slope * load
+                });
+                let moved = self.factor * moved.sum::<f64>();
+                f64::from((shift + deviation * moved) as f32)
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,100 @@
+/*
+ * The self-test: runs every sample of expected.csv through the calibration and compares its load, conventional load and status
+ * with what LoopScope's own estimator gave. It prints PASS or FAIL with the largest difference, and ends with 0 or 1; with 2 if
+ * the file cannot be read. It is an example of use, too.
+ *
+ *     cc -Isrc main.c -lm -o selftest && ./selftest expected.csv
+ *
+ * With -DLOOPSCOPE_REAL=float it tests single precision. A machine without files can be given the lines in another way: what
+ * reads them is next_line.
+ */
+#include "{{ name }}.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define COLUMNS (3 + {{ NAME }}_GAUGES + 2 * {{ NAME }}_AXES)
+
+static const double full_scale[{{ NAME }}_AXES] = {{ '{' }}{{ full_scale|join(', ') }}{{ '}' }};
+static {{ name }}_state state;
+
+/* Reads numbers with commas between them; how many there were, 0 at the end. */
+static int next_line(FILE *file, double numbers[COLUMNS])
+{
+    static char line[{{ line_bytes }}];
+    char *at = line, *end;
+    int n = 0;
+    if (fgets(line, (int)sizeof line, file) == NULL)
+        return 0;
+    while (n < COLUMNS) {
+        numbers[n] = strtod(at, &end);
+        if (end == at)
+            break;
+        n += 1;
+        at = *end == ',' ? end + 1 : end;
+    }
+    return n;
+}
+
+/* How far two loads are apart, in full scale; two that are no numbers are the same. */
+static double difference(double actual, double expected, double scale)
+{
+    int is_none = !(actual <= 0 || actual >= 0), is_none_expected = !(expected <= 0 || expected >= 0);
+    double by = (actual - expected) / scale;
+    if (is_none || is_none_expected)
+        return is_none && is_none_expected ? 0 : 1e30;
+    return by < 0 ? -by : by;
+}
+
+int main(int argc, char **argv)
+{
+    const char *path = argc > 1 ? argv[1] : "expected.csv";
+    const double allowed = LOOPSCOPE_FLOAT ? {{ allowed_float }} : {{ allowed_double }};
+    double numbers[COLUMNS], worst = 0;
+    long taken = 0, compared = 0, bad = 0, first_bad = 0;
+    int n, i;
+    FILE *file = fopen(path, "r");
+    if (file == NULL) {
+        fprintf(stderr, "cannot read %s\n", path);
+        return 2;
+    }
+    {{ name }}_init(&state);
+    next_line(file, numbers); /* names */
+    while ((n = next_line(file, numbers)) == COLUMNS) {
+        const double *expected = numbers + 1 + {{ NAME }}_GAUGES;
+        {{ name }}_real gauges[{{ NAME }}_GAUGES], load[{{ NAME }}_AXES], conventional[{{ NAME }}_AXES];
+        {{ name }}_status status;
+        double off = 0;
+        for (i = 0; i < {{ NAME }}_GAUGES; i++)
+            gauges[i] = ({{ name }}_real)numbers[1 + i];
+        status = {{ name }}_update(&{{ NAME }}_CALIBRATION, &state, numbers[0], gauges, load, conventional);
+        taken += 1;
+        /* At the edge of a threshold the last digit of a sum decides which past sample is found. */
+        if (expected[2 * {{ NAME }}_AXES + 1] > 0)
+            continue;
+        compared += 1;
+        for (i = 0; i < {{ NAME }}_AXES; i++) {
+            double by = difference((double)load[i], expected[i], full_scale[i]);
+            double by_conventional = difference((double)conventional[i], expected[{{ NAME }}_AXES + i], full_scale[i]);
+            off = by > off ? by : off;
+            off = by_conventional > off ? by_conventional : off;
+        }
+        worst = off > worst ? off : worst;
+        if (off > allowed || (int)status != (int)expected[2 * {{ NAME }}_AXES]) {
+            bad += 1;
+            if (bad == 1) {
+                first_bad = taken + 1;
+                printf("line %ld: off by %g of full scale, status %d instead of %d\n", first_bad, off, (int)status,
+                       (int)expected[2 * {{ NAME }}_AXES]);
+            }
+        }
+    }
+    fclose(file);
+    if (n != 0 || taken != {{ n_rows }}) {
+        fprintf(stderr, "%s is not the file that was made with this calibration\n", path);
+        return 2;
+    }
+    printf("%s: %ld of %ld samples compared, %ld off; largest difference %g of full scale, %g allowed\n",
+           bad == 0 ? "PASS" : "FAIL", compared, taken, bad, worst, allowed);
+    return bad == 0 ? 0 : 1;
+}

@@ -1,0 +1,35 @@
+/* Reads the gauges and prints the load, in single precision. */
+#define LOOPSCOPE_REAL float
+#include <{{ name }}.h>
+
+static {{ name }}_state state;
+
+/*
+ * Put your amplifier here: the gauges in this order, in the unit of the training recordings:
+ * {{ gauges }}
+ */
+static void read_gauges(float *gauges)
+{
+    for (int g = 0; g < {{ NAME }}_GAUGES; g++)
+        gauges[g] = (float)analogRead(A0 + g);
+}
+
+void setup()
+{
+    Serial.begin(115200);
+    {{ name }}_init(&state);
+}
+
+void loop()
+{
+    float gauges[{{ NAME }}_GAUGES], load[{{ NAME }}_AXES];
+    read_gauges(gauges);
+    /* micros() begins anew after 71 minutes, which update_ticks knows. */
+    {{ name }}_status status = {{ name }}_update_ticks(&{{ NAME }}_CALIBRATION, &state, micros(), gauges, load, NULL);
+    if ({{ NAME }}_IS_REJECTED(status))
+        return;
+    for (int axis = 0; axis < {{ NAME }}_AXES; axis++) {
+        Serial.print(load[axis], 4);
+        Serial.print(axis + 1 < {{ NAME }}_AXES ? '\t' : '\n');
+    }
+}

@@ -1,0 +1,260 @@
+//! Libraries, whose self-tests are built and run as a user would.
+
+use std::fs;
+use std::io::{Cursor, Read as _};
+use std::path::Path;
+use std::process::Command;
+
+use loopscope::calibration::Regressor;
+use loopscope::export::write_calibration;
+
+use crate::c::STRICT;
+use crate::support::{calibration, calibrations, every_block, is_there, learned, succeed};
+
+/// Runs a self-test; what it says.
+#[track_caller]
+fn passes(command: &mut Command, what: &str) {
+    let said = succeed(command);
+    assert!(said.starts_with("PASS: "), "{what}: {said}");
+    // Most samples, not a few that no threshold touches.
+    let numbers: Vec<f64> = said
+        .split(' ')
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    assert!(numbers[0] > 0.7 * numbers[1], "{what}: {said}");
+}
+
+/// Builds `main.c` by a compiler with these options.
+#[track_caller]
+fn built(compiler: &str, options: &[&str], folder: &Path) -> Command {
+    let program = folder.join("selftest");
+    let mut compile = Command::new(compiler);
+    compile.args(options).arg("-o").arg(&program);
+    compile.arg(format!("-I{}", folder.join("src").display()));
+    let cpp: &[&str] = if compiler == "g++" {
+        &["-x", "c++"]
+    } else {
+        &[]
+    };
+    succeed(compile.args(cpp).arg(folder.join("main.c")).arg("-lm"));
+    let mut run = Command::new(program);
+    run.arg(folder.join("expected.csv"));
+    run
+}
+
+#[test]
+fn every_library_passes_its_own_test_in_c_and_in_cpp() {
+    if !is_there("cc", &["--version"]) || !is_there("g++", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    for (name, calibration) in calibrations() {
+        let folder = directory.path().join(&name);
+        write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
+        for real in ["-DLOOPSCOPE_REAL=double", "-DLOOPSCOPE_REAL=float"] {
+            let strict = [&STRICT, &["-O1", real][..]].concat();
+            passes(
+                &mut built("cc", &strict, &folder),
+                &format!("{name} {real}"),
+            );
+            let strict: Vec<&str> = strict
+                .iter()
+                .map(|option| option.replace("c99", "c++17").leak() as &str)
+                .collect();
+            passes(
+                &mut built("g++", &strict, &folder),
+                &format!("{name} {real} C++"),
+            );
+        }
+    }
+}
+
+#[test]
+fn a_wrong_number_fails_the_self_test() {
+    if !is_there("cc", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    write_calibration(
+        &calibration(every_block(), Regressor::Linear),
+        &directory.path().join("left arm/"),
+    )
+    .unwrap();
+    let folder = directory.path().join("left arm");
+    let mut run = built("cc", &["-std=c99"], &folder);
+    let expected = fs::read_to_string(folder.join("expected.csv")).unwrap();
+    let mut lines: Vec<String> = expected.lines().map(str::to_owned).collect();
+    let line = lines[30].replacen(",1,0", ",0,0", 1);
+    assert_ne!(
+        lines[30], line,
+        "its status is that of a history that fills"
+    );
+    lines[30] = line;
+    fs::write(folder.join("expected.csv"), lines.join("\n")).unwrap();
+    let output = run.output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        said.starts_with("line 31: ") && said.contains("FAIL: "),
+        "{said}"
+    );
+    fs::write(folder.join("expected.csv"), lines[..20].join("\n")).unwrap();
+    assert_eq!(run.output().unwrap().status.code(), Some(2));
+}
+
+#[test]
+fn cmake_builds_and_tests_a_library() {
+    if !is_there("cmake", &["--version"]) || !is_there("cc", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    write_calibration(
+        &calibration(every_block(), Regressor::Linear),
+        &directory.path().join("test/"),
+    )
+    .unwrap();
+    let build = directory.path().join("build");
+    for options in [vec![], vec!["-DLOOPSCOPE_REAL=float"]] {
+        let mut cmake = Command::new("cmake");
+        cmake
+            .arg("-S")
+            .arg(directory.path().join("test"))
+            .arg("-B")
+            .arg(&build);
+        succeed(cmake.args(options));
+        succeed(Command::new("cmake").arg("--build").arg(&build));
+        let said = succeed(Command::new("ctest").arg("-V").current_dir(&build));
+        assert!(
+            said.contains("PASS: ") && said.contains("100% tests passed"),
+            "{said}"
+        );
+    }
+}
+
+/// On a sketch's own terms: C++, with what Arduino declares.
+#[test]
+fn the_example_for_arduino_compiles() {
+    if !is_there("g++", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let mut calibration = calibration(every_block(), Regressor::Linear);
+    calibration.gauges[1] = "*/ #error \\".to_owned();
+    write_calibration(&calibration, &directory.path().join("arm/")).unwrap();
+    let folder = directory.path().join("arm");
+    let arduino = "
+        #include <stddef.h>
+        const int A0 = 14;
+        int analogRead(int);
+        unsigned long micros();
+        struct Port { void begin(long); void print(float, int); void print(char); };
+        extern Port Serial;
+    ";
+    fs::write(folder.join("Arduino.h"), arduino).unwrap();
+    let mut compile = Command::new("g++");
+    compile.args([
+        "-std=c++11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-fsyntax-only",
+        "-include",
+    ]);
+    compile
+        .arg(folder.join("Arduino.h"))
+        .arg(format!("-I{}", folder.join("src").display()));
+    succeed(
+        compile
+            .args(["-x", "c++"])
+            .arg(folder.join("examples/read_load/read_load.ino")),
+    );
+    let library = fs::read_to_string(folder.join("library.json")).unwrap();
+    let library: serde_json::Value = serde_json::from_str(&library).unwrap();
+    assert_eq!(library["headers"], "arm.h");
+}
+
+#[test]
+fn every_language_passes_its_own_test() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut all = learned();
+    all.push((
+        "class".to_owned(),
+        calibration(every_block(), Regressor::Linear),
+    ));
+    for (name, calibration) in all {
+        let folder = directory.path().join(&name);
+        write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
+        if is_there("python3", &["-c", "import numpy"]) {
+            passes(
+                Command::new("python3")
+                    .arg("-B")
+                    .arg(folder.join("python/selftest.py")),
+                &name,
+            );
+        }
+        if is_there("octave-cli", &["--version"]) {
+            passes(
+                Command::new("octave-cli")
+                    .arg("--norc")
+                    .arg(folder.join("matlab/selftest.m")),
+                &name,
+            );
+        }
+        if is_there("rustc", &["--version"]) {
+            let program = folder.join("selftest");
+            let mut compile = Command::new("rustc");
+            compile
+                .args(["--edition", "2021", "-D", "warnings", "-o"])
+                .arg(&program);
+            succeed(compile.arg(folder.join("rust/selftest.rs")));
+            passes(
+                Command::new(program).arg(folder.join("expected.csv")),
+                &name,
+            );
+        }
+    }
+}
+
+/// Every status but that of a load beyond what is known; byte by byte the same again; in an archive as in a folder.
+#[test]
+fn a_library_tries_what_a_sensor_meets() {
+    let directory = tempfile::tempdir().unwrap();
+    let calibration = calibration(every_block(), Regressor::Linear);
+    let at = |name: &str| directory.path().join(name);
+    write_calibration(&calibration, &at("arm/")).unwrap();
+    let expected = fs::read_to_string(at("arm/expected.csv")).unwrap();
+    for status in [0, 1, 2, 3, 5, 6] {
+        assert!(
+            expected.contains(&format!(",{status},0\n")),
+            "status {status}"
+        );
+    }
+    for name in ["arm.zip", "second/arm.zip"] {
+        fs::create_dir_all(at(name).parent().unwrap()).unwrap();
+        write_calibration(&calibration, &at(name)).unwrap();
+    }
+    let bytes = fs::read(at("arm.zip")).unwrap();
+    assert_eq!(bytes, fs::read(at("second/arm.zip")).unwrap());
+    let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    assert_eq!(zip.len(), 14);
+    for index in 0..zip.len() {
+        let mut file = zip.by_index(index).unwrap();
+        let mut content = String::new();
+        file.read_to_string(&mut content).unwrap();
+        let name = file.name().unwrap().into_owned();
+        assert_eq!(content, fs::read_to_string(at(&name)).unwrap(), "{name}");
+    }
+}
+
+#[test]
+fn no_folder_is_written_over() {
+    let directory = tempfile::tempdir().unwrap();
+    let calibration = calibration(Default::default(), Regressor::Linear);
+    let folder = directory.path().join("arm/");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("mine.txt"), "mine").unwrap();
+    let error = write_calibration(&calibration, &folder).unwrap_err();
+    assert!(error.to_string().contains("directory"), "{error}");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+}
