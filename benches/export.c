@@ -1,10 +1,11 @@
 /*
- * Times updates of an exported header at 1 kHz, in microseconds: mean and worst. Of each update the shortest of five passes
- * counts, since other programs interrupt.
+ * Times updates of an exported header, in microseconds: mean and worst, at a rate and of a signal that are given. Of each update
+ * the shortest of five passes counts, since other programs interrupt.
  */
 #define _POSIX_C_SOURCE 199309L
 #include HEADER
 #include <stdio.h>
+#include <stdlib.h>
 #include <time.h>
 
 enum { SAMPLES = 120000, PASSES = 5 };
@@ -19,18 +20,53 @@ static double now(void)
     return 1e6 * (double)at.tv_sec + 1e-3 * (double)at.tv_nsec;
 }
 
-int main(void)
+/* Numbers from -1 to 1 that are always the same. */
+static double noise(void)
+{
+    static unsigned long long state = 88172645463325252ull;
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^= state << 17;
+    return (double)(state >> 11) / 4503599627370496.0 - 1.0;
+}
+
+/* What a gauge shows: slow loads; 67 Hz that move the load by F_th from peak to peak; noise of as much; a step each second. */
+static double gauge(char signal, double time, int g)
+{
+    static double step[TIMED_GAUGES], until;
+    double mean = timed_gauge_mean(g), deviation = timed_gauge_deviation(g), brush = timed_gauge_brush(g);
+    switch (signal) {
+    case 'v':
+        return mean + brush * sin(2 * 3.14159265358979 * 67 * time);
+    case 'n':
+        return mean + brush * noise();
+    case 's':
+        if (time >= until || time == 0) {
+            int at;
+            until = time + 1;
+            for (at = 0; at < TIMED_GAUGES; at++)
+                step[at] = 2 * noise();
+        }
+        return mean + deviation * step[g];
+    default:
+        return mean + deviation * sin(0.7 * time + g) * cos(0.11 * time);
+    }
+}
+
+int main(int argc, char **argv)
 {
     timed_real load[TIMED_AXES], gauges[TIMED_GAUGES];
     double worst = 0, total = 0, sum = 0, clock = 1e9;
+    double rate = argc > 1 ? atof(argv[1]) : 1000;
+    char signal = argc > 2 ? argv[2][0] : 'c';
     long k;
     int pass, g;
     for (pass = 0; pass < PASSES; pass++) {
         timed_init(&state);
         for (k = 0; k < SAMPLES; k++) {
-            double time = 1e-3 * (double)k, before, between, after;
+            double time = (double)k / rate, before, between, after;
             for (g = 0; g < TIMED_GAUGES; g++)
-                gauges[g] = (timed_real)(timed_gauge_mean(g) + timed_gauge_deviation(g) * sin(0.7 * time + g) * cos(0.11 * time));
+                gauges[g] = (timed_real)gauge(signal, time, g);
             before = now();
             between = now();
             timed_update(&TIMED_CALIBRATION, &state, time, gauges, load, NULL);
@@ -46,6 +82,6 @@ int main(void)
         total += taken;
         worst = taken > worst ? taken : worst;
     }
-    printf("mean %.3f us, worst %.1f us (sum of loads %g)\n", total / SAMPLES, worst, sum);
+    printf("mean %.2f us, worst %.1f us, %lu bytes (sum of loads %g)\n", total / SAMPLES, worst, (unsigned long)sizeof state, sum);
     return 0;
 }

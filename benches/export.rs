@@ -1,4 +1,5 @@
-//! The time of one update of an exported C header at 1 kHz with a look-back of 15 s: `cargo bench --bench export`.
+//! The time of one update of an exported C header and the memory of its state, at 1 and 10 kHz, of calm, vibrating, noisy and
+//! stepwise signals; and, where the compiler is there, what a Cortex-M4F needs: `cargo bench --bench export`.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,65 +9,124 @@ use std::sync::Arc;
 use loopscope::analysis::{Request, train};
 use loopscope::calibration::{Calibration, FitSettings};
 use loopscope::export::write_calibration;
-use loopscope::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
+use loopscope::features::{Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial};
 use loopscope::progress::Progress;
 use loopscope::recording::simulated;
 
 fn main() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-    let look_back = |f_th| FeatureSettings {
-        look_backs: vec![Thresholds {
-            f_th,
-            t_th_secs: 15.0,
-        }],
-        ..FeatureSettings::present()
+    let present = FeatureSettings::present();
+    let with = |blocks: Blocks| FeatureSettings {
+        blocks,
+        ..present.clone()
     };
-    let every_block = FeatureSettings {
-        blocks: Blocks::every().with(&Polynomial, &[2.0]),
-        ..look_back(3.0)
-    };
-    for (name, features) in [
-        ("3 N", look_back(3.0)),
-        ("10 N", look_back(10.0)),
-        ("never (1000 N)", look_back(1000.0)),
-        ("every block", every_block),
+    let none = Blocks::default();
+    let polynomial = Blocks::every().with(&Polynomial, &[2.0]);
+    for (name, features, history_rate_hz) in [
+        ("default", FeatureSettings::default(), 0.0),
+        ("default, history 100 Hz", FeatureSettings::default(), 100.0),
+        ("lag", with(none.clone().with(&FixedLag, &[0.5])), 0.0),
+        (
+            "creep",
+            with(none.clone().with(&Creep, &[1.0, 6.0, 40.0])),
+            0.0,
+        ),
+        (
+            "play",
+            with(none.clone().with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6])),
+            0.0,
+        ),
+        (
+            "play, squares",
+            with(
+                none.with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6])
+                    .with(&Polynomial, &[2.0]),
+            ),
+            0.0,
+        ),
+        (
+            "every block",
+            FeatureSettings {
+                blocks: polynomial,
+                ..FeatureSettings::default()
+            },
+            0.0,
+        ),
     ] {
         let settings = FitSettings {
             features,
-            decimation: 50,
+            history_rate_hz,
             ..FitSettings::default()
         };
         let request = Request::fit(Arc::clone(&recordings), settings);
         let calibration = train(&request, &Progress::default(), &mut |_| {})
             .expect("the built-in recordings can be fitted");
+        let directory = tempfile::tempdir().expect("there is room for temporary files");
+        write_header(&calibration, directory.path());
         for real in ["double", "float"] {
-            println!("{name}, {real}: {}", timed(&calibration, real));
+            compile(directory.path(), real);
+            for (rate, signals) in [("1000", "cvns"), ("10000", "cvns")] {
+                for signal in signals.chars() {
+                    let program = Command::new(directory.path().join("timed"))
+                        .args([rate, &signal.to_string()])
+                        .output()
+                        .expect("the driver runs");
+                    let said = String::from_utf8_lossy(&program.stdout).trim().to_owned();
+                    println!("{name}, {real}, {rate} Hz, {signal}: {said}");
+                }
+            }
         }
+        println!("{name}, Cortex-M4F: {}", on_arm(directory.path()));
     }
 }
 
-fn timed(calibration: &Calibration, real: &str) -> String {
-    let directory = tempfile::tempdir().expect("there is room for temporary files");
-    let header = directory.path().join("timed.h");
-    write_calibration(calibration, &header).expect("the header can be written");
-    let mut means = String::from("#include \"timed.h\"\n");
+fn write_header(calibration: &Calibration, directory: &Path) {
+    write_calibration(calibration, &directory.join("timed.h")).expect("the header can be written");
+    // Moves the load by F_th from peak to peak.
     let scale = &calibration.gauge_scale;
-    for (what, values) in [("mean", &scale.shift), ("deviation", &scale.deviation)] {
+    let force = calibration
+        .axes
+        .iter()
+        .zip(&calibration.conventional.matrix);
+    let force = force.filter(|(axis, _)| axis.is_force()).map(|(_, row)| {
+        let moved = row.iter().zip(&scale.deviation);
+        moved
+            .map(|(slope, deviation)| slope * deviation)
+            .sum::<f64>()
+            .powi(2)
+    });
+    let brush = 1.5 / force.sum::<f64>().sqrt();
+    let brush: Vec<f64> = scale
+        .deviation
+        .iter()
+        .map(|deviation| brush * deviation)
+        .collect();
+    let mut means = String::from("#include \"timed.h\"\n");
+    for (what, values) in [
+        ("mean", &scale.shift),
+        ("deviation", &scale.deviation),
+        ("brush", &brush),
+    ] {
+        let values: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
         writeln!(
             means,
             "static double timed_gauge_{what}(int g) {{ static const double values[] = {{{}}}; return values[g]; }}",
-            values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ")
+            values.join(", ")
         )
         .expect("writing to a text cannot fail");
     }
-    let wrapper = directory.path().join("wrapper.h");
-    std::fs::write(&wrapper, means).expect("the wrapper can be written");
-    let program = directory.path().join("timed");
+    std::fs::write(directory.join("wrapper.h"), means).expect("the wrapper can be written");
+}
+
+fn compile(directory: &Path, real: &str) {
     let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/export.c");
     let compiled = Command::new("cc")
         .args(["-std=c99", "-O2", "-o"])
-        .arg(&program)
-        .arg(format!("-DHEADER=\"{}\"", wrapper.display()))
+        .arg(directory.join("timed"))
+        .arg(format!(
+            "-DHEADER=\"{}\"",
+            directory.join("wrapper.h").display()
+        ))
         .arg(format!("-DLOOPSCOPE_REAL={real}"))
         .arg(driver)
         .arg("-lm")
@@ -75,6 +135,60 @@ fn timed(calibration: &Calibration, real: &str) -> String {
         compiled.is_ok_and(|status| status.success()),
         "the header compiles"
     );
-    let output = Command::new(program).output().expect("the driver runs");
-    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+/// Bytes of program and memory in float, and whether any double is computed with.
+fn on_arm(directory: &Path) -> String {
+    let source = "#include \"timed.h\"\nstatic timed_state state;\n\
+        timed_status step(unsigned ticks, const float *gauges, float *load) {\n\
+        return timed_update_ticks(&TIMED_CALIBRATION, &state, ticks, gauges, load, NULL); }\n";
+    std::fs::write(directory.join("arm.c"), source).expect("a source can be written");
+    let compiled = Command::new("arm-none-eabi-gcc")
+        .args([
+            "-std=c99",
+            "-O2",
+            "-mcpu=cortex-m4",
+            "-mthumb",
+            "-mfpu=fpv4-sp-d16",
+            "-mfloat-abi=hard",
+        ])
+        .args([
+            "-ffreestanding",
+            "-DLOOPSCOPE_REAL=float",
+            "-c",
+            "arm.c",
+            "-o",
+            "arm.o",
+        ])
+        .current_dir(directory)
+        .status();
+    if !compiled.is_ok_and(|status| status.success()) {
+        return "skipped: no arm-none-eabi-gcc with its C library here".to_owned();
+    }
+    let run = |tool: &str| {
+        let output = Command::new(tool)
+            .arg("arm.o")
+            .current_dir(directory)
+            .output();
+        output.map_or_else(
+            |_| String::new(),
+            |output| String::from_utf8_lossy(&output.stdout).into_owned(),
+        )
+    };
+    let size = run("arm-none-eabi-size");
+    let numbers: Vec<&str> = size
+        .lines()
+        .nth(1)
+        .unwrap_or_default()
+        .split_whitespace()
+        .collect();
+    let doubles = run("arm-none-eabi-nm")
+        .lines()
+        .filter(|line| line.contains("__aeabi_d"))
+        .count();
+    format!(
+        "program {} bytes, memory {} bytes, {doubles} functions of double arithmetic",
+        numbers.first().unwrap_or(&"?"),
+        numbers.get(2).unwrap_or(&"?")
+    )
 }

@@ -27,9 +27,9 @@ use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, WriteError, check_targets,
-    name_gauges, names_gauges, read_calibration, target_endings, target_for, write_atomically,
-    write_loads_csv,
+    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
+    check_targets, name_gauges, names_gauges, read_calibration, target_endings, target_for,
+    write_atomically, write_loads_csv,
 };
 use crate::formats::FileError;
 use crate::formats::csv::write_csv;
@@ -204,6 +204,10 @@ pub struct Apply {
     /// Where `<name>_loads.csv` goes; made if it is not there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Say in a last column what became of each sample: ok, filling (the history is shorter than it can be), after a gap, restarted,
+    /// beyond (the load is beyond what is known of the sensor), rejected.
+    #[arg(long, requires = "out")]
+    status: bool,
     /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
@@ -393,13 +397,15 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
         .map(|name| demo.dir.join(name))
         .collect();
     check_targets([], &files, demo.force)?;
+    let mut written = Together::default();
     for (entry, path) in set.entries().iter().zip(&files) {
         let recording = entry.recording.decimated(step);
-        write_atomically(path, |mut out| write_csv(&recording, &mut out))?;
+        written.write(path, |mut out| write_csv(&recording, &mut out))?;
     }
-    write_atomically(&files[set.entries().len()], |out| {
+    written.write(&files[set.entries().len()], |out| {
         out.write_all(DEMO_README.as_bytes())
     })?;
+    written.finish()?;
     writeln!(
         io::stdout(),
         "{} simulated recordings in {}",
@@ -509,7 +515,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                 ));
             }
             if let Some(output) = outputs.get(at) {
-                write_atomically_applied(&calibration, path, &recordings, output)?;
+                write_atomically_applied(&calibration, path, &recordings, args.status, output)?;
                 print_path(output)?;
             }
             if args.traces.traces.is_some() {
@@ -518,7 +524,10 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
         }
     }
     args.traces.check_stretches(all.iter(), 1)?;
-    args.traces.write(&calibration, all.iter(), 1)?;
+    let mut traces = Together::default();
+    args.traces
+        .write(&mut traces, &calibration, all.iter(), 1)?;
+    traces.finish()?;
     if let Some(path) = &args.traces.traces {
         print_path(path)?;
     }
@@ -594,6 +603,7 @@ fn write_atomically_applied(
     calibration: &Calibration,
     path: &Path,
     recordings: &[Recording],
+    with_status: bool,
     output: &Path,
 ) -> Result<(), JobError> {
     let check = |recording| calibration.check_gauges(recording);
@@ -602,7 +612,9 @@ fn write_atomically_applied(
         path: path.to_owned(),
         source,
     })?;
-    write_atomically(output, |out| write_loads_csv(calibration, recordings, out))?;
+    write_atomically(output, |out| {
+        write_loads_csv(calibration, recordings, with_status, out)
+    })?;
     Ok(())
 }
 

@@ -563,19 +563,9 @@ impl Side {
 /// The training recordings with each fold in the test role in turn, and what a fold is.
 fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
     let groups = recordings.groups();
-    // Said, so that what is found among fewer recordings is the same.
     let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
         .filter(|(_, entry)| entry.role == Role::Train)
-        .map(|(at, entry)| {
-            let group = groups.name_of(at).map(str::to_owned);
-            (
-                Entry {
-                    group,
-                    ..entry.clone()
-                },
-                groups.of[at],
-            )
-        })
+        .map(|(at, entry)| (groups.said(at, entry), groups.of[at]))
         .collect();
     if training.is_empty() {
         return Err(AnalysisError::NoTraining);
@@ -605,14 +595,9 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
         let cut = training.iter().flat_map(|(entry, _)| {
             let segments = entry.recording.segments(SEGMENTS).into_iter().enumerate();
             segments.map(|(fold, segment)| {
-                let recording = Arc::new(segment);
-                (
-                    fold,
-                    Entry {
-                        recording,
-                        ..(*entry).clone()
-                    },
-                )
+                let mut own = entry.clone();
+                own.recording = Arc::new(segment);
+                (fold, own)
             })
         });
         let what =
@@ -622,15 +607,11 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
     let without = |fold: usize| -> Result<RecordingSet, AnalysisError> {
         let mut set = RecordingSet::default();
         for (own, entry) in &of_fold {
-            let role = match *own == fold {
-                true => Role::Test,
-                false => Role::Train,
-            };
-            set.push(Entry {
-                role,
-                ..entry.clone()
-            })
-            .expect("they were together before");
+            let mut entry = entry.clone();
+            if *own == fold {
+                entry.role = Role::Test;
+            }
+            set.push(entry).expect("they were together before");
         }
         Ok(set)
     };

@@ -106,18 +106,10 @@ pub(super) fn cross_validated(
 ) -> Option<Vec<Moments>> {
     let start = Instant::now();
     let pieces = data.pieces();
-    // Groups are said, so that what is found among fewer recordings is the same.
     let training = data.entries.iter().zip(&pieces).enumerate();
     let training: Vec<(Entry, &[Piece])> = training
         .filter(|(_, (entry, _))| entry.role == Role::Train)
-        .map(|(at, (entry, pieces))| {
-            let group = data.groups.name_of(at).map(str::to_owned);
-            let entry = Entry {
-                group,
-                ..entry.clone()
-            };
-            (entry, &pieces[..])
-        })
+        .map(|(at, (entry, pieces))| (data.groups.said(at, entry), &pieces[..]))
         .collect();
     let n_parts = (training.iter().flat_map(|(_, pieces)| *pieces))
         .map(|piece| piece.fold + 1)

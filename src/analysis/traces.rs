@@ -10,6 +10,7 @@ use crate::calibration::{Calibration, Past};
 use crate::evaluation::Series;
 use crate::features::{Distance, Thresholds};
 use crate::recording::{Axis, Entry, Recording};
+use crate::report::Trace;
 
 /// Which recordings are on screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,6 +73,28 @@ pub struct AxisTraces {
     pub factory_error: Option<Arc<Series>>,
     /// Comp. less and plus two standard deviations, where the regressor knows them.
     pub band: Option<[Arc<Series>; 2]>,
+}
+
+impl AxisTraces {
+    /// One of the loads, where it is there.
+    pub fn load(&self, trace: Trace) -> Option<&Arc<Series>> {
+        match trace {
+            Trace::Calculated => self.calculated.as_ref(),
+            Trace::Conventional => Some(&self.conventional),
+            Trace::Compensated => Some(&self.compensated),
+            Trace::Factory => self.factory.as_ref(),
+        }
+    }
+
+    /// How far it is from the true one.
+    pub fn error(&self, trace: Trace) -> Option<&Arc<Series>> {
+        match trace {
+            Trace::Calculated => None,
+            Trace::Conventional => self.conventional_error.as_ref(),
+            Trace::Compensated => self.compensated_error.as_ref(),
+            Trace::Factory => self.factory_error.as_ref(),
+        }
+    }
 }
 
 /// Everything that is drawn over time.

@@ -14,7 +14,7 @@ use super::{JobError, named_file, tell};
 use crate::analysis::{Best, Request, Search, find_best, train};
 use crate::calibration::DECIMATION;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::export::{check_targets, target_for, with_sources, write_calibration};
+use crate::export::{Together, add_calibration, check_targets, target_for, with_sources};
 use crate::progress::Progress;
 
 /// Arguments of `best`.
@@ -99,9 +99,11 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
             return Err(JobError::Undetermined { undetermined });
         }
         let told = with_sources(&calibration, &recordings);
+        let mut files = Together::default();
         for path in &args.export {
-            write_calibration(&told, path)?;
+            add_calibration(&mut files, &told, path)?;
         }
+        files.finish()?;
     }
     let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));
     let mut out = io::stdout().lock();

@@ -582,6 +582,7 @@ mod tests {
             &LANDMARKS,
             &OFFSET,
             &DECIMATION,
+            &HISTORY_RATE,
         ];
         let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain(others);
         let rows = rows.map(|setting| {

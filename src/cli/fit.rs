@@ -15,14 +15,16 @@ use crate::analysis::{
     Caution, Request, TrainingStep, analyse, cautions, cross_validation_cost, read_factory, train,
 };
 use crate::calibration::{
-    BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, Scores,
+    BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, FitSettings, Regressor,
+    Scores,
 };
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
-    Outline, WriteError, check_targets, listed_targets, target_for, with_sources, write_calibration,
+    Footprint, Outline, Together, WriteError, add_calibration, check_targets, listed_targets,
+    target_for, with_sources,
 };
-use crate::features::{Distance, FeatureSettings};
+use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::progress::Progress;
 use crate::report::{Shown, errors, factory_note};
 
@@ -101,18 +103,23 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     for caution in cautions.iter().filter(is_grave) {
         tell(&format_args!("warning: {caution}"));
     }
-    if !args.export.is_empty() {
-        let told = with_sources(&calibration, &request.recordings);
-        for path in &args.export {
-            write_calibration(&told, path)?;
-        }
-    }
-    args.traces
-        .write(&calibration, all(), args.model.decimate)?;
     let factory = match &args.factory {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
+    let mut files = Together::default();
+    if !args.export.is_empty() {
+        let told = with_sources(&calibration, &request.recordings);
+        for path in &args.export {
+            add_calibration(&mut files, &told, path)?;
+        }
+    }
+    args.traces
+        .write(&mut files, &calibration, all(), args.model.decimate)?;
+    files.finish()?;
+    if args.export.iter().any(|path| is_for_controllers(path)) {
+        tell_footprint(&request, &calibration);
+    }
     let mut out = io::stdout().lock();
     if args.json {
         let report = FitReport {
@@ -136,6 +143,64 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         }
     }
     Ok(())
+}
+
+/// Whether what is written is C.
+fn is_for_controllers(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    ending == "h" || ending == "zip"
+}
+
+/// Says what the code takes on a controller, and what would take less.
+fn tell_footprint(request: &Request, calibration: &Calibration) {
+    /// More is much for a small controller (bytes).
+    const LARGE: usize = 65_536;
+    let footprint = Footprint::of(calibration);
+    tell(&format_args!("note: {footprint}"));
+    let keeps_history = calibration.features.window_secs() > 0.0;
+    if footprint.memory > LARGE && keeps_history {
+        tell(&"note: --history-rate 100, or a smaller t_th or lag, takes less memory");
+    }
+    let play = FitSettings {
+        features: FeatureSettings {
+            blocks: Blocks::default().with(&Play, Play.setting().default),
+            ..FeatureSettings::present()
+        },
+        regressor: Regressor::Linear,
+        ..request.settings.clone()
+    };
+    if !keeps_history {
+        return;
+    }
+    let request = Request::fit(Arc::clone(&request.recordings), play);
+    let Ok(play) = train(&request, &Progress::default(), &mut |_| {}) else {
+        return;
+    };
+    let takes = Footprint::of(&play);
+    if let (Some(own), Some(other)) = (mean_error(calibration), mean_error(&play))
+        && other < own
+        && takes.memory < footprint.memory
+    {
+        let percent = |error: f64| significant(100.0 * error, 3);
+        tell(&format_args!(
+            "note: play ({}) takes {} bytes of memory, and errs less on what is left out: {} % of full scale in the mean, not {} %",
+            play.describe(),
+            takes.memory,
+            percent(other),
+            percent(own)
+        ));
+    }
+}
+
+/// The mean over the axes of the error in cross-validation, as a share of full scale.
+fn mean_error(calibration: &Calibration) -> Option<f64> {
+    let errors = calibration.quality.compensated.cv_rmse.as_ref()?;
+    let shares = errors.iter().zip(&calibration.full_scale);
+    let shares: Vec<f64> = shares
+        .filter(|(_, scale)| **scale > 0.0)
+        .map(|(error, scale)| error / scale)
+        .collect();
+    (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
 /// How the calibration that the sensor came with does on the same recordings.

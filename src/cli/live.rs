@@ -73,7 +73,11 @@ impl Tap {
             if !self.names_gauges {
                 name_gauges(&mut self.calibration, table.gauge_names());
             }
-            let places = places(&self.calibration, &table)?;
+            let places = table.places(&self.calibration.gauges);
+            let places = places.ok_or_else(|| JobError::LiveGauges {
+                expected: self.calibration.gauges.clone(),
+                actual: table.gauge_names().to_vec(),
+            })?;
             let design = self.calibration.design();
             let mut estimator = Estimator::new(&self.calibration, &design)
                 .map_err(|error| JobError::Output(io::Error::other(error)))?;
@@ -81,7 +85,12 @@ impl Tap {
                 Some(out) => out,
                 None => {
                     let axes: Vec<Axis> = table.axes().to_vec();
-                    out.insert(LoadRows::new(&self.calibration, axes, io::stdout().lock())?)
+                    out.insert(LoadRows::new(
+                        &self.calibration,
+                        axes,
+                        true,
+                        io::stdout().lock(),
+                    )?)
                 }
             };
             let mut gauges = vec![0.0; places.len()];
@@ -148,15 +157,4 @@ impl Tap {
             }
         }
     }
-}
-
-/// Where each gauge of the calibration stands in a row.
-fn places(calibration: &Calibration, table: &LiveTable) -> Result<Vec<usize>, JobError> {
-    let names = table.gauge_names();
-    let place = |gauge: &String| names.iter().position(|name| name == gauge);
-    let places: Option<Vec<usize>> = calibration.gauges.iter().map(place).collect();
-    places.ok_or_else(|| JobError::LiveGauges {
-        expected: calibration.gauges.clone(),
-        actual: names.to_vec(),
-    })
 }

@@ -75,7 +75,7 @@ pub struct MeasuringArgs {
     #[arg(
         long,
         value_name = "SECONDS",
-        default_value_t = 5.0,
+        default_value_t = MetrologySettings::default().hold_secs,
         allow_negative_numbers = true
     )]
     hold: f64,

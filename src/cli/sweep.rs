@@ -22,7 +22,7 @@ use crate::evaluation::threshold_study::{
     ThresholdGrid, ThresholdMap, even_values,
 };
 use crate::export::{
-    check_targets, threshold_heat_map, write_atomically, write_threshold_csv, write_threshold_svg,
+    Together, check_targets, threshold_heat_map, write_threshold_csv, write_threshold_svg,
 };
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::progress::Progress;
@@ -200,14 +200,16 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
         .unwrap_or_else(PoisonError::into_inner)
         .end();
     let sweep = sweep?;
+    let mut files = Together::default();
     if let Some(path) = &args.csv {
-        write_atomically(path, |out| write_threshold_csv(&sweep.map, out))?;
+        files.write(path, |out| write_threshold_csv(&sweep.map, out))?;
     }
     if let Some(path) = &args.svg {
         let (map, suggestion) = (&sweep.map, Some(&sweep.suggestion));
         let picture = threshold_heat_map(map, ScoreSet::LeftOut, sweep.measure, suggestion);
-        write_threshold_svg(&picture, path)?;
+        write_threshold_svg(&picture, path, &mut files)?;
     }
+    files.finish()?;
     let mut out = io::stdout().lock();
     if args.json {
         serde_json::to_writer_pretty(&mut out, &Report::new(&sweep)).map_err(io::Error::from)?;

@@ -7,7 +7,7 @@ use clap::Args;
 use super::{JobError, named_file};
 use crate::analysis::intervals_within;
 use crate::calibration::Calibration;
-use crate::export::{FileFormat, TRACE_FORMATS, write_traces};
+use crate::export::{FileFormat, TRACE_FORMATS, Together, write_traces};
 use crate::progress::Progress;
 use crate::recording::Recording;
 
@@ -79,9 +79,10 @@ impl TraceArgs {
         Ok(())
     }
 
-    /// Writes the table, if it was asked for.
+    /// Writes the table as one of `files`, if it was asked for.
     pub fn write<'a>(
         &self,
+        files: &mut Together,
         calibration: &Calibration,
         recordings: impl Iterator<Item = &'a Recording>,
         decimation: usize,
@@ -92,6 +93,7 @@ impl TraceArgs {
         let (from_secs, to_secs) = self.range();
         let intervals = intervals_within(recordings, decimation, (from_secs, to_secs));
         Ok(write_traces(
+            files,
             path,
             calibration,
             &intervals,

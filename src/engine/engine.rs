@@ -4,7 +4,7 @@
 //! by itself ([`Engine::follow`]); wrong files lose nothing that is loaded.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use crate::analysis::loops::LookRequest;
@@ -13,6 +13,7 @@ use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request
 use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
+use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
@@ -67,6 +68,10 @@ pub enum Action {
     FindBest(Duration),
     /// Fit all that the paper compares.
     ComparePaper,
+    /// Follow a file that a logger writes.
+    Follow(PathBuf),
+    /// Do not follow it any more.
+    StopFollowing,
     /// Stop trying models; those that are there stay.
     StopTrying,
     /// Put what is shown on the list of models.
@@ -161,6 +166,9 @@ pub struct Engine {
     training: Lane<Train>,
     comparing: Lane<Compare>,
     searching: Lane<FindBest>,
+    following: Lane<Follow>,
+    /// What a file is followed with.
+    current: Current,
     preview: Lane<Preview>,
     tasks: Vec<(bool, Lane<Task>)>,
     /// Files of the session that were lost and are being read.
@@ -199,6 +207,8 @@ impl Engine {
             training: Lane::new(&notify),
             comparing: Lane::new(&notify),
             searching: Lane::new(&notify),
+            following: Lane::new(&notify),
+            current: Current::default(),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
             awaited: KnownFiles::new(),
@@ -327,6 +337,21 @@ impl Engine {
         share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
+    /// The file that is followed.
+    pub fn followed_file(&self) -> Option<&Path> {
+        self.following.asked().map(|follow| &*follow.path)
+    }
+
+    /// Its newest minute.
+    pub fn followed(&self) -> Option<&Followed> {
+        self.following.answer()
+    }
+
+    /// Why it is not followed any more.
+    pub fn following_problem(&self) -> Option<&str> {
+        self.following.problem()
+    }
+
     /// All that answer questions about the document.
     fn lanes(&self) -> [&dyn Background; 8] {
         [
@@ -431,6 +456,10 @@ impl Engine {
             let request = self.request();
             self.analysis.ask(Analyse(request));
         }
+        let calibration = self
+            .analysis()
+            .map(|analysis| Arc::clone(&analysis.calibration));
+        *self.current.lock().unwrap_or_else(PoisonError::into_inner) = calibration;
         if self.analysis().is_none() {
             self.loops.forget();
             self.figures.forget();
@@ -584,6 +613,17 @@ impl Engine {
                 self.comparing.cancel();
                 self.searching.cancel();
             }
+            Action::Follow(path) => {
+                self.following.cancel();
+                self.following.ask_again(Follow {
+                    path,
+                    calibration: Arc::clone(&self.current),
+                });
+            }
+            Action::StopFollowing => {
+                self.following.cancel();
+                self.following.forget();
+            }
             Action::KeepModel => self.keep_model(),
             Action::Model(id, change) => self.models.change(id, change),
             Action::BringBack(id) => {
@@ -640,6 +680,7 @@ impl Engine {
                 self.tell(Level::Error, format!("Training: {problem}"));
             }
         }
+        self.following.take();
         self.take_models();
         for heard in self.choice.take() {
             match heard {

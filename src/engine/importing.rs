@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::engine::Preferences;
-use crate::engine::query::{Query, Unanswered};
+use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::evaluation::numbers::significant;
 use crate::formats::text::TextLayout;
 use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
-use crate::progress::Progress;
 
 /// So many maps are remembered.
 const MAX_MAPS: usize = 40;
@@ -47,12 +46,8 @@ impl Query for Preview {
         self.path == other.path && self.known == other.known
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        _: &(dyn Fn(Self::Answer) + Sync),
-    ) -> Result<Self::Answer, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, .. } = work;
         let known = match &self.known {
             KnownOf::Nothing => Known::Nothing,
             KnownOf::Layout(text) => Known::Layout(text),

@@ -8,6 +8,7 @@
 mod engine;
 mod files;
 mod importing;
+mod live;
 mod models;
 mod notice;
 mod preferences;
@@ -27,6 +28,7 @@ pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
+pub use live::{Followed, LiveTraces};
 pub use models::{ModelChange, Models, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
 pub use preferences::{Preferences, Theme};

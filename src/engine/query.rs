@@ -70,16 +70,24 @@ pub trait Query: Clone + Send + Sync + 'static {
     /// Whether the other question has the same answer.
     fn is_same(&self, other: &Self) -> bool;
 
-    /// Finds the answer; `show` is told of what can be shown before.
+    /// Finds the answer.
     ///
     /// # Errors
     /// [`Unanswered`] if there is none.
-    fn compute(
-        &self,
-        cache: &mut Self::Cache,
-        progress: &Progress,
-        show: &(dyn Fn(Self::Answer) + Sync),
-    ) -> Result<Self::Answer, Unanswered>;
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self>;
+}
+
+/// The answer to a question, or why there is none.
+pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
+
+/// What a question is answered with.
+pub struct Work<'a, Q: Query> {
+    /// What the questions before have left.
+    pub cache: &'a mut Q::Cache,
+    /// How far it is.
+    pub progress: &'a Progress,
+    /// Takes what can be shown before the answer.
+    pub show: &'a (dyn Fn(Q::Answer) + Sync),
 }
 
 /// How far something is.
@@ -393,7 +401,13 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             reply(Payload::Part(answer));
             notify();
         };
-        let found = caught(|| question.compute(&mut cache, &progress, &show));
+        let found = caught(|| {
+            question.compute(Work {
+                cache: &mut cache,
+                progress: &progress,
+                show: &show,
+            })
+        });
         let found = found.unwrap_or_else(|panicked| {
             cache = Q::Cache::default();
             Err(Unanswered::Because(panicked.to_string()))
@@ -432,19 +446,14 @@ mod tests {
             self.number == other.number
         }
 
-        fn compute(
-            &self,
-            cache: &mut u32,
-            progress: &Progress,
-            show: &(dyn Fn(u32) + Sync),
-        ) -> Result<u32, Unanswered> {
+        fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
             assert_ne!(self.number, 13, "thirteen is one too many");
-            show(self.number + 100);
+            (work.show)(self.number + 100);
             self.started.send(self.number).unwrap();
             self.gate.lock().unwrap().recv().unwrap();
-            progress.check()?;
-            *cache += 1;
-            Ok(self.number + 1000 * *cache)
+            work.progress.check()?;
+            *work.cache += 1;
+            Ok(self.number + 1000 * *work.cache)
         }
     }
 

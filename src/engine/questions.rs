@@ -9,11 +9,10 @@ use crate::analysis::{
     train,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
-use crate::engine::query::{Query, Unanswered};
+use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::features::Thresholds;
-use crate::progress::Progress;
 use crate::recording::RecordingSet;
 
 /// The map has so many F_th, and so many t_th.
@@ -67,12 +66,12 @@ impl Query for Analyse {
         is_same_request(&self.0, &other.0)
     }
 
-    fn compute(
-        &self,
-        analyst: &mut Analyst,
-        progress: &Progress,
-        _: &(dyn Fn(Self::Answer) + Sync),
-    ) -> Result<Self::Answer, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work {
+            cache: analyst,
+            progress,
+            ..
+        } = work;
         Ok(Arc::new(analyst.analyse(&self.0, progress)?))
     }
 }
@@ -112,12 +111,8 @@ impl Query for Train {
         is_same_request(&self.0, &other.0)
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        show: &(dyn Fn(Trained) + Sync),
-    ) -> Result<Trained, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, show, .. } = work;
         let mut trained = Trained::default();
         show(trained.clone());
         let calibration = train(&self.0, progress, &mut |step| {
@@ -153,12 +148,8 @@ impl Query for FindBest {
         self.run == other.run
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        show: &(dyn Fn(Best) + Sync),
-    ) -> Result<Best, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, show, .. } = work;
         Ok(find_best(&self.search, progress, &|best| {
             show(best.clone())
         })?)
@@ -202,12 +193,8 @@ impl Query for Compare {
         self.run == other.run
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        show: &(dyn Fn(Self::Answer) + Sync),
-    ) -> Result<Self::Answer, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, show, .. } = work;
         let rows = Mutex::new(vec![RowState::Waits; self.candidates.len()]);
         let Self {
             recordings,
@@ -302,12 +289,12 @@ impl Query for StudyThresholds {
         self.has_same_map(other) && self.thresholds == other.thresholds
     }
 
-    fn compute(
-        &self,
-        cache: &mut StudyCache,
-        progress: &Progress,
-        show: &(dyn Fn(ThresholdStudy) + Sync),
-    ) -> Result<ThresholdStudy, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work {
+            cache,
+            progress,
+            show,
+        } = work;
         let Self {
             recordings,
             settings,
@@ -397,12 +384,8 @@ impl Query for ChooseBlock {
             && self.settings == other.settings
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        _: &(dyn Fn(BlockSuggestion) + Sync),
-    ) -> Result<BlockSuggestion, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, .. } = work;
         let recordings = Arc::clone(&self.recordings);
         let study = Study::prepare(&self.datasets, recordings, self.settings.clone(), progress)?;
         let measure = self.measure;
@@ -434,12 +417,12 @@ impl Query for LookAt {
             && one.question == other.question
     }
 
-    fn compute(
-        &self,
-        viewer: &mut Viewer,
-        progress: &Progress,
-        _: &(dyn Fn(Look) + Sync),
-    ) -> Result<Look, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work {
+            cache: viewer,
+            progress,
+            ..
+        } = work;
         Ok(viewer.look(&self.0, progress)?)
     }
 }
@@ -448,6 +431,7 @@ impl Query for LookAt {
 mod tests {
     use super::*;
     use crate::engine::tests::with_files;
+    use crate::progress::Progress;
 
     #[test]
     fn the_map_stays_while_other_thresholds_begin_it_again() {
@@ -460,10 +444,14 @@ mod tests {
         let thresholds = project.thresholds();
         let mut cache = StudyCache::default();
         let progress = Progress::default();
-        let stopped = study(thresholds).compute(&mut cache, &progress, &|found| {
-            if found.map.is_some_and(|map| map.n_rows_done() > 0) {
-                progress.cancel();
-            }
+        let stopped = study(thresholds).compute(Work {
+            cache: &mut cache,
+            progress: &progress,
+            show: &|found| {
+                if found.map.is_some_and(|map| map.n_rows_done() > 0) {
+                    progress.cancel();
+                }
+            },
         });
         assert_eq!(stopped.unwrap_err(), Unanswered::Cancelled);
         let shown = Mutex::new(Vec::new());
@@ -471,15 +459,21 @@ mod tests {
             f_th: 2.0 * thresholds.f_th,
             ..thresholds
         });
-        let found = moved.compute(&mut cache, &Progress::default(), &|found| {
-            let n_rows = found.map.map(|map| map.n_rows_done());
-            shown.lock().unwrap().push(n_rows);
+        let found = moved.compute(Work {
+            cache: &mut cache,
+            progress: &Progress::default(),
+            show: &|found| {
+                let n_rows = found.map.map(|map| map.n_rows_done());
+                shown.lock().unwrap().push(n_rows);
+            },
         });
         assert!(found.unwrap().map.unwrap().is_complete());
         let shown = shown.into_inner().unwrap();
         assert!(shown[0].is_some_and(|n_rows| n_rows > 0), "{shown:?}");
-        let again = study(thresholds).compute(&mut cache, &Progress::default(), &|_| {
-            panic!("the map is there, and what the thresholds past_ages takes no time")
+        let again = study(thresholds).compute(Work {
+            cache: &mut cache,
+            progress: &Progress::default(),
+            show: &|_| panic!("the map is there, and what the thresholds past_ages takes no time"),
         });
         assert!(again.unwrap().map.unwrap().is_complete());
     }

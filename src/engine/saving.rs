@@ -9,7 +9,7 @@ use crate::engine::{Project, Session};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
-    FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, WriteError, map_format,
+    FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, map_format,
     with_sources, write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
@@ -122,6 +122,7 @@ impl FileContent {
     /// # Errors
     /// A sentence if it cannot be written.
     pub fn write(&self, path: &Path, progress: &Progress) -> Result<(), String> {
+        let mut files = Together::default();
         let written: Result<(), WriteError> = match self {
             Self::Calibration(calibration, Some(recordings)) => {
                 write_calibration(&with_sources(calibration, recordings), path)
@@ -135,9 +136,11 @@ impl FileContent {
             Self::Traces(what) => {
                 let (recordings, decimation) = (&what.recordings, what.decimation);
                 let shown = intervals_on_screen(recordings, decimation, &what.traces, what.visible);
-                write_traces(path, &what.calibration, &shown, progress)
+                write_traces(&mut files, path, &what.calibration, &shown, progress)
             }
-            Self::Thresholds(map, measure) => (map_format(path).write.write)(map, *measure, path),
+            Self::Thresholds(map, measure) => {
+                (map_format(path).write.write)(map, *measure, path, &mut files)
+            }
             Self::Models(table) => write_atomically(path, |out| table.write_csv(out)),
             Self::Metrology(table) => {
                 write_atomically(path, |out| figure_records(table).write_csv(out))
@@ -149,6 +152,7 @@ impl FileContent {
             }
             Self::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),
         };
+        let written = written.and_then(|()| files.finish());
         written.map_err(|error| error.to_string())
     }
 }

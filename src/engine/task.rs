@@ -6,14 +6,13 @@ use std::sync::Arc;
 use crate::analysis::Model;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{OpenedFile, open_all};
-use crate::engine::query::{Query, Unanswered};
+use crate::engine::query::{Answered, Query, Work};
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::OpenedSession;
 use crate::export::{TargetError, check_targets};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
-use crate::progress::Progress;
 use crate::recording::{Recording, RecordingSet, Tare, simulated};
 
 /// Something to do.
@@ -103,12 +102,8 @@ impl Query for Task {
         false
     }
 
-    fn compute(
-        &self,
-        (): &mut (),
-        progress: &Progress,
-        _: &(dyn Fn(Done) + Sync),
-    ) -> Result<Done, Unanswered> {
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, .. } = work;
         Ok(match self {
             Self::Open(files, remembered) => Done::Opened(open_all(files, remembered, progress)),
             Self::Tare(recordings, which, tare) => {

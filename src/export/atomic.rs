@@ -3,7 +3,7 @@
 //! Guarantees: the new content goes to a temporary file in the same directory, reaches the disk, and only then takes the
 //! name; whatever goes wrong before, an old file of that name stays as it was. A temporary file is locked by whoever
 //! writes it and goes when the program is asked to end; what a killed program left goes when the same file is written
-//! again. Pipes and devices are never replaced.
+//! again. Pipes and devices are never replaced. Files that are written [`Together`] take their names once all are whole.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -13,6 +13,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// How temporary files begin and end; between the two are the name that they are to take, and some letters by chance.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
+/// What a folder is called in its temporary one.
+const FOLDER: &str = "folder";
 /// Of longer names so many characters: the whole must be a file name, too.
 const NAME_CHARS: usize = 50;
 
@@ -34,24 +36,91 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
-    replace(path, write).map_err(|source| WriteError {
-        path: path.to_owned(),
-        source,
-    })
+    let mut files = Together::default();
+    files.write(path, write)?;
+    files.finish()
 }
 
-/// Makes the folder at `path` of files, each a path in it with its content.
+/// Files that take their names together: all of them, or none.
 ///
-/// # Errors
-/// [`WriteError`] if something is there already, it cannot be written, or `make` fails.
-pub(super) fn write_folder_atomically(
-    path: &Path,
-    make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
-) -> Result<(), WriteError> {
-    make_folder(path, make).map_err(|source| WriteError {
-        path: path.to_owned(),
-        source,
-    })
+/// Dropped before it is finished it leaves nothing behind.
+#[derive(Debug, Default)]
+pub struct Together {
+    written: Vec<(Target, tempfile::NamedTempFile, Forget)>,
+    folders: Vec<(Target, tempfile::TempDir)>,
+}
+
+impl Together {
+    /// Writes what is to replace the file at `path`; until [`finish`](Self::finish) that stays as it is.
+    ///
+    /// # Errors
+    /// [`WriteError`] if the directory is not there, the file cannot be written, or `write` fails.
+    pub fn write(
+        &mut self,
+        path: &Path,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), WriteError> {
+        self.written
+            .push(whole(path, write).map_err(|source| WriteError {
+                path: path.to_owned(),
+                source,
+            })?);
+        Ok(())
+    }
+
+    /// Writes what is to be the new folder at `path`: files, each a path in it with its content.
+    ///
+    /// # Errors
+    /// [`WriteError`] if something is there already, it cannot be written, or `make` fails.
+    pub fn write_folder(
+        &mut self,
+        path: &Path,
+        make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
+    ) -> Result<(), WriteError> {
+        self.folders
+            .push(whole_folder(path, make).map_err(|source| WriteError {
+                path: path.to_owned(),
+                source,
+            })?);
+        Ok(())
+    }
+
+    /// Gives all files their names.
+    ///
+    /// # Errors
+    /// [`WriteError`] if one cannot have its name, though it could be written beside it; those before it have theirs, then.
+    pub fn finish(self) -> Result<(), WriteError> {
+        // Outlives the list's lock, which it takes when it goes.
+        let mut forgotten = Vec::new();
+        let mut named = Ok(());
+        // Held until the last has its name, so that nobody who asks the program to end gets some of them.
+        let being_written = being_written();
+        for (target, temporary, forget) in self.written {
+            forgotten.push(forget);
+            if named.is_ok() {
+                named = temporary
+                    .persist(&target.path)
+                    .map(drop)
+                    .map_err(|error| WriteError {
+                        path: target.path.clone(),
+                        source: error.error,
+                    });
+                // The name reaches the disk, too; where that cannot be had, the file is in its place all the same.
+                #[cfg(unix)]
+                let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
+            }
+        }
+        drop(being_written);
+        for (target, around) in self.folders {
+            if named.is_ok() {
+                named = fs::rename(around.path().join(FOLDER), &target.path).map_err(|source| {
+                    let path = target.path.clone();
+                    WriteError { path, source }
+                });
+            }
+        }
+        named
+    }
 }
 
 /// Checks, without writing it, whether a file can be written.
@@ -93,6 +162,7 @@ fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 }
 
 /// Where a file goes.
+#[derive(Debug)]
 struct Target {
     path: PathBuf,
     /// What the file there may be used for.
@@ -198,6 +268,7 @@ fn new_file(path: &Path) -> io::Result<File> {
 }
 
 /// Strikes a temporary file off the list of those that are written.
+#[derive(Debug)]
 struct Forget(PathBuf);
 
 impl Drop for Forget {
@@ -206,10 +277,14 @@ impl Drop for Forget {
     }
 }
 
-fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+/// The whole content in a temporary file beside the one that it is to replace.
+fn whole(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<(Target, tempfile::NamedTempFile, Forget)> {
     let target = Target::of(path)?;
     target.clean_up();
-    let (_forget, temporary) = target.temporary()?;
+    let (forget, temporary) = target.temporary()?;
     // The file itself: the messages of the temporary one say its name, which nobody asked for.
     let file = temporary.as_file();
     if let Some(permissions) = &target.permissions {
@@ -220,35 +295,30 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     out.flush()?;
     drop(out);
     file.sync_all()?;
-    temporary
-        .persist(&target.path)
-        .map_err(|error| error.error)?;
-    // The name reaches the disk, too; where that cannot be had, the file is in its place all the same.
-    #[cfg(unix)]
-    let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
-    Ok(())
+    Ok((target, temporary, forget))
 }
 
-fn make_folder(
+/// All files of a folder in a temporary one beside the place of that.
+fn whole_folder(
     path: &Path,
     make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
-) -> io::Result<()> {
+) -> io::Result<(Target, tempfile::TempDir)> {
     let target = Target::of(path)?;
     if target.permissions.is_some() {
         return Err(io::Error::other("this is there already, as a file"));
     }
     let files = make()?;
-    // In a folder that goes whatever happens; inside, so that the permissions are those of any new one.
     let mut builder = tempfile::Builder::new();
-    let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
-    let around = around.tempdir_in(target.directory())?;
-    let folder = around.path().join("folder");
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    let around = builder.tempdir_in(target.directory())?;
+    // Inside, so that the permissions are those of any new folder.
+    let folder = around.path().join(FOLDER);
     for (name, content) in files {
         let file = folder.join(name);
         fs::create_dir_all(file.parent().unwrap_or(&folder))?;
         fs::write(file, content)?;
     }
-    fs::rename(folder, &target.path)
+    Ok((target, around))
 }
 
 #[cfg(test)]
@@ -277,6 +347,37 @@ mod tests {
             write_atomically(&path, |out| out.write_all(content.as_bytes())).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), content);
         }
+    }
+
+    /// The second fails when the first is written already; the third, once all are, cannot have its name.
+    #[test]
+    fn files_that_are_written_together_are_all_there_or_none_is() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        fs::write(at("a.txt"), "old").unwrap();
+        let mut files = Together::default();
+        files
+            .write(&at("a.txt"), |out| out.write_all(b"new"))
+            .unwrap();
+        assert!(being_written().len() >= 1);
+        let failed = files.write(&at("b.txt"), |_| Err(io::Error::other("disk full")));
+        assert!(failed.unwrap_err().to_string().contains("b.txt: disk full"));
+        drop(files);
+        assert_eq!(fs::read_to_string(at("a.txt")).unwrap(), "old");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+
+        let mut files = Together::default();
+        for name in ["a.txt", "b.txt"] {
+            files
+                .write(&at(name), |out| out.write_all(name.as_bytes()))
+                .unwrap();
+        }
+        assert_eq!(fs::read_to_string(at("a.txt")).unwrap(), "old");
+        files.finish().unwrap();
+        for name in ["a.txt", "b.txt"] {
+            assert_eq!(fs::read_to_string(at(name)).unwrap(), name);
+        }
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
     }
 
     #[test]

@@ -4,10 +4,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::target::{Refusal, of_target};
-use super::targets::{TARGETS, asks_for_folder, files, target_for};
+use super::targets::{TARGETS, asks_for_folder, library, target_for};
 use crate::calibration::{Calibration, CalibrationError};
-use crate::export::atomic::write_folder_atomically;
-use crate::export::{WriteError, write_atomically};
+use crate::export::{Together, WriteError};
 use crate::small_file::read_small;
 
 /// A larger file is no calibration.
@@ -43,12 +42,26 @@ fn readable() -> String {
 /// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a [`Refusal`] is its source
 /// then).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
+    let mut files = Together::default();
+    add_calibration(&mut files, calibration, path)?;
+    files.finish()
+}
+
+/// [`write_calibration`], which takes its name with other files.
+///
+/// # Errors
+/// Likewise.
+pub fn add_calibration(
+    files: &mut Together,
+    calibration: &Calibration,
+    path: &Path,
+) -> Result<(), WriteError> {
     let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     if asks_for_folder(path) {
-        return write_folder_atomically(path, || files(calibration, &name));
+        return files.write_folder(path, || library(calibration, &name));
     }
-    write_atomically(path, |out| {
+    files.write(path, |out| {
         target.write(&of_target(target, calibration, &name)?, out)
     })
 }

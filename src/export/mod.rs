@@ -21,9 +21,11 @@ mod traces;
 mod writable;
 
 pub use atomic::clean_up_when_asked_to_end;
-pub(crate) use atomic::{WriteError, write_atomically};
+pub(crate) use atomic::{Together, WriteError, write_atomically};
 pub(crate) use calibration_file::ReadCalibrationError;
+pub(crate) use calibration_file::add_calibration;
 pub use calibration_file::{read_calibration, write_calibration};
+pub use code::Footprint;
 pub(crate) use code::bytes_in_float;
 pub(crate) use format::FileFormat;
 pub use hash::sha256;

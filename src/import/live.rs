@@ -42,6 +42,7 @@ pub struct LiveTable {
     per_second: f64,
     /// The keys of JSON lines, in the order of the columns.
     keys: Option<Vec<String>>,
+    has_list: bool,
     n_rows: f64,
 }
 
@@ -49,6 +50,15 @@ impl LiveTable {
     /// The names of the gauges.
     pub fn gauge_names(&self) -> &[String] {
         &self.plan.gauge_names
+    }
+
+    /// Where each of these gauges stands in a row: by its name, or by its place where the gauges of JSON lines are one list.
+    pub fn places(&self, gauges: &[String]) -> Option<Vec<usize>> {
+        let names = self.gauge_names();
+        let place = |gauge: &String| names.iter().position(|name| name == gauge);
+        let by_name: Option<Vec<usize>> = gauges.iter().map(place).collect();
+        let is_list = self.has_list && names.len() == gauges.len();
+        by_name.or_else(|| is_list.then(|| (0..names.len()).collect()))
     }
 
     /// The axes of the reference; empty without one.
@@ -97,6 +107,9 @@ impl LiveTable {
         let mut table = Self {
             per_second: per_second(&plan, &rows),
             plan,
+            has_list: objects
+                .first()
+                .is_some_and(|first| first.values().any(Value::is_array)),
             keys,
             n_rows: 0.0,
         };
@@ -176,11 +189,11 @@ fn per_second(plan: &Plan, rows: &Rows) -> f64 {
     }
 }
 
-/// The cells of a JSON object; those of a list are called by its name and their place.
+/// The cells of a JSON object; those of a list are called by what it is a list of, and their place: `gauges` holds `gauge1` and so on.
 fn cells_of(object: &Map<String, Value>) -> impl Iterator<Item = (String, &Value)> {
     object.iter().flat_map(|(key, value)| match value {
         Value::Array(list) => (list.iter().enumerate())
-            .map(|(at, value)| (format!("{key}[{at}]"), value))
+            .map(|(at, value)| (format!("{}{}", key.trim_end_matches('s'), at + 1), value))
             .collect(),
         value => vec![(key.clone(), value)],
     })
@@ -336,7 +349,10 @@ mod tests {
     #[test]
     fn json_lines_are_rows_by_their_keys() {
         let (mut table, rows) = begin(&[r#"{"time": 0.5, "gauges": [1, 2.5], "Fz": 3}"#]).unwrap();
-        assert_eq!(table.gauge_names().len(), 2);
+        assert_eq!(table.gauge_names(), ["gauge1", "gauge2"]);
+        let own = ["A".to_owned(), "B".to_owned()];
+        assert_eq!(table.places(&own), Some(vec![0, 1]));
+        assert_eq!(table.places(&own[1..]), None);
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
         let row = table
             .row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#)

@@ -233,17 +233,9 @@ impl fmt::Display for LoadWarning {
     }
 }
 
-/// Findings of one interval of a file, one per kind.
+/// Findings of one interval of a file, one per kind; of which file is said at the end.
 #[derive(Debug, Default)]
-pub(super) struct Findings(Vec<Collected>);
-
-#[derive(Debug)]
-struct Collected {
-    first_line: u64,
-    last_line: u64,
-    count: u64,
-    finding: Finding,
-}
+pub(super) struct Findings(Vec<LoadWarning>);
 
 impl Findings {
     /// Notes a finding; its kind's first one is kept, later ones only count.
@@ -253,7 +245,8 @@ impl Findings {
 
     /// Notes `count` findings of one kind at once.
     pub(super) fn note_many(&mut self, first: u64, last: u64, count: u64, finding: Finding) {
-        self.add(Collected {
+        self.add(LoadWarning {
+            path: PathBuf::new(),
             first_line: first,
             last_line: last,
             count,
@@ -270,8 +263,8 @@ impl Findings {
         }
     }
 
-    fn add(&mut self, new: Collected) {
-        let same = |old: &&mut Collected| old.finding.is_of_kind(&new.finding);
+    fn add(&mut self, new: LoadWarning) {
+        let same = |old: &&mut LoadWarning| old.finding.is_of_kind(&new.finding);
         match self.0.iter_mut().find(same) {
             Some(old) => {
                 old.count += new.count;
@@ -283,23 +276,17 @@ impl Findings {
 
     /// How many rows are skipped for having too few cells.
     pub(super) fn short_rows(&self) -> u64 {
-        let is_short = |c: &&Collected| matches!(c.finding, Finding::TooFewCells { .. });
+        let is_short = |c: &&LoadWarning| matches!(c.finding, Finding::TooFewCells { .. });
         self.0.iter().find(is_short).map_or(0, |c| c.count)
     }
 
     /// The warnings about the file at `path`, in the order of their first lines.
     pub(super) fn into_warnings(mut self, path: &Path) -> Vec<LoadWarning> {
         self.0.sort_by_key(|collected| collected.first_line);
+        for warning in &mut self.0 {
+            warning.path = path.to_owned();
+        }
         self.0
-            .into_iter()
-            .map(|collected| LoadWarning {
-                path: path.to_owned(),
-                first_line: collected.first_line,
-                last_line: collected.last_line,
-                count: collected.count,
-                finding: collected.finding,
-            })
-            .collect()
     }
 }
 

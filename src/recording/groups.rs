@@ -99,6 +99,14 @@ impl Groups {
         let group = *self.of.get(recording)?;
         (self.by != RECORDING).then(|| &*self.names[group])
     }
+
+    /// A recording of the set whose group is said, so that what is found among fewer recordings is the same.
+    pub fn said(&self, recording: usize, entry: &Entry) -> Entry {
+        Entry {
+            group: self.name_of(recording).map(str::to_owned),
+            ..entry.clone()
+        }
+    }
 }
 
 /// What is left out where nothing is grouped.

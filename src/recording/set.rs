@@ -23,6 +23,17 @@ pub enum Role {
     Off,
 }
 
+impl Role {
+    /// What it is called, in files as well.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Test => "test",
+            Self::Off => "off",
+        }
+    }
+}
+
 /// A recording with its role.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {

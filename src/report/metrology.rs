@@ -222,93 +222,98 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
         .then_some(reason)
 }
 
-/// The columns of a file of figures.
-const RECORD: [&str; 25] = [
-    "id",
-    "quantity",
-    "axis",
-    "unit",
-    "full_scale",
-    "conventional",
-    "conventional_percent_fs",
-    "conventional_place",
-    "conventional_reason",
-    "compensated",
-    "compensated_percent_fs",
-    "compensated_place",
-    "compensated_reason",
-    "dead_band",
-    "definition",
-    "source",
-    "free_running",
-    "conventional_cycles",
-    "conventional_range_share",
-    "conventional_dead_band_halved",
-    "conventional_dead_band_doubled",
-    "compensated_cycles",
-    "compensated_range_share",
-    "compensated_dead_band_halved",
-    "compensated_dead_band_doubled",
-];
-
 /// One row per quantity and axis, for a file: conventional beside compensated, each in the axis' unit and in % of full
 /// scale, with where it comes from, or with the reason why there is no figure; then what the quantity means.
 ///
 /// Full scale and dead band are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {
-    let number = |value: f64| Cell::number(value, value.to_string());
-    let mut rows = Vec::new();
-    for row in &metrology.rows {
-        let about = &row.definition;
-        for (at, cell) in row.cells.iter().enumerate() {
-            let mut record: Vec<Cell> = [&*about.id, &*about.name, cell.axis.symbol(), cell.unit]
-                .map(Cell::words)
-                .to_vec();
-            record.push(number(metrology.full_scale[at]));
-            for figure in [&cell.conventional, &cell.compensated] {
-                let value = figure.as_ref().ok();
-                let place = value.and_then(|value| value.place.as_ref()).map_or_else(
-                    String::new,
-                    |place| {
-                        format!(
-                            "{} {} s to {} s",
-                            place.name, place.from_secs, place.to_secs
-                        )
-                    },
-                );
-                let reason = figure
-                    .as_ref()
-                    .err()
-                    .map_or_else(String::new, Reason::to_string);
-                record.extend([
-                    value.map_or_else(Cell::none, |value| number(value.value)),
-                    value
-                        .and_then(|value| value.percent_fs)
-                        .map_or_else(Cell::none, number),
-                    Cell::words(place),
-                    Cell::words(reason),
-                ]);
-            }
-            record.push(number(metrology.dead_bands[at]));
-            record.extend([about.definition, about.source, about.free_running].map(Cell::words));
-            for figure in [&cell.conventional, &cell.compensated] {
-                let basis = figure.as_ref().ok().and_then(|value| value.basis);
-                let numbers = [
-                    basis.map(|own| own.n_cycles as f64),
-                    basis.map(|own| own.range_share),
-                    basis.and_then(|own| own.dead_band_halved),
-                    basis.and_then(|own| own.dead_band_doubled),
-                ];
-                record.extend(numbers.map(|value| value.map_or_else(Cell::none, number)));
-            }
-            rows.push(record);
-        }
-    }
+    let rows = metrology.rows.iter();
+    let records = rows.flat_map(|row| {
+        let cells = row.cells.iter().enumerate();
+        cells.map(|(at, cell)| figure_record(metrology, row, at, cell))
+    });
+    let records: Vec<Vec<(String, Cell)>> = records.collect();
+    let names = records.first().into_iter().flatten();
     Table {
-        columns: RECORD.map(Column::words).to_vec(),
-        rows,
+        columns: names.map(|(name, _)| Column::words(name)).collect(),
+        rows: records
+            .into_iter()
+            .map(|record| record.into_iter().map(|(_, cell)| cell).collect())
+            .collect(),
         ..Table::default()
     }
+}
+
+/// The figures of one quantity and the axis at this place, each with the name of its column.
+fn figure_record(
+    metrology: &Metrology,
+    row: &Row,
+    at: usize,
+    cell: &metrology::Cell,
+) -> Vec<(String, Cell)> {
+    let number = |value: f64| Cell::number(value, value.to_string());
+    let known = |value: Option<f64>| value.map_or_else(Cell::none, number);
+    let named = |(name, cell): (&str, Cell)| (name.to_owned(), cell);
+    let words = |(name, text): (&str, &str)| (name.to_owned(), Cell::words(text));
+    let outputs = [
+        ("conventional", &cell.conventional),
+        ("compensated", &cell.compensated),
+    ];
+    let about = &row.definition;
+    let mut record = Vec::new();
+    record.extend(
+        [
+            ("id", &*about.id),
+            ("quantity", &*about.name),
+            ("axis", cell.axis.symbol()),
+            ("unit", cell.unit),
+        ]
+        .map(words),
+    );
+    record.push(named(("full_scale", number(metrology.full_scale[at]))));
+    for (output, figure) in outputs {
+        let value = figure.as_ref().ok();
+        let place = value.and_then(|value| value.place.as_ref());
+        let place =
+            place.map(|own| format!("{} {} s to {} s", own.name, own.from_secs, own.to_secs));
+        let reason = figure.as_ref().err().map(Reason::to_string);
+        let of_output = [
+            ("", known(value.map(|value| value.value))),
+            (
+                "_percent_fs",
+                known(value.and_then(|value| value.percent_fs)),
+            ),
+            ("_place", Cell::words(place.unwrap_or_default())),
+            ("_reason", Cell::words(reason.unwrap_or_default())),
+        ];
+        record.extend(of_output.map(|(what, cell)| (format!("{output}{what}"), cell)));
+    }
+    record.push(named(("dead_band", number(metrology.dead_bands[at]))));
+    record.extend(
+        [
+            ("definition", about.definition),
+            ("source", about.source),
+            ("free_running", about.free_running),
+        ]
+        .map(words),
+    );
+    for (output, figure) in outputs {
+        let basis = figure.as_ref().ok().and_then(|value| value.basis);
+        let of_output = [
+            ("cycles", basis.map(|own| own.n_cycles as f64)),
+            ("range_share", basis.map(|own| own.range_share)),
+            (
+                "dead_band_halved",
+                basis.and_then(|own| own.dead_band_halved),
+            ),
+            (
+                "dead_band_doubled",
+                basis.and_then(|own| own.dead_band_doubled),
+            ),
+        ];
+        record.extend(of_output.map(|(what, value)| (format!("{output}_{what}"), known(value))));
+    }
+    record
 }
 
 #[cfg(test)]

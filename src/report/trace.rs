@@ -24,6 +24,14 @@ impl Trace {
         Self::Compensated,
     ];
 
+    /// All, in the order in which they are listed.
+    pub const LISTED: [Self; 4] = [
+        Self::Calculated,
+        Self::Conventional,
+        Self::Compensated,
+        Self::Factory,
+    ];
+
     /// The paper's abbreviation.
     pub fn label(self) -> &'static str {
         match self {

@@ -78,6 +78,12 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             Command::ChooseImport,
         ),
         action(
+            "Follow a growing file…",
+            "A log that is being written: its newest minute with Conv. and Comp., as thresholds move",
+            None,
+            Command::ChooseFollowed,
+        ),
+        action(
             "Built-in sensor (simulated)",
             "A resin six-axis sensor that nobody has, to try everything on",
             None,

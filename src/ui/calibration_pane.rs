@@ -6,18 +6,22 @@ use egui::RichText;
 
 use crate::calibration::LinearMap;
 use crate::engine::{Action, Engine, Existing};
-use crate::export::{TARGETS, target_endings};
+use crate::export::{Footprint, TARGETS, target_endings};
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::report::{self, Cell, Table};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::equation::laid_out;
-use crate::ui::numbers::significant;
+use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;
+/// More than this is much for a small controller (bytes).
+const LARGE_MEMORY: usize = 65_536;
+/// Characters of a name that have room over a column.
+const NAME_LENGTH: usize = 24;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -56,6 +60,16 @@ fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: 
                 ui.colored_label(ui.visuals().warn_fg_color, "of the simulated sensor");
             }
             ui.weak(calibration.describe());
+            let footprint = Footprint::of(calibration);
+            let long = footprint.memory > LARGE_MEMORY;
+            let text = footprint.to_string();
+            let label = match long {
+                true => ui.colored_label(ui.visuals().warn_fg_color, text),
+                false => ui.weak(text),
+            };
+            label.on_hover_text(
+                "A history rate in the settings, a smaller t_th, or play in place of a look-back takes less memory",
+            );
         }
     });
     export_row(ui, engine, path, out);
@@ -201,21 +215,6 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// A name as it stands over a column; of a long one the middle is left out.
-fn elided(name: &str) -> String {
-    const LONGEST: usize = 24;
-    let n = name.chars().count();
-    if n <= LONGEST {
-        return name.to_owned();
-    }
-    let (start, end) = (LONGEST / 2, LONGEST / 2 - 1);
-    let start = name.chars().take(start);
-    start
-        .chain(['…'])
-        .chain(name.chars().skip(n - end))
-        .collect()
-}
-
 /// Draws a matrix between brackets, its blocks apart, its numbers under each other.
 fn matrix(
     ui: &mut egui::Ui,
@@ -231,7 +230,10 @@ fn matrix(
         .iter()
         .map(|row| row.iter().map(|value| significant(*value, 5)).collect())
         .collect();
-    let heads: Vec<String> = features.iter().map(|name| elided(name)).collect();
+    let heads: Vec<String> = features
+        .iter()
+        .map(|name| elided(name, NAME_LENGTH))
+        .collect();
     let widths: Vec<usize> = (0..features.len())
         .map(|column| {
             let values = cells.iter().filter_map(|row| row.get(column));

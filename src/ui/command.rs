@@ -185,6 +185,8 @@ pub enum Command {
     ChooseFiles,
     /// Ask which file to import.
     ChooseImport,
+    /// Ask which file to follow.
+    ChooseFollowed,
     /// Ask where to write the calibration.
     ChooseExport,
     /// Ask where to write a report.

@@ -60,6 +60,14 @@ pub trait Dialogs {
     fn open_files(&mut self, reply: Reply);
     /// Asks for one file whose columns are to be said.
     fn import(&mut self, reply: Reply);
+    /// Asks for one file to follow.
+    fn follow(&mut self, reply: Reply) {
+        let dialog = rfd::AsyncFileDialog::new().set_title("Follow a file that is being written");
+        asked(reply, no_dialog(), || {
+            let file = pollster::block_on(dialog.pick_file())?;
+            Some(Action::Follow(file.path().to_owned()).into())
+        });
+    }
     /// Asks for a file to write.
     fn save(&mut self, content: FileContent, reply: Reply);
 }

@@ -36,7 +36,7 @@ const PAGES: [(Page, &str, &str); 3] = [
 ];
 
 /// The pages that stand beside the README.
-const GUIDE: [(&str, &str); 9] = [
+const GUIDE: [(&str, &str); 10] = [
     ("Window", include_str!("../../assets/guide/window.md")),
     (
         "Recordings",
@@ -47,6 +47,7 @@ const GUIDE: [(&str, &str); 9] = [
         include_str!("../../assets/guide/command-line.md"),
     ),
     ("Exports", include_str!("../../assets/guide/exports.md")),
+    ("On a robot", include_str!("../../assets/guide/robot.md")),
     (
         "Choosing a model",
         include_str!("../../assets/guide/choosing.md"),

@@ -14,6 +14,7 @@ mod errors_pane;
 mod hand;
 mod help;
 mod import_window;
+mod live_pane;
 mod loops_pane;
 mod menu;
 mod metrology_pane;

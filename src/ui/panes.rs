@@ -32,6 +32,7 @@ const PANES: &[Entry] = &[
         of::<super::calibration_pane::View>,
     ),
     (super::notes_pane::PANE, of::<super::notes_pane::View>),
+    (super::live_pane::PANE, of::<super::live_pane::View>),
 ];
 
 fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {

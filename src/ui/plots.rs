@@ -89,6 +89,18 @@ pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
         .show_y(false)
 }
 
+/// A plot whose part on screen is set from without, and which a drag moves.
+pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
+    plot.height(height)
+        .allow_scroll(false)
+        .allow_axis_zoom_drag(true)
+        .allow_double_click_reset(false)
+        .show_x(false)
+        .show_y(false)
+        .show_crosshair(false)
+        .set_margin_fraction(egui::Vec2::ZERO)
+}
+
 /// The part of a plot that was chosen by hand; `None` shows all.
 pub type Zoom = Option<Frame>;
 
@@ -110,16 +122,9 @@ pub fn plot(
         Some(&drawing.across.label),
         &drawing.up.label,
     );
-    let response = scaled
-        .height(height)
-        .allow_scroll(false)
+    let response = moving(scaled, height)
         .allow_zoom(true)
         .allow_drag(true)
-        .allow_axis_zoom_drag(true)
-        .allow_double_click_reset(false)
-        .show_x(false)
-        .show_y(false)
-        .show_crosshair(false)
         .coordinates_formatter(
             Corner::LeftBottom,
             CoordinatesFormatter::new(|point, _| {
@@ -127,7 +132,6 @@ pub fn plot(
                 format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
             }),
         )
-        .set_margin_fraction(egui::Vec2::ZERO)
         .show(ui, |plot| {
             plot.set_plot_bounds(bounds);
             for (frame, texture) in &clouds.textures {

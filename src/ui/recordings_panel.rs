@@ -332,9 +332,8 @@ fn as_table(engine: &Engine) -> Table {
     }
     let entries = engine.project().recordings.entries().iter().enumerate();
     let rows = entries.map(|(at, entry)| {
-        let role = format!("{:?}", entry.role).to_lowercase();
         let group = group_of(engine, at).unwrap_or_default();
-        let mut cells = [&role, entry.recording.name(), group]
+        let mut cells = [entry.role.label(), entry.recording.name(), group]
             .map(Cell::words)
             .to_vec();
         let samples = entry.recording.n_samples();
@@ -356,23 +355,20 @@ fn as_table(engine: &Engine) -> Table {
 }
 
 fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {
-    let label = match entry.role {
-        Role::Train => "Train",
-        Role::Test => "Test",
-        Role::Off => "Off",
-    };
+    let roles = [
+        ("Train", Role::Train, "The fit uses it"),
+        ("Test", Role::Test, "It only scores the fit"),
+        ("Off", Role::Off, "It takes no part"),
+    ];
+    let label = (roles.iter()).find_map(|(label, role, _)| (*role == entry.role).then_some(*label));
     if !entry.recording.has_reference() {
         ui.weak("–").on_hover_text(
             "No reference load: it can be shown with a calibration, but neither fitted nor scored",
         );
         return;
     }
-    ui.menu_button(label, |ui| {
-        for (label, role, explanation) in [
-            ("Train", Role::Train, "The fit uses it"),
-            ("Test", Role::Test, "It only scores the fit"),
-            ("Off", Role::Off, "It takes no part"),
-        ] {
+    ui.menu_button(label.unwrap_or_default(), |ui| {
+        for (label, role, explanation) in roles {
             let radio = ui.radio(entry.role == role, label);
             if radio.on_hover_text(explanation).clicked() {
                 out.push(Edit::Role(at, role).into());

@@ -4,6 +4,7 @@ use egui::{DragValue, Slider, SliderClamping};
 
 use crate::calibration::{DECIMATION, FitSettings, OFFSET};
 use crate::engine::{Edit, Engine};
+use crate::export::ShownFTh;
 use crate::features::{Distance, F_TH, FeatureSettings, HISTORY_RATE, T_TH, Thresholds};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::significant;
@@ -137,10 +138,10 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
 
 /// Further F_th, each with a set of past gauges of its own.
 fn more_look_backs(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSettings) {
-    let (shown_as, suffix) = shown(distance);
+    let ShownFTh { factor, unit } = ShownFTh::of(distance);
     let t_th_secs = features.look_backs[0].t_th_secs;
     let more = features.look_backs[1..].iter();
-    let mut values: Vec<f64> = more.map(|other| other.f_th * shown_as).collect();
+    let mut values: Vec<f64> = more.map(|other| other.f_th * factor).collect();
     ui.horizontal(|ui| {
         let label = ui.label("and F_th of").on_hover_text(
             "Further thresholds, with commas between them: each appends a set of past gauges of its own. Several see \
@@ -152,38 +153,30 @@ fn more_look_backs(ui: &mut egui::Ui, distance: Distance, features: &mut Feature
             features
                 .look_backs
                 .extend(values.iter().map(|value| Thresholds {
-                    f_th: value / shown_as,
+                    f_th: value / factor,
                     t_th_secs,
                 }));
         }
-        ui.label(suffix.trim_start());
+        ui.label(unit);
     });
 }
 
-/// What F_th is multiplied with to be shown, and its unit.
-fn shown(distance: Distance) -> (f64, &'static str) {
-    match distance {
-        Distance::Force => (1.0, " N"),
-        Distance::FullScale => (100.0, " %"),
-    }
-}
-
 fn f_th_slider(ui: &mut egui::Ui, engine: &Engine, distance: Distance, f_th: &mut f64) {
-    let (shown_as, suffix) = shown(distance);
+    let ShownFTh { factor, unit } = ShownFTh::of(distance);
     let largest = match distance {
         Distance::Force => force_range(engine),
         Distance::FullScale => 200.0,
     };
-    let mut shown = *f_th * shown_as;
+    let mut shown = *f_th * factor;
     let slider = Slider::new(&mut shown, 0.0..=largest)
         .text(F_TH.label)
-        .suffix(suffix)
+        .suffix(format!(" {unit}"))
         .max_decimals(3)
         .clamping(SliderClamping::Never);
     let response = ui.add(slider);
     explain(&response, egui::RectAlign::TOP_START, &F_TH.help());
     if response.changed() {
-        *f_th = shown / shown_as;
+        *f_th = shown / factor;
     }
 }
 

@@ -25,7 +25,7 @@ use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspace;
-use crate::ui::{actions, appearance, menu, status_line};
+use crate::ui::{actions, appearance, live_pane, menu, status_line};
 use questions::Questions;
 
 /// How often progress bars move while something runs.
@@ -184,7 +184,12 @@ impl Shell {
 
     fn apply(&mut self, command: Command, ui: &egui::Ui) {
         match command {
-            Command::Do(action) => self.engine.act(action),
+            Command::Do(action) => {
+                if matches!(action, Action::Follow(_)) {
+                    self.workspace.bring(live_pane::PANE);
+                }
+                self.engine.act(action);
+            }
             Command::ShowPane(pane) => self.workspace.bring(pane),
             Command::ClosePane(pane) => self.workspace.close(pane),
             Command::MovePane(pane, to) => self.workspace.move_pane(pane, to),
@@ -214,6 +219,7 @@ impl Shell {
             Command::TareBetweenCursors(at) => self.tare_between_cursors(at),
             Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
             Command::ChooseImport => self.dialogs.import(self.reply.clone()),
+            Command::ChooseFollowed => self.dialogs.follow(self.reply.clone()),
             Command::ChooseExport => {
                 let content = self.engine.calibration_content();
                 self.ask_where(content, "There is no calibration to export yet");

@@ -282,15 +282,21 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     } else {
         ", no better than Conv. beyond luck"
     };
+    let range = match (f_th_range.from, f_th_range.to) {
+        (from, to) if from == to => "no other F_th is".to_owned(),
+        (from, to) => format!(
+            "F_th from {}{} to {}{} is",
+            f_th_text(map.distance, from),
+            open(f_th_range.from_is_first_tried && from > 0.0),
+            f_th_text(map.distance, to),
+            open(f_th_range.to_is_last_tried),
+        ),
+    };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; F_th from {}{} to {}{} is within one standard error; cross-validation {cross_validation}",
+        "{}: {} {unit} (Conv. {}){gain}; {range} within one standard error; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
-        f_th_text(map.distance, f_th_range.from),
-        open(f_th_range.from_is_first_tried && f_th_range.from > 0.0),
-        f_th_text(map.distance, f_th_range.to),
-        open(f_th_range.to_is_last_tried),
     )
 }
 

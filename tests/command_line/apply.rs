@@ -1,6 +1,9 @@
 //! `apply`: a calibration file and recordings in, loads out.
 
-use crate::program::{fit, numbers, stderr, succeed};
+use std::fs::{self, OpenOptions};
+use std::io::{BufRead as _, BufReader, Write as _};
+
+use crate::program::{fit, numbers, program as command, run, stderr, succeed};
 use crate::table::Table;
 use crate::workshop::{ALL_FILES, HEADER, Workshop, rows};
 
@@ -138,4 +141,115 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
         told.contains("not tared, and the calibration was made of gauges less"),
         "{told}"
     );
+}
+
+/// Every sample, one after another, as a robot would get them: a file, standard input and a file that grows give the same.
+#[test]
+fn samples_are_answered_as_they_come() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let broken = "x,y\n";
+    let text = [
+        HEADER,
+        &rows(3.0, 70, 0.0),
+        broken,
+        &rows(4.0, 50, 99.0),
+        &rows(5.0, 20, 3.0),
+    ]
+    .concat();
+    workshop.write("run.csv", &text);
+    let out = ["apply", "c.json", "run.csv", "--out", ".", "--status"];
+    succeed(workshop.path(), &out);
+    let whole = workshop.read("run_loads.csv");
+    let status = |line: &str| line.rsplit(',').next().unwrap().to_owned();
+    let statuses: Vec<String> = whole.lines().skip(1).map(status).collect();
+    assert_eq!(statuses.len(), 140);
+    assert_eq!((&*statuses[0], &*statuses[70]), ("filling", "after a gap"));
+    assert_eq!(
+        statuses[120..123],
+        ["rejected: time", "rejected: time", "restarted"]
+    );
+    let answered = fed(&workshop, &["apply", "c.json", "-"], &text);
+    let (rejected, answers): (Vec<&str>, Vec<&str>) =
+        answered.lines().partition(|line| line.starts_with(",,"));
+    assert_eq!(rejected, [",,,,rejected: value"]);
+    assert_eq!(answers, whole.lines().collect::<Vec<_>>());
+    let json: String = (text.lines().skip(1).filter(|line| *line != "x,y"))
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            format!(
+                "{{\"t\": {}, \"S1\": {}, \"S2\": {}, \"Fz\": {}}}\n",
+                cells[0], cells[1], cells[2], cells[3]
+            )
+        })
+        .collect();
+    assert_eq!(fed(&workshop, &["apply", "c.json", "-"], &json), whole);
+    for wrong in [
+        &["apply", "c.json", "-", "run.csv"][..],
+        &["apply", "c.json", "-", "--out", "."],
+        &["apply", "c.json", "-", "--tare", "auto"],
+        &["apply", "c.json", "run.csv"],
+    ] {
+        assert_eq!(
+            run(workshop.path(), wrong).status.code(),
+            Some(2),
+            "{wrong:?}"
+        );
+    }
+}
+
+/// The answer to a row is there before the next row comes.
+#[test]
+fn a_file_that_grows_is_followed() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let lines: Vec<String> = rows(3.0, 30, 0.0)
+        .lines()
+        .map(|line| format!("{line}\n"))
+        .collect();
+    workshop.write("log.csv", [HEADER, &lines[0]].concat());
+    let mut program = command(workshop.path(), &["apply", "c.json", "log.csv", "--follow"])
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut answers = BufReader::new(program.stdout.take().unwrap()).lines();
+    let mut next = || answers.next().unwrap().unwrap();
+    assert!(next().starts_with("t [s],"));
+    let mut log = OpenOptions::new()
+        .append(true)
+        .open(workshop.file("log.csv"))
+        .unwrap();
+    for (k, line) in lines.iter().enumerate() {
+        if k > 0 {
+            log.write_all(line.as_bytes()).unwrap();
+        }
+        let time = line.split(',').next().unwrap();
+        let answered = next();
+        assert_eq!(
+            answered.split(',').next().unwrap().parse::<f64>(),
+            time.parse(),
+            "{k}"
+        );
+    }
+    // Another file takes its place.
+    workshop.write("new.csv", [HEADER, &lines[0]].concat());
+    fs::rename(workshop.file("new.csv"), workshop.file("log.csv")).unwrap();
+    assert!(next().ends_with("filling"));
+    program.kill().unwrap();
+    program.wait().unwrap();
+}
+
+fn fed(workshop: &Workshop, arguments: &[&str], text: &str) -> String {
+    workshop.write("input", text);
+    let input = fs::File::open(workshop.file("input")).unwrap();
+    let output = command(workshop.path(), arguments)
+        .stdin(input)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8(output.stdout).unwrap()
 }

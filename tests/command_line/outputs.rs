@@ -175,6 +175,41 @@ fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "test.csv"]);
 }
 
+/// The second export does not fit any more, when the first is whole: neither is there, nor the old one gone.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_export_that_fails_in_the_writing_leaves_none_of_the_others() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("old.csv", "old");
+    let limited = "trap '' XFSZ; ulimit -f 6; exec \"$0\" fit --train a.csv --force \
+        --export k.csv --export old.csv --export k.json --traces t.csv";
+    let output = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_loopscope")])
+        .current_dir(workshop.path())
+        .output()
+        .unwrap();
+    let told = stderr(&output);
+    assert!(!output.status.success(), "{told}");
+    assert!(told.contains("File too large"), "{told}");
+    assert_eq!(workshop.read("old.csv"), "old");
+    assert_eq!(
+        names(&workshop),
+        ["a.csv", "b.csv", "c.csv", "old.csv", "test.csv"]
+    );
+}
+
+/// What is compared with must be there before anything is written.
+#[test]
+fn a_factory_calibration_that_cannot_be_read_leaves_no_export() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("f.cal", "<FTSensor/>");
+    refused(
+        &workshop,
+        "fit --train a.csv --factory f.cal --export k.json --traces t.csv",
+        &["f.cal"],
+    );
+}
+
 /// Sends a signal.
 #[cfg(target_os = "linux")]
 fn signal(child: &Child, name: &str) {

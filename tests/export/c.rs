@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use loopscope::calibration::{Calibration, Regressor};
+use loopscope::export::Footprint;
 
 use crate::support::{
     RECORDING, Samples, assert_loads, assert_runs_live, calibration, calibrations, disturbed,
@@ -270,4 +271,55 @@ fn names_from_files_stay_in_their_comments() {
     let text = export(&calibration, &odd);
     assert!(text.contains("cal_2_left_arm_update("));
     assert!(!text.contains('\u{202e}') && !text.contains('\u{1b}'));
+}
+
+/// Where the compiler for it is there: a Cortex-M4F needs what is said, and computes with no double.
+#[test]
+fn a_controller_needs_what_is_said_and_no_double() {
+    if !is_there("arm-none-eabi-gcc", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    for (name, calibration) in calibrations() {
+        export(&calibration, &at("bare.h"));
+        let source = "#include \"bare.h\"\nstatic bare_state state;\n\
+            bare_status step(uint32_t ticks, const float *gauges, float *load);\n\
+            bare_status step(uint32_t ticks, const float *gauges, float *load)\n\
+            { return bare_update_ticks(&BARE_CALIBRATION, &state, ticks, gauges, load, NULL); }\n";
+        fs::write(at("bare.c"), source).unwrap();
+        let mut compiler = Command::new("arm-none-eabi-gcc");
+        compiler.args(STRICT).args([
+            "-O2",
+            "-mcpu=cortex-m4",
+            "-mthumb",
+            "-mfpu=fpv4-sp-d16",
+            "-mfloat-abi=hard",
+        ]);
+        compiler
+            .args(["-DLOOPSCOPE_REAL=float", "-c", "-o"])
+            .arg(at("bare.o"))
+            .arg(at("bare.c"));
+        succeed(&mut compiler);
+        let size = succeed(Command::new("arm-none-eabi-size").arg(at("bare.o")));
+        let sizes: Vec<f64> = size
+            .lines()
+            .nth(1)
+            .unwrap()
+            .split_whitespace()
+            .take(3)
+            .map(|x| x.parse().unwrap())
+            .collect();
+        let said = Footprint::of(&calibration);
+        assert_eq!(sizes[2] as usize, said.memory, "{name}");
+        let off = said.program as f64 / sizes[0];
+        assert!(
+            (0.85..1.2).contains(&off),
+            "{name}: {} said, {} are",
+            said.program,
+            sizes[0]
+        );
+        let symbols = succeed(Command::new("arm-none-eabi-nm").arg(at("bare.o")));
+        assert!(!symbols.contains("__aeabi_d"), "{name}: {symbols}");
+    }
 }

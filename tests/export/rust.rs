@@ -64,7 +64,7 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
             // On a machine without an operating system, too.
             fs::write(
                 at("bare.rs"),
-                format!("#![no_std]\n#![allow(dead_code)]\nmod exported;\n"),
+                "#![no_std]\n#![allow(dead_code)]\nmod exported;\n",
             )
             .unwrap();
             let mut compile = Command::new("rustc");

@@ -29,9 +29,10 @@ pub enum Reason {
     #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "full cycles of {}: {count}, over {} % of all loads (full is {} % of the largest one's range); a mean loop takes {} over \
+        "{} has {count} full cycle{} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
          more than {} %. The largest cycle stands by itself",
-        .axis.symbol(), short(100.0 * .share), short(100.0 * FULL_SHARE), FEWEST_CYCLES, short(100.0 * MOST)
+        .axis.symbol(), if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        short(100.0 * MOST)
     )]
     FewCycles {
         axis: Axis,

@@ -5,6 +5,7 @@
 
 mod program;
 
+use std::fmt;
 use std::io;
 
 use minijinja::syntax::SyntaxConfig;
@@ -16,7 +17,7 @@ use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Learned, STRAYS};
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::export::text::identifier;
-use crate::features::Precision;
+use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 
 /// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
@@ -264,6 +265,80 @@ fn window_ms(program: &Program) -> u64 {
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)
+}
+
+/// What a C export takes on a Cortex-M4F.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Footprint {
+    /// Bytes of one state with float numbers.
+    pub memory: usize,
+    /// Bytes of the update and its coefficients, about.
+    pub program: usize,
+}
+
+impl Footprint {
+    /// Of this calibration.
+    pub fn of(calibration: &Calibration) -> Self {
+        let program = Program::new(calibration);
+        Self {
+            memory: state_bytes(&program, 4),
+            program: 4 * n_constants(&program) + code_bytes(&program),
+        }
+    }
+}
+
+impl fmt::Display for Footprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kilobytes = |bytes: usize| format!("{:.1} kB", bytes as f64 / 1000.0);
+        write!(
+            f,
+            "as C in float on a Cortex-M4F: {} of memory for each sensor, about {} of program",
+            kilobytes(self.memory),
+            kilobytes(self.program)
+        )
+    }
+}
+
+/// How many numbers the calibration of a program has.
+fn n_constants(program: &Program) -> usize {
+    let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
+    let constants = program
+        .blocks
+        .iter()
+        .flat_map(|block| &block.source.constants);
+    let of_blocks = constants.map(|constant| match &constant.numbers {
+        Numbers::List(numbers) => numbers.len(),
+        Numbers::Rows(rows) => rows.iter().map(Vec::len).sum(),
+    });
+    let mut n = 2 * n_gauges + n_axes * (n_gauges + 2) + 2 + of_blocks.sum::<usize>();
+    if program.keeps_samples() {
+        n += 2;
+    }
+    if !program.look_backs.is_empty() {
+        n += 2 * (program.measured.len() + program.look_backs.len());
+    }
+    if program.linear.is_some() {
+        n += n_axes * (program.n_columns + 1);
+    }
+    if let Some(learned) = &program.learned {
+        n += 2 * program.n_columns + learned.regression.n_numbers();
+    }
+    n
+}
+
+/// How long an update is in instructions, as a compiler makes them with -O2; a test holds it to one.
+fn code_bytes(program: &Program) -> usize {
+    let mut bytes = 460 + 230 * program.blocks.len();
+    if program.keeps_samples() {
+        bytes += 400;
+    }
+    if !program.look_backs.is_empty() {
+        bytes += 1200;
+    }
+    if program.learned.is_some() {
+        bytes += 600;
+    }
+    bytes
 }
 
 /// How large a state is in C with numbers of `real` bytes: what the template declares.

@@ -36,7 +36,7 @@ pub(super) fn loops(report: &ReportData, page: &mut Markup) {
             "p",
             &format!(
                 "The error over the true load, of {}. Thin: all branches; thick: the mean loop of the full cycles, or \
-                 the largest cycle where these are fewer than three or cover little. A sensor without hysteresis draws one line.",
+                 the largest cycle where these are fewer than three or cover little, dashed where the load falls. A sensor without hysteresis draws one line.",
                 report.measured
             ),
         );

@@ -118,11 +118,6 @@ pub(super) fn recordings(report: &ReportData, page: &mut Markup) {
 
 fn recording_row(recording: &ReportRecording) -> Vec<Cell> {
     let used = &recording.used;
-    let role = match used.role {
-        Role::Train => "train",
-        Role::Test => "test",
-        Role::Off => "off",
-    };
     let (file, hash) = match (&used.file, &used.sha256) {
         (None, _) => ("built-in simulated sensor", "–"),
         (Some(file), Some(hash)) => (&**file, &**hash),
@@ -130,7 +125,7 @@ fn recording_row(recording: &ReportRecording) -> Vec<Cell> {
     };
     vec![
         Cell::words(&used.name),
-        Cell::words(role),
+        Cell::words(used.role.label()),
         Cell::words(recording.group.as_deref().unwrap_or("–")),
         Cell::words(recording.n_samples.to_string()),
         Cell::digits(Some(recording.duration_secs), 5),

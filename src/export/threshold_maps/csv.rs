@@ -6,7 +6,6 @@ use super::MapWriter;
 use crate::calibration::Scores;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::export::format::FileFormat;
-use crate::export::write_atomically;
 use crate::formats::csv::CsvWriter;
 
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
@@ -15,7 +14,7 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     holds: "every number",
     write: MapWriter {
         files: |path| vec![path.to_owned()],
-        write: |map, _, path| write_atomically(path, |out| write_threshold_csv(map, out)),
+        write: |map, _, path, files| files.write(path, |out| write_threshold_csv(map, out)),
     },
 };
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
-use super::WriteError;
 use super::format::FileFormat;
+use super::{Together, WriteError};
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 
 /// What writes a map.
@@ -16,7 +16,7 @@ pub struct MapWriter {
     /// The files that are written with one of this name.
     pub files: fn(&Path) -> Vec<PathBuf>,
     /// Writes them.
-    pub write: fn(&ThresholdMap, Measure, &Path) -> Result<(), WriteError>,
+    pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
 }
 
 /// All formats of maps.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::MapWriter;
 use crate::evaluation::threshold_study::{Along, Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::export::format::FileFormat;
-use crate::export::{WriteError, write_atomically};
+use crate::export::{Together, WriteError};
 use crate::features::{Distance, Thresholds};
 use crate::report::figure::{self, Figure, HeatMap, Line, Scale, color};
 
@@ -20,15 +20,15 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
             let beside = [Along::F, Along::T].map(|along| beside(path, along));
             [vec![path.to_owned()], beside.to_vec()].concat()
         },
-        write: |map, measure, path| {
+        write: |map, measure, path, files| {
             let suggestion = map.suggestion(measure).ok();
             let found = suggestion.as_ref();
             let at = found.map_or((0, 0), |found| found.at);
             let heat_map = threshold_heat_map(map, ScoreSet::LeftOut, measure, found);
-            write_threshold_svg(&heat_map, path)?;
+            write_threshold_svg(&heat_map, path, files)?;
             [Along::F, Along::T].into_iter().try_for_each(|along| {
                 let curve = threshold_curve(map, measure, along, at, found, &|_| color::SCORE);
-                write_threshold_svg(&curve, &beside(path, along))
+                write_threshold_svg(&curve, &beside(path, along), files)
             })
         },
     },
@@ -169,10 +169,14 @@ pub fn threshold_heat_map(
     }
 }
 
-/// Writes such a figure as SVG.
+/// Writes such a figure as SVG, as one of `files`.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written.
-pub fn write_threshold_svg(figure: &Figure<'_>, path: &Path) -> Result<(), WriteError> {
-    write_atomically(path, |out| out.write_all(figure.svg(SIZE).as_bytes()))
+pub fn write_threshold_svg(
+    figure: &Figure<'_>,
+    path: &Path,
+    files: &mut Together,
+) -> Result<(), WriteError> {
+    files.write(path, |out| out.write_all(figure.svg(SIZE).as_bytes()))
 }

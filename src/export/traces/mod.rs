@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::format::FileFormat;
-use super::{WriteError, write_atomically};
+use super::{Together, WriteError};
 use crate::calibration::{AppliedLoads, Calibration, Estimator};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
@@ -55,7 +55,7 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes what a calibration makes of intervals of recordings, whole or not at all: recording, time, then Calc., Conv.,
+/// Writes what a calibration makes of intervals of recordings as one of `files`: recording, time, then Calc., Conv.,
 /// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
 /// ending says which of [`TRACE_FORMATS`]; without a known one it is the first.
 ///
@@ -63,6 +63,7 @@ pub struct Interval<'a> {
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or somebody asked to
 /// stop.
 pub fn write_traces(
+    files: &mut Together,
     path: &Path,
     calibration: &Calibration,
     intervals: &[Interval<'_>],
@@ -72,7 +73,7 @@ pub fn write_traces(
     let recordings = intervals.iter().map(|interval| interval.recording);
     let reference: Vec<Axis> = recordings.flat_map(Recording::axes).copied().collect();
     let columns = Columns::of(calibration, &reference, &KINDS);
-    write_atomically(path, |out| {
+    files.write(path, |out| {
         let mut table = (format.write)(&columns.head(), out)?;
         let mut row = Vec::new();
         for_each(calibration, intervals, progress, |part| {
@@ -132,20 +133,21 @@ fn for_each(
 }
 
 /// Writes what a calibration makes, sample by sample, of the recordings of one file, one after another, as comma-separated text:
-/// time, Calc. where there is a reference, Conv. and Comp. per axis, and what became of the sample. What runs on a robot gives the
-/// same.
+/// time, Calc. where there is a reference, Conv. and Comp. per axis, and where it is asked for what became of the sample. What runs
+/// on a robot gives the same.
 ///
 /// # Errors
 /// Whatever `out` fails with.
 pub fn write_loads_csv(
     calibration: &Calibration,
     recordings: &[Recording],
+    with_status: bool,
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
     let design = calibration.design();
     let mut estimator = Estimator::new(calibration, &design).map_err(io::Error::other)?;
     let axes = recordings.iter().flat_map(Recording::axes).copied();
-    let mut loads = LoadRows::new(calibration, axes.collect(), out)?;
+    let mut loads = LoadRows::new(calibration, axes.collect(), with_status, out)?;
     for recording in recordings {
         let n_axes = recording.axes().len();
         for (k, time) in recording.times().iter().enumerate() {
@@ -175,6 +177,7 @@ pub struct LiveSample<'a> {
 /// Loads as comma-separated text, a row as each sample comes.
 pub struct LoadRows<W: io::Write> {
     columns: Columns,
+    with_status: bool,
     csv: CsvWriter<W>,
     row: Vec<Option<f64>>,
 }
@@ -184,12 +187,19 @@ impl<W: io::Write> LoadRows<W> {
     ///
     /// # Errors
     /// Whatever `out` fails with.
-    pub fn new(calibration: &Calibration, reference: Vec<Axis>, out: W) -> io::Result<Self> {
+    pub fn new(
+        calibration: &Calibration,
+        reference: Vec<Axis>,
+        with_status: bool,
+        out: W,
+    ) -> io::Result<Self> {
         let columns = Columns::of(calibration, &reference, &KINDS[..3]);
         let mut csv = CsvWriter::new(out);
-        csv.row(columns.head().into_iter().chain(["status".to_owned()]))?;
+        let status = with_status.then(|| "status".to_owned());
+        csv.row(columns.head().into_iter().chain(status))?;
         Ok(Self {
             columns,
+            with_status,
             csv,
             row: Vec::new(),
         })
@@ -226,7 +236,9 @@ impl<W: io::Write> LoadRows<W> {
             }
         }
         csv::write_cells(&mut self.csv, &self.row)?;
-        self.csv.cell(status)?;
+        if self.with_status {
+            self.csv.cell(status)?;
+        }
         self.csv.end_row()
     }
 

@@ -41,6 +41,16 @@ struct Part<'a> {
     decimation: usize,
 }
 
+/// A cycle that holds a sample.
+struct Found {
+    /// Which it is of all, from one.
+    number: usize,
+    /// How many smaller ones are on its way.
+    n_within: usize,
+    /// Counted over the traces.
+    samples: Range<usize>,
+}
+
 impl<'a> Shared<'a> {
     pub(super) fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
         let analysis = engine.analysis()?;
@@ -81,7 +91,7 @@ impl<'a> Shared<'a> {
             )),
             (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
             (n, all) => Some(format!(
-                "Linked with Traces for {n} of {all} recordings: those that it shows."
+                "Linked with Traces for {n} of {all} recordings, those shown there."
             )),
         }
     }
@@ -134,8 +144,8 @@ impl<'a> Shared<'a> {
         (found.0 <= NEAR * NEAR).then_some((found.1, found.2))
     }
 
-    /// The innermost cycle that holds a sample: its number, and its samples counted over the traces.
-    fn cycle_at(&self, k: usize) -> Option<(usize, Range<usize>)> {
+    /// The innermost cycle that holds a sample.
+    fn cycle_at(&self, k: usize) -> Option<Found> {
         let segment = self.part_of(k)?.segment;
         let first = segment.samples.start;
         let cycles = self.plot.cycles.iter().enumerate();
@@ -143,7 +153,17 @@ impl<'a> Shared<'a> {
             *recording == segment.recording && samples.contains(&(k - first))
         });
         let (at, (_, samples)) = own.min_by_key(|(_, (_, samples))| samples.len())?;
-        Some((at, first + samples.start..first + samples.end))
+        let is_within = |(recording, own): &&(usize, Range<usize>)| {
+            *recording == segment.recording
+                && (samples.start..=samples.end).contains(&own.start)
+                && own.end <= samples.end
+        };
+        Some(Found {
+            number: at + 1,
+            // It is within itself.
+            n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
+            samples: first + samples.start..first + samples.end,
+        })
     }
 }
 
@@ -178,7 +198,7 @@ pub(super) fn link(
     }
     cycle
         .filter(|_| drawn.response.clicked())
-        .map(|(_, samples)| samples)
+        .map(|own| own.samples)
 }
 
 fn color(output: Option<Output>, visuals: &egui::Visuals) -> egui::Color32 {
@@ -194,7 +214,7 @@ fn tell(
     view: &LoopView<'_>,
     shared: &Shared<'_>,
     (output, k): (Option<Output>, usize),
-    cycle: Option<&(usize, Range<usize>)>,
+    cycle: Option<&Found>,
 ) {
     let Some((part, [load, up])) = shared
         .part_of(k)
@@ -215,11 +235,17 @@ fn tell(
         ui.colored_label(color(output, ui.visuals()), label);
         ui.weak(elided(&part.segment.name, NAME_LENGTH));
         ui.label(format!("at {} s", significant(shared.traces.times[k], 6)));
-        if let Some((at, _)) = cycle {
+        if let Some(Found {
+            number, n_within, ..
+        }) = cycle
+        {
+            let within = match n_within {
+                0 => String::new(),
+                n => format!(" with {n} smaller in it"),
+            };
             let n_cycles = shared.plot.n_cycles;
             ui.label(format!(
-                "cycle {} of {n_cycles}; a press shows it alone",
-                at + 1
+                "cycle {number} of {n_cycles}{within}; a press shows it alone"
             ));
         }
         ui.label(format!("{symbol} Calc. {} {unit}", significant(load, 4)));

@@ -111,16 +111,9 @@ impl Span {
 }
 
 fn rows(axis: &AxisTraces) -> Vec<Row> {
-    let all = [
-        (Trace::Calculated.label(), axis.calculated.as_ref()),
-        (Trace::Conventional.label(), Some(&axis.conventional)),
-        (Trace::Compensated.label(), Some(&axis.compensated)),
-        (Trace::Factory.label(), axis.factory.as_ref()),
-        ("Conv. error", axis.conventional_error.as_ref()),
-        ("Comp. error", axis.compensated_error.as_ref()),
-        ("Factory error", axis.factory_error.as_ref()),
-    ];
-    let row = |(label, series): (&str, Option<&Arc<Series>>)| {
+    let loads = Trace::LISTED.map(|trace| (trace.label().to_owned(), axis.load(trace)));
+    let errors = Trace::LISTED.map(|trace| (format!("{} error", trace.label()), axis.error(trace)));
+    let row = |(label, series): (String, Option<&Arc<Series>>)| {
         Some(Row {
             name: format!("{} {label}", axis.axis.symbol()),
             unit: axis.axis.unit(),
@@ -128,7 +121,7 @@ fn rows(axis: &AxisTraces) -> Vec<Row> {
             figures: Figures::default(),
         })
     };
-    all.into_iter().filter_map(row).collect()
+    loads.into_iter().chain(errors).filter_map(row).collect()
 }
 
 impl Cursors {

@@ -4,7 +4,8 @@ use egui::{Color32, Stroke};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
-use crate::features::{Distance, Thresholds};
+use crate::export::ShownFTh;
+use crate::features::Thresholds;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::{self, Trace};
 
@@ -115,30 +116,13 @@ pub fn tooltip(
         ));
         ui.weak(elided(name, NAME_LENGTH));
         egui::Grid::new("values").num_columns(3).show(ui, |ui| {
-            let rows = [
-                (Trace::Calculated, axis.calculated.as_deref(), None),
-                (
-                    Trace::Conventional,
-                    Some(&*axis.conventional),
-                    axis.conventional_error.as_deref(),
-                ),
-                (
-                    Trace::Compensated,
-                    Some(&*axis.compensated),
-                    axis.compensated_error.as_deref(),
-                ),
-            ];
-            let factory = axis.factory.as_deref().map(|factory| {
-                let error = axis.factory_error.as_deref();
-                (Trace::Factory, Some(factory), error)
-            });
-            for (trace, series, error) in rows.into_iter().chain(factory) {
-                let Some(series) = series else {
+            for trace in Trace::LISTED {
+                let Some(series) = axis.load(trace) else {
                     continue;
                 };
                 ui.colored_label(trace.color(ui.visuals()), trace.label());
                 ui.label(format!("{} {unit}", significant(series.value(k), 4)));
-                ui.label(error.map_or_else(String::new, |error| {
+                ui.label(axis.error(trace).map_or_else(String::new, |error| {
                     format!("error {}", significant(error.value(k), 3))
                 }));
                 ui.end_row();
@@ -192,23 +176,16 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
         painter.vline(found.x, plot.y_range(), Stroke::new(1.0, color));
         painter.circle_filled(found, 4.0, color);
     }
-    let unit = match traces.distance {
-        Distance::Force => "N",
-        Distance::FullScale => "% FS",
-    };
-    let amount = match traces.distance {
-        Distance::Force => thresholds.f_th,
-        Distance::FullScale => 100.0 * thresholds.f_th,
-    };
+    let shown = ShownFTh::of(traces.distance);
     let write = |at: egui::Pos2, align, words: String, color| {
         painter.text(at, align, words, font.clone(), color);
     };
     let (above, below) = (plot.top() - 1.0, plot.bottom() + 1.0);
     let left = egui::pos2(plot.left(), above);
-    let what = format!("distance d(k, j) to the present load [{unit}]");
+    let what = format!("distance d(k, j) to the present load [{}]", shown.unit);
     write(left, egui::Align2::LEFT_BOTTOM, what, text);
     let right = egui::pos2(plot.right(), above);
-    let f_th = format!("F_th {}", significant(amount, 3));
+    let f_th = format!("F_th {}", significant(shown.factor * thresholds.f_th, 3));
     write(right, egui::Align2::RIGHT_BOTTOM, f_th, color);
     let oldest = format!("{} s earlier", significant(longest, 3));
     write(
@@ -249,10 +226,8 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
 
 /// What the look-back found, in words.
 fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> String {
-    let amount = |d: f64| match traces.distance {
-        Distance::Force => format!("{} N", significant(d, 3)),
-        Distance::FullScale => format!("{} % of full scale", significant(100.0 * d, 3)),
-    };
+    let shown = ShownFTh::of(traces.distance);
+    let amount = |d: f64| format!("{} {}", significant(shown.factor * d, 3), shown.unit);
     let past = traces.past[k] as usize;
     if past == k {
         return format!(

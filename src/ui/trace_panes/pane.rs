@@ -91,17 +91,10 @@ fn pane(
     let visuals = ui.visuals().clone();
     let title = title(axis.axis, kind);
     let plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error));
-    let plot = plots::scales(plot, time_axis.then_some("time [s]"), &title)
-        .height(height)
-        .allow_scroll(false)
+    let plot = plots::scales(plot, time_axis.then_some("time [s]"), &title);
+    let plot = plots::moving(plot, height)
         .allow_zoom([true, false])
-        .allow_drag([true, false])
-        .allow_axis_zoom_drag(true)
-        .allow_double_click_reset(false)
-        .show_x(false)
-        .show_y(false)
-        .show_crosshair(false)
-        .set_margin_fraction(egui::Vec2::ZERO);
+        .allow_drag([true, false]);
     let hovered = panes.hovered;
     let lie_apart = visible.samples.len() < columns;
     let mut drawn = lines(&shown, traces, &visible, columns, &visuals);
@@ -187,15 +180,9 @@ fn shown_series<'a>(
     kind: Kind,
     panes: &TimeView,
 ) -> Vec<(Trace, &'a Series)> {
-    let of = |trace: Trace| match (kind, trace) {
-        (Kind::Load, Trace::Calculated) => axis.calculated.as_deref(),
-        (Kind::Load, Trace::Conventional) => Some(&*axis.conventional),
-        (Kind::Load, Trace::Compensated) => Some(&*axis.compensated),
-        (Kind::Error, Trace::Calculated) => None,
-        (Kind::Load, Trace::Factory) => axis.factory.as_deref(),
-        (Kind::Error, Trace::Factory) => axis.factory_error.as_deref(),
-        (Kind::Error, Trace::Conventional) => axis.conventional_error.as_deref(),
-        (Kind::Error, Trace::Compensated) => axis.compensated_error.as_deref(),
+    let of = |trace: Trace| match kind {
+        Kind::Load => axis.load(trace).map(|series| &**series),
+        Kind::Error => axis.error(trace).map(|series| &**series),
     };
     Trace::ALL
         .into_iter()
@@ -271,12 +258,11 @@ fn lines(
     visuals: &egui::Visuals,
 ) -> Vec<figure::Line<'static>> {
     let line = |(trace, series): &(Trace, &Series)| {
-        let [red, green, blue, _] = trace.color(visuals).to_array();
         let pieces = polylines(series, traces, visible, columns);
         figure::Line {
             width: trace.stroke(visuals).width,
             dash: trace.is_dashed().then_some(figure::DASHED),
-            ..figure::Line::new(trace.label(), [red, green, blue], pieces)
+            ..figure::Line::new(trace.label(), palette::bytes(trace.color(visuals)), pieces)
         }
     };
     shown.iter().map(line).collect()

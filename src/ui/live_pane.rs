@@ -1,0 +1,140 @@
+//! The newest minute of a file that a logger writes, with what the calibration of now makes of it.
+
+use std::borrow::Cow;
+
+use crate::engine::{Action, Followed, LiveTraces};
+use crate::recording::Axis;
+use crate::report::figure::{Figure, Line, Scale};
+use crate::ui::command::{Kind, Pane};
+use crate::ui::numbers::significant;
+use crate::ui::palette::{Trace, bytes};
+use crate::ui::pane::{Cx, PaneView};
+use crate::ui::plots::{self, Zoom};
+
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "live",
+    title: "Live",
+    explanation: "The newest minute of a file that a logger writes, with Conv. and Comp. of the calibration as it is now",
+});
+
+/// What is looked at.
+#[derive(Debug, Default)]
+pub struct View {
+    axis: usize,
+    zoom: Zoom,
+    /// What is typed.
+    path: String,
+}
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        let Some(path) = cx.engine.followed_file() else {
+            ui.weak("No file is followed. Name a log that is being written, CSV with a header or JSON lines, or choose File > Follow a growing file…");
+            ui.horizontal(|ui| {
+                let label = ui.label("File");
+                let field = ui
+                    .text_edit_singleline(&mut self.path)
+                    .labelled_by(label.id);
+                let asked =
+                    field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+                let follow = ui
+                    .button("Follow")
+                    .on_hover_text("Read it from its beginning, and then what is written to it");
+                if (follow.clicked() || asked) && !self.path.trim().is_empty() {
+                    cx.out.push(Action::Follow(self.path.trim().into()).into());
+                }
+            });
+            return;
+        };
+        let name = path.display().to_string();
+        let followed = cx.engine.followed().cloned().unwrap_or_default();
+        self.axis = self.axis.min(followed.axes.len().saturating_sub(1));
+        ui.horizontal_wrapped(|ui| {
+            let stop = ui
+                .button("Stop")
+                .on_hover_text("Do not follow the file any more");
+            if stop.clicked() {
+                cx.out.push(Action::StopFollowing.into());
+            }
+            for (at, (axis, _)) in followed.axes.iter().enumerate() {
+                if ui
+                    .selectable_label(self.axis == at, axis.symbol())
+                    .clicked()
+                {
+                    (self.axis, self.zoom) = (at, None);
+                }
+            }
+            ui.label(words(&followed, self.axis));
+            ui.weak(name);
+        });
+        if let Some(problem) = cx.engine.following_problem() {
+            ui.colored_label(ui.visuals().error_fg_color, problem);
+        }
+        for note in &followed.notes {
+            ui.weak(note);
+        }
+        if let Some((axis, traces)) = followed.axes.get(self.axis) {
+            let whole = figure(*axis, traces, followed.span, ui.visuals());
+            let mut shown = whole.clone();
+            if let Some(zoom) = self.zoom {
+                (shown.across.range, shown.up.range) = (zoom.loads, zoom.outputs);
+            }
+            let height = ui.available_height();
+            plots::plot(ui, "live", height, [&shown, &whole], &mut self.zoom, cx.out);
+        }
+    }
+}
+
+/// How many rows came, what became of the newest, and how far off the loads are.
+fn words(followed: &Followed, axis: usize) -> String {
+    let (rows, broken) = followed.counts;
+    let broken = match broken {
+        0 => String::new(),
+        1 => ", 1 line that is no row".to_owned(),
+        many => format!(", {many} lines that are no rows"),
+    };
+    let of_axis = followed.axes.get(axis);
+    let errors = of_axis.and_then(|(axis, traces)| {
+        let [conventional, compensated] = traces.rms_errors?.map(|rms| significant(rms, 3));
+        let unit = axis.unit();
+        Some(format!(
+            "; RMS error Conv. {conventional} {unit}, Comp. {compensated} {unit}"
+        ))
+    });
+    let errors = errors.unwrap_or_default();
+    format!("{rows} rows{broken}; newest: {}{errors}", followed.status)
+}
+
+fn figure<'a>(
+    axis: Axis,
+    traces: &'a LiveTraces,
+    span: (f64, f64),
+    visuals: &egui::Visuals,
+) -> Figure<'a> {
+    let line = |trace: Trace, points: &'a [[f64; 2]]| Line {
+        name: trace.label().to_owned(),
+        color: bytes(trace.color(visuals)),
+        opacity: 1.0,
+        width: trace.stroke(visuals).width,
+        dash: None,
+        pieces: vec![Cow::Borrowed(points)],
+    };
+    let lines = vec![
+        line(Trace::Calculated, &traces.reference),
+        line(Trace::Conventional, &traces.conventional),
+        line(Trace::Compensated, &traces.compensated),
+    ];
+    let lines: Vec<_> = (lines.into_iter())
+        .filter(|line| !line.pieces[0].is_empty())
+        .collect();
+    let loads = lines.iter().flat_map(|line| line.pieces[0].iter());
+    let loads: Vec<f64> = loads.map(|[_, load]| *load).collect();
+    Figure {
+        title: format!("{}, newest minute", axis.label()),
+        across: Scale::new("t [s]", (span.0, span.1.max(span.0 + 1e-3))),
+        up: Scale::spanning(axis.label(), loads, 0.05),
+        lines,
+        ..Figure::default()
+    }
+}
