@@ -582,7 +582,6 @@ impl Engine {
                         Doubt::Undetermined(_, existing) => {
                             self.save_whole(content, path, existing);
                         }
-                        Doubt::LeavesOut(existing) => self.save(content, path, existing),
                     }
                 }
             }
@@ -1003,12 +1002,12 @@ impl Engine {
         self.save_whole(content, path, existing);
     }
 
-    /// Asks first, where the file leaves out a part of the loads that are shown.
+    /// Says first, where the file leaves out a part of the loads that are shown.
     fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
-        match content.caution(&path) {
-            Some(_) => self.replacing = Some((content, path, Doubt::LeavesOut(existing))),
-            None => self.save(content, path, existing),
+        if let Some(caution) = content.caution(&path) {
+            self.tell(Level::Warning, caution);
         }
+        self.save(content, path, existing);
     }
 
     /// Searches for the best model, unless models are being tried already.

@@ -66,8 +66,6 @@ pub enum Existing {
 pub enum Doubt {
     /// It is there already.
     IsThere,
-    /// Whoever loads it gets other loads than are shown; what to do afterwards with a file that is there.
-    LeavesOut(Existing),
     /// The fit that it would hold says nothing; what to do afterwards with a file that is there.
     Undetermined(Undetermined, Existing),
 }

@@ -1,12 +1,13 @@
 //! The calibration matrices with their features named, and their way out.
 
 use std::ops::Range;
+use std::path::Path;
 
 use egui::RichText;
 
 use crate::calibration::LinearMap;
 use crate::engine::{Action, Engine, Existing};
-use crate::export::{Footprint, TARGETS, target_endings};
+use crate::export::{Footprint, TARGETS, caution, target_endings};
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::report::{self, Cell, Table};
@@ -76,6 +77,9 @@ fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: 
     let Some(analysis) = engine.analysis() else {
         return;
     };
+    if let Some(caution) = caution(&analysis.calibration, Path::new(path.trim())) {
+        ui.colored_label(ui.visuals().warn_fg_color, caution);
+    }
     let calibration = &analysis.calibration;
     egui::ScrollArea::both()
         .auto_shrink([false, false])

@@ -19,7 +19,7 @@ mod yaml;
 use std::path::{Path, is_separator};
 
 pub use self::cal::name_gauges;
-pub(super) use self::package::files;
+pub(super) use self::package::library;
 use super::target::Target;
 
 /// All formats, the complete one first.
