@@ -28,7 +28,7 @@ use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
-    check_targets, name_gauges, names_gauges, read_calibration, target_endings, target_for,
+    check_targets, name_gauges, names_gauges, read_with_notes, target_endings, target_for,
     write_atomically, write_loads_csv,
 };
 use crate::formats::FileError;
@@ -472,9 +472,16 @@ fn print_warnings(warnings: &[LoadWarning]) {
     }
 }
 
+fn print_notes(notes: &[String]) {
+    for note in notes {
+        tell(&format_args!("note: {note}"));
+    }
+}
+
 fn run_apply(args: &Apply) -> Result<(), JobError> {
-    let mut calibration =
-        read_calibration(&args.calibration).map_err(|error| swapped(args, error))?;
+    let (mut calibration, notes) =
+        read_with_notes(&args.calibration).map_err(|error| swapped(args, error))?;
+    print_notes(&notes);
     let names_gauges = names_gauges(&args.calibration);
     let is_live = args.follow || args.files.iter().any(|path| path.as_os_str() == "-");
     if is_live {

@@ -88,6 +88,21 @@ impl Calibration {
         Ok(calibration)
     }
 
+    /// The keys of a file that this calibration was read from which mean nothing to this program, each with where it stands.
+    ///
+    /// # Errors
+    /// If the bytes are no JSON.
+    pub fn unknown_keys(&self, content: &[u8]) -> Result<Vec<String>, serde_json::Error> {
+        let file: Value = serde_json::from_slice(content)?;
+        let known = serde_json::to_value(self.in_file())?;
+        let mut unknown = Vec::new();
+        add_unknown(&file, &known, "", &mut unknown);
+        if self.version == 1 {
+            unknown.retain(|key| !["thresholds", "distance"].contains(&&**key));
+        }
+        Ok(unknown)
+    }
+
     /// The calibration as its file has it.
     pub fn in_file(&self) -> Calibration<NamedMap> {
         let named = |map: &LinearMap| NamedMap {
@@ -129,6 +144,32 @@ impl<M> Calibration<M> {
             sources: self.sources,
             tare: self.tare,
         }
+    }
+}
+
+/// Adds the keys of `file` that `known` has not, but for those that say nothing.
+fn add_unknown(file: &Value, known: &Value, place: &str, unknown: &mut Vec<String>) {
+    match (file, known) {
+        (Value::Object(file), Value::Object(known)) => {
+            for (key, value) in file {
+                let place = match place {
+                    "" => key.clone(),
+                    place => format!("{place}.{key}"),
+                };
+                let says_nothing = value.is_null() || value.as_array().is_some_and(Vec::is_empty);
+                match known.get(key) {
+                    Some(known) => add_unknown(value, known, &place, unknown),
+                    None if says_nothing => {}
+                    None => unknown.push(place),
+                }
+            }
+        }
+        (Value::Array(file), Value::Array(known)) => {
+            for (at, (file, known)) in file.iter().zip(known).enumerate() {
+                add_unknown(file, known, &format!("{place}[{at}]"), unknown);
+            }
+        }
+        _ => {}
     }
 }
 

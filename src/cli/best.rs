@@ -9,6 +9,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::{CommonArgs, RecordingArgs, fit_arguments};
+use super::fit::warn_of;
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
 use crate::analysis::{Best, Request, Search, find_best, train};
@@ -99,6 +100,7 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
             return Err(JobError::Undetermined { undetermined });
         }
         let told = with_sources(&calibration, &recordings);
+        warn_of(&calibration, &args.export);
         let mut files = Together::default();
         for path in &args.export {
             add_calibration(&mut files, &told, path)?;

@@ -21,8 +21,8 @@ use crate::calibration::{
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
-    Footprint, Outline, Together, WriteError, add_calibration, check_targets, listed_targets,
-    target_for, with_sources,
+    Footprint, Outline, Together, WriteError, add_calibration, caution, check_targets,
+    listed_targets, target_for, with_sources,
 };
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::progress::Progress;
@@ -107,6 +107,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
+    warn_of(&calibration, &args.export);
     let mut files = Together::default();
     if !args.export.is_empty() {
         let told = with_sources(&calibration, &request.recordings);
@@ -201,6 +202,12 @@ fn mean_error(calibration: &Calibration) -> Option<f64> {
         .map(|(error, scale)| error / scale)
         .collect();
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
+}
+
+/// Says, before they are written, what exports leave out of the loads that are shown.
+pub(super) fn warn_of(calibration: &Calibration, exports: &[PathBuf]) {
+    let cautions = exports.iter().filter_map(|path| caution(calibration, path));
+    cautions.for_each(|caution| tell(&format_args!("warning: {caution}")));
 }
 
 /// How the calibration that the sensor came with does on the same recordings.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::{JobError, ReadArgs, check_distinct, named_file, read_all};
+use super::{JobError, ReadArgs, check_distinct, named_file, print_notes, read_all};
 use crate::analysis::loops::TableOf;
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
@@ -16,7 +16,7 @@ use crate::evaluation::loops::LoadExtent;
 use crate::evaluation::metrology::{
     Metrology, MetrologySettings, Rules, Run, extents_of, extents_of_set, table_by,
 };
-use crate::export::{check_targets, read_calibration, write_atomically};
+use crate::export::{check_targets, read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::progress::Progress;
 use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
@@ -143,7 +143,9 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
     let Some(path) = &args.calibration else {
         return fitted(args);
     };
-    let calibration = Arc::new(read_calibration(path)?);
+    let (calibration, notes) = read_with_notes(path)?;
+    print_notes(&notes);
+    let calibration = Arc::new(calibration);
     let recordings = read_all(&args.files, &args.read)?.into_iter().flatten();
     let recordings: Vec<Arc<Recording>> = recordings.map(Arc::new).collect();
     Ok(Subject {

@@ -577,11 +577,13 @@ impl Engine {
             Action::Replace(yes) => {
                 let replacing = self.replacing.take().filter(|_| yes);
                 if let Some((content, path, doubt)) = replacing {
-                    let existing = match doubt {
-                        Doubt::IsThere => Existing::Replace,
-                        Doubt::Undetermined(_, existing) => existing,
-                    };
-                    self.save(content, path, existing);
+                    match doubt {
+                        Doubt::IsThere => self.save(content, path, Existing::Replace),
+                        Doubt::Undetermined(_, existing) => {
+                            self.save_whole(content, path, existing);
+                        }
+                        Doubt::LeavesOut(existing) => self.save(content, path, existing),
+                    }
                 }
             }
             Action::Train => {
@@ -842,7 +844,10 @@ impl Engine {
                         self.project.maps.insert(path, *map);
                     }
                 }
-                Ok(Opened::Calibration(calibration)) => {
+                Ok(Opened::Calibration(calibration, notes)) => {
+                    for note in notes {
+                        self.tell(Level::Warning, note);
+                    }
                     calibrations.push(Edit::Apply(Some(FromFile { path, calibration })));
                 }
                 Ok(Opened::Factory(calibration)) => {
@@ -995,7 +1000,15 @@ impl Engine {
             }
             _ => {}
         }
-        self.save(content, path, existing);
+        self.save_whole(content, path, existing);
+    }
+
+    /// Asks first, where the file leaves out a part of the loads that are shown.
+    fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
+        match content.caution(&path) {
+            Some(_) => self.replacing = Some((content, path, Doubt::LeavesOut(existing))),
+            None => self.save(content, path, existing),
+        }
     }
 
     /// Searches for the best model, unless models are being tried already.

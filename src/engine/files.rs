@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session};
-use crate::export::{names_gauges, read_calibration, target_for};
+use crate::export::{names_gauges, read_with_notes, target_for};
 use crate::import::map::ColumnMap;
 use crate::import::{self, Loaded, ReadError};
 use crate::progress::Progress;
@@ -15,8 +15,8 @@ use crate::progress::Progress;
 pub enum Opened {
     /// Recordings, with what was remarkable about reading them, and the map that they were read by if any.
     Recordings(Loaded, Option<Box<ColumnMap>>),
-    /// A calibration.
-    Calibration(Arc<Calibration>),
+    /// A calibration, with what its user must know of the file.
+    Calibration(Arc<Calibration>, Vec<String>),
     /// The matrix that the sensor came with.
     Factory(Arc<Calibration>),
     /// A session with its files.
@@ -63,16 +63,18 @@ fn open(
     progress: &Progress,
 ) -> Result<Opened, String> {
     let calibration = || {
-        let read = read_calibration(path).map(Arc::new);
-        read.map_err(|error| error.to_string())
+        let read = read_with_notes(path).map_err(|error| error.to_string());
+        read.map(|(calibration, notes)| (Arc::new(calibration), notes))
     };
     match target_for(path).and_then(|target| target.reader()) {
-        Some(_) if !names_gauges(path) => calibration().map(Opened::Factory),
+        Some(_) if !names_gauges(path) => {
+            calibration().map(|(factory, _)| Opened::Factory(factory))
+        }
         Some(_) if Session::is_at(path) => {
             let opened = OpenedSession::read(path, progress)?;
             Ok(Opened::Session(Box::new(opened)))
         }
-        Some(_) => calibration().map(Opened::Calibration),
+        Some(_) => calibration().map(|(own, notes)| Opened::Calibration(own, notes)),
         None => open_recordings(path, map.as_ref(), remembered, progress)
             .map_err(|error| error.to_string()),
     }

@@ -79,7 +79,6 @@ impl Query for Follow {
         let mut minute = Minute::default();
         loop {
             let calibration = self.current();
-            minute.changed = false;
             match &calibration {
                 None => minute.wait(&mut file, progress, show, self)?,
                 Some(calibration) => minute.run(calibration, &mut file, progress, show, self)?,

@@ -9,8 +9,8 @@ use crate::engine::{Project, Session};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
-    FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, map_format,
-    with_sources, write_atomically, write_calibration, write_report, write_traces,
+    FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, caution,
+    map_format, with_sources, write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
 use crate::recording::RecordingSet;
@@ -66,6 +66,8 @@ pub enum Existing {
 pub enum Doubt {
     /// It is there already.
     IsThere,
+    /// Whoever loads it gets other loads than are shown; what to do afterwards with a file that is there.
+    LeavesOut(Existing),
     /// The fit that it would hold says nothing; what to do afterwards with a file that is there.
     Undetermined(Undetermined, Existing),
 }
@@ -101,6 +103,14 @@ impl FileContent {
             Self::Traces(_) => named(TRACE_FORMATS),
             Self::Thresholds(..) => named(MAP_FORMATS),
             _ => Vec::new(),
+        }
+    }
+
+    /// What such a file leaves out of the loads that are shown, in words.
+    pub fn caution(&self, path: &Path) -> Option<String> {
+        match self {
+            Self::Calibration(calibration, _) => caution(calibration, path),
+            _ => None,
         }
     }
 

@@ -168,7 +168,7 @@ fn open(engine: &mut Engine, names: &[&str]) {
 }
 
 fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
-    let calibration = Opened::Calibration(Arc::clone(calibration));
+    let calibration = Opened::Calibration(Arc::clone(calibration), Vec::new());
     finish(
         engine,
         Done::Opened(vec![("c.json".into(), Ok(calibration))]),
@@ -672,6 +672,29 @@ fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
         Some(Doubt::IsThere),
         "a file that is there is still asked about"
     );
+}
+
+#[test]
+fn a_file_that_leaves_out_the_compensation_is_written_only_after_a_yes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c.inc");
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    for yes in [false, true] {
+        engine.act(Action::Export(path.clone(), Existing::Ask));
+        let (content, _, doubt) = engine.replacing.clone().unwrap();
+        assert_eq!(doubt, Doubt::LeavesOut(Existing::Ask));
+        let told = content.caution(&path).unwrap();
+        assert!(told.contains("c.inc leaves out the compensation"), "{told}");
+        engine.act(Action::Replace(yes));
+        settle(&mut engine);
+        assert_eq!(path.exists(), yes);
+    }
+    engine.act(Action::Export(path.clone(), Existing::Ask));
+    engine.act(Action::Replace(true));
+    settle(&mut engine);
+    let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
+    assert_eq!(doubt, Some(Doubt::IsThere));
 }
 
 #[test]

@@ -8,15 +8,10 @@ use crate::formats::{Array, Entry};
 
 /// Everything that a fit leaves behind but the kernel's band.
 ///
-/// `units` are those of the axes, in characters that readers know. Weights of layers stand input by input: `values @ weights + biases`.
-pub(super) fn arrays(
-    calibration: &Calibration,
-    facts: &[Fact],
-    units: impl Iterator<Item = String>,
-) -> Vec<Entry> {
+/// Weights of layers stand input by input: `values @ weights + biases`.
+pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Entry> {
     let about = facts.iter().map(|(name, text)| format!("{name}: {text}"));
     let mut arrays = vec![texts("about", about)];
-    let mut units = Some(units);
     for field in fields(calibration) {
         let name = match (field.group, field.name) {
             ("" | "blocks", name) => name.to_owned(),
@@ -25,9 +20,6 @@ pub(super) fn arrays(
             (map, name) => format!("{map}_{name}"),
         };
         match field.value {
-            Value::Texts(_) if name == "units" => {
-                arrays.extend(units.take().map(|units| texts(&name, units)));
-            }
             Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(u8::from(flag))])),
             Value::Flags(flags) => {
                 let flags: Vec<f64> = flags
@@ -36,7 +28,8 @@ pub(super) fn arrays(
                     .collect();
                 arrays.push(vector(&name, &flags));
             }
-            Value::Count(count) => arrays.push(vector(&name, &[f64::from(count)])),
+            Value::Count(count) => arrays.push(vector(&name, &[count as f64])),
+            Value::Number(number) => arrays.push(vector(&name, &[number])),
             Value::Text(text) => arrays.push(texts(&name, std::iter::once(text))),
             Value::Texts(all) => arrays.push(texts(&name, all.into_iter())),
             Value::Numbers(values) => arrays.push(vector(&name, &values)),

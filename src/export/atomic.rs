@@ -13,8 +13,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// How temporary files begin and end; between the two are the name that they are to take, and some letters by chance.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
-/// What a folder is called in its temporary one.
-const FOLDER: &str = "folder";
 /// Of longer names so many characters: the whole must be a file name, too.
 const NAME_CHARS: usize = 50;
 
@@ -68,24 +66,24 @@ impl Together {
         Ok(())
     }
 
-    /// Writes what is to be the new folder at `path`: files, each a path in it with its content.
+    /// Makes what is to be the folder at `path`, of files, each a path in it with its content.
     ///
     /// # Errors
-    /// [`WriteError`] if something is there already, it cannot be written, or `make` fails.
-    pub fn write_folder(
+    /// [`WriteError`] if a file is there already, it cannot be written, or `make` fails.
+    pub fn folder(
         &mut self,
         path: &Path,
         make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
     ) -> Result<(), WriteError> {
-        self.folders
-            .push(whole_folder(path, make).map_err(|source| WriteError {
-                path: path.to_owned(),
-                source,
-            })?);
+        let folder = whole_folder(path, make).map_err(|source| WriteError {
+            path: path.to_owned(),
+            source,
+        })?;
+        self.folders.push(folder);
         Ok(())
     }
 
-    /// Gives all files their names.
+    /// Gives all files and folders their names.
     ///
     /// # Errors
     /// [`WriteError`] if one cannot have its name, though it could be written beside it; those before it have theirs, then.
@@ -110,15 +108,16 @@ impl Together {
                 let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
             }
         }
-        drop(being_written);
         for (target, around) in self.folders {
             if named.is_ok() {
-                named = fs::rename(around.path().join(FOLDER), &target.path).map_err(|source| {
-                    let path = target.path.clone();
-                    WriteError { path, source }
+                let made = fs::rename(around.path().join(INSIDE), &target.path);
+                named = made.map_err(|source| WriteError {
+                    path: target.path.clone(),
+                    source,
                 });
             }
         }
+        drop(being_written);
         named
     }
 }
@@ -298,7 +297,7 @@ fn whole(
     Ok((target, temporary, forget))
 }
 
-/// All files of a folder in a temporary one beside the place of that.
+/// Makes a folder of files, each a path in it with its content, beside where it is to be.
 fn whole_folder(
     path: &Path,
     make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
@@ -308,11 +307,11 @@ fn whole_folder(
         return Err(io::Error::other("this is there already, as a file"));
     }
     let files = make()?;
+    // In a folder that goes whatever happens; inside, so that the permissions are those of any new one.
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
-    let around = builder.tempdir_in(target.directory())?;
-    // Inside, so that the permissions are those of any new folder.
-    let folder = around.path().join(FOLDER);
+    let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    let around = around.tempdir_in(target.directory())?;
+    let folder = around.path().join(INSIDE);
     for (name, content) in files {
         let file = folder.join(name);
         fs::create_dir_all(file.parent().unwrap_or(&folder))?;
@@ -320,6 +319,9 @@ fn whole_folder(
     }
     Ok((target, around))
 }
+
+/// What a folder is called until it has its name.
+const INSIDE: &str = "folder";
 
 #[cfg(test)]
 mod tests {
@@ -345,7 +347,7 @@ mod tests {
         let at = |name: &str| directory.path().join(name);
         let mut files = Together::default();
         let content = || Ok(vec![("src/a.h".to_owned(), "a".to_owned())]);
-        files.write_folder(&at("new/"), content).unwrap();
+        files.folder(&at("new/"), content).unwrap();
         files
             .write(&at("b.txt"), |out| out.write_all(b"b"))
             .unwrap();
@@ -353,11 +355,11 @@ mod tests {
         drop(files);
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
         let mut files = Together::default();
-        files.write_folder(&at("new/"), content).unwrap();
+        files.folder(&at("new/"), content).unwrap();
         files.finish().unwrap();
         assert_eq!(fs::read_to_string(at("new/src/a.h")).unwrap(), "a");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
-        let again = Together::default().write_folder(&at("new/"), content);
+        let again = Together::default().folder(&at("new/"), content);
         assert!(again.unwrap_err().to_string().contains("new directory"));
     }
 

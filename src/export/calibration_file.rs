@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::target::{Refusal, of_target};
-use super::targets::{TARGETS, asks_for_folder, library, target_for};
+use super::targets::{self, TARGETS, asks_for_folder, target_for};
 use crate::calibration::{Calibration, CalibrationError};
 use crate::export::{Together, WriteError};
 use crate::small_file::read_small;
@@ -59,11 +59,17 @@ pub fn add_calibration(
     let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     if asks_for_folder(path) {
-        return files.write_folder(path, || library(calibration, &name));
+        return files.folder(path, || targets::files(calibration, &name));
     }
     files.write(path, |out| {
         target.write(&of_target(target, calibration, &name)?, out)
     })
+}
+
+/// What is to be told before a calibration is written into this file; see [`Target::caution`](super::target::Target::caution).
+pub fn caution(calibration: &Calibration, path: &Path) -> Option<String> {
+    let left_out = target_for(path)?.caution(calibration)?;
+    Some(format!("{} leaves out {left_out}", path.display()))
 }
 
 /// Reads a calibration and checks it, in the format of the file's ending; without a known ending as a complete one.
@@ -74,6 +80,14 @@ pub fn add_calibration(
 /// # Errors
 /// [`ReadCalibrationError`] if it cannot be read, is not one, or is not whole.
 pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError> {
+    Ok(read_with_notes(path)?.0)
+}
+
+/// [`read_calibration`], with what its user must know of the file.
+///
+/// # Errors
+/// Likewise.
+pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCalibrationError> {
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };
     let content = read_small(path, "a calibration", LARGEST_FILE_BYTES).map_err(io)?;
@@ -81,11 +95,14 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
     let Some(read) = target.reader() else {
         return Err(ReadCalibrationError::WriteOnly { path: at() });
     };
-    let calibration =
+    let (calibration, mut notes) =
         read(&content).map_err(|source| ReadCalibrationError::Content { path: at(), source })?;
     let unusable = |source| ReadCalibrationError::Calibration { path: at(), source };
     calibration.validate().map_err(unusable)?;
-    Ok(calibration)
+    for note in &mut notes {
+        note.insert_str(0, &format!("{}: ", path.display()));
+    }
+    Ok((calibration, notes))
 }
 
 #[cfg(test)]
@@ -195,7 +212,7 @@ mod tests {
         }
         let (_directory, path) = written(&calibration(), "c.yaml");
         let yaml = fs::read_to_string(path).unwrap();
-        assert!(yaml.contains("\nrated: [true, false]\n"), "{yaml}");
+        assert!(yaml.contains("\n    rated: [true, false]\n"), "{yaml}");
     }
 
     #[test]

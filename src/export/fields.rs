@@ -19,7 +19,8 @@ pub(super) enum Value {
     Flag(bool),
     /// One per axis.
     Flags(Vec<bool>),
-    Count(u8),
+    Count(u64),
+    Number(f64),
     Text(String),
     Texts(Vec<String>),
     Numbers(Vec<f64>),
@@ -50,7 +51,33 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             about: "whether each full scale is the rated load that somebody entered",
             ..field("", "rated", Value::Flags(rated))
         },
+        Field {
+            about: "beyond these nothing is known of the sensor; 0 where that is not known",
+            ..numbers("", "limits", &calibration.limits)
+        },
         field("", "offset", Value::Flag(calibration.offset)),
+        field(
+            "",
+            "regressor",
+            Value::Text(calibration.regressor.key().to_owned()),
+        ),
+        Field {
+            about: "a longer step than this is a gap (s)",
+            ..field("", "gap_secs", Value::Number(calibration.gap_secs))
+        },
+        Field {
+            about: "look-backs and lags keep no samples closer to each other than this (s)",
+            ..field(
+                "",
+                "history_step_secs",
+                Value::Number(calibration.history_step_secs),
+            )
+        },
+        field(
+            "",
+            "decimation",
+            Value::Count(calibration.decimation as u64),
+        ),
         field("", "simulated", Value::Flag(calibration.simulated)),
         field(
             "",
@@ -58,6 +85,8 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             Value::Texts(calibration.trained_on.clone()),
         ),
     ];
+    let rate = calibration.rate_hz.into_iter();
+    fields.extend(rate.map(|rate| field("", "rate_hz", Value::Number(rate))));
     let tare = calibration.tare.iter();
     fields.extend(tare.map(|tare| field("", "tared", Value::Text(tare.to_string()))));
     fields.extend([
@@ -81,7 +110,7 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     fields.extend(features.blocks.stored().map(|(block, stored)| {
         let Setting { key, unit, .. } = block.setting();
         let value = match stored {
-            Stored::Number(number) => Value::Count(number),
+            Stored::Number(number) => Value::Count(number.into()),
             Stored::List(values) => Value::Numbers(values.to_vec()),
         };
         Field {

@@ -13,6 +13,5 @@ pub(super) fn write(
     facts: &[Fact],
     out: &mut dyn io::Write,
 ) -> io::Result<()> {
-    let units = calibration.units.iter().cloned();
-    npz::write(&arrays(calibration, facts, units), out)
+    npz::write(&arrays(calibration, facts), out)
 }

@@ -13,8 +13,8 @@ use crate::recording::{Axis, Layout};
 /// Why a calibration cannot be written in a format, or what a file holds is none.
 pub type Refusal = Box<dyn Error + Send + Sync>;
 
-/// Makes a calibration of what is in a file.
-pub type ReadBack = fn(&[u8]) -> Result<Calibration, Refusal>;
+/// Makes a calibration of what is in a file, with what its user must know of it.
+pub type ReadBack = fn(&[u8]) -> Result<(Calibration, Vec<String>), Refusal>;
 
 /// A format that calibrations are written in. All of them stand in [`TARGETS`](super::TARGETS).
 pub trait Target: Sync {
@@ -30,6 +30,12 @@ pub trait Target: Sync {
     /// What a file leaves out of this calibration.
     fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
         "nothing"
+    }
+
+    /// What is to be told before a file of this calibration is written: that whoever loads it gets other loads than this program
+    /// shows. It follows "leaves out".
+    fn caution(&self, _calibration: &Calibration) -> Option<String> {
+        None
     }
 
     /// Checks whether the format can carry what is outlined.

@@ -36,7 +36,7 @@ const PAGES: [(Page, &str, &str); 3] = [
 ];
 
 /// The pages that stand beside the README.
-const GUIDE: [(&str, &str); 10] = [
+const GUIDE: [(&str, &str); 11] = [
     ("Window", include_str!("../../assets/guide/window.md")),
     (
         "Recordings",
@@ -48,6 +48,10 @@ const GUIDE: [(&str, &str); 10] = [
     ),
     ("Exports", include_str!("../../assets/guide/exports.md")),
     ("On a robot", include_str!("../../assets/guide/robot.md")),
+    (
+        "Calibration file",
+        include_str!("../../assets/guide/calibration-file.md"),
+    ),
     (
         "Choosing a model",
         include_str!("../../assets/guide/choosing.md"),

@@ -65,6 +65,9 @@ impl PaneView for View {
                     (self.axis, self.zoom) = (at, None);
                 }
             }
+            for trace in [Trace::Calculated, Trace::Conventional, Trace::Compensated] {
+                ui.colored_label(trace.color(ui.visuals()), trace.label());
+            }
             ui.label(words(&followed, self.axis));
             ui.weak(name);
         });

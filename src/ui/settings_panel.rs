@@ -45,7 +45,10 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         regressor_panel::regressor(ui, engine, &mut settings, out);
         ui.checkbox(&mut settings.offset, OFFSET.label)
             .on_hover_text(OFFSET.help());
-        number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
+        ui.horizontal(|ui| {
+            number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
+            ui.weak(HISTORY_RATE.unit.symbol);
+        });
     });
     decimation(ui, &mut settings);
     ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {

@@ -126,7 +126,7 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
             .skip_while(|line| !line.starts_with(char::is_numeric));
         rows.flat_map(|row| {
             row.split(',')
-                .map(|cell| cell.parse().unwrap())
+                .filter_map(|cell| cell.parse().ok())
                 .collect::<Vec<f64>>()
         })
         .collect()

@@ -29,7 +29,7 @@ fn one_fit_writes_many_formats_and_writes_over_them_only_by_force() {
 #[test]
 fn what_a_format_cannot_carry_is_said() {
     let workshop = Workshop::with_recordings();
-    for (name, word) in [("c.cal", "six gauges"), ("c.onnx", "fit a network")] {
+    for (name, word) in [("c.cal", "up to 8 gauges"), ("c.onnx", "fit a network")] {
         let arguments = [&["fit"], &ALL_FILES[..], &["--export", name]].concat();
         let told = stderr(&run(workshop.path(), &arguments));
         assert!(told.contains(name) && told.contains(word), "{told}");
@@ -65,7 +65,9 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
         &["apply", "s.cal", "run.csv", "--out", "."],
     );
     assert!(told.status.success());
-    assert!(stderr(&told).contains("no offset"), "{}", stderr(&told));
+    for words in ["s.cal: such a file", "no compensation", "no offset"] {
+        assert!(stderr(&told).contains(words), "{}", stderr(&told));
+    }
     let loads = Table::read(&workshop.file("run_loads.csv"));
     assert_eq!(loads.column("Fy comp"), [4.0, 0.0]);
     assert_eq!(loads.column("Mz conv"), [12.0, 14.0]);
@@ -110,6 +112,51 @@ fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
     }
     let kept = "The history keeps at most a sample each 0.0313";
     assert!(workshop.read("k.h").contains(kept) && workshop.read("k.rs").contains(kept));
+}
+
+/// What only the matrix goes into is said before it is written; where nothing is lost, nothing is said.
+#[test]
+fn what_a_matrix_alone_leaves_out_is_warned_of() {
+    let workshop = Workshop::with_recordings();
+    let fit = [&["fit"], &ALL_FILES[..]].concat();
+    let told = run(
+        workshop.path(),
+        &[&fit[..], &["--export", "c.inc", "--export", "c.json"]].concat(),
+    );
+    let told = stderr(&told);
+    for words in ["warning: c.inc leaves out", "F_th 3 N", "the offset"] {
+        assert!(told.contains(words), "{told}");
+    }
+    assert!(!told.contains("c.json leaves out"), "{told}");
+    let bare = ["--look-back", "none", "--no-offset", "--export", "d.inc"];
+    let told = stderr(&run(workshop.path(), &[&fit[..], &bare].concat()));
+    assert!(
+        workshop.file("d.inc").exists() && !told.contains("leaves out"),
+        "{told}"
+    );
+}
+
+/// A key that somebody misspelt would silently be as if it were not there.
+#[test]
+fn keys_that_mean_nothing_are_said() {
+    let workshop = Workshop::with_recordings();
+    succeed(
+        workshop.path(),
+        &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat(),
+    );
+    let mut file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    let apply = ["apply", "c.json", "a.csv", "--out", ".", "--force"];
+    let quiet = run(workshop.path(), &apply);
+    assert!(!stderr(&quiet).contains("note"), "{}", stderr(&quiet));
+    file["gap_sec"] = 1.into();
+    file["features"]["play_radi"] = serde_json::json!([0.1]);
+    file["note"] = "mine".into();
+    workshop.write("c.json", file.to_string());
+    let told = run(workshop.path(), &apply);
+    assert!(told.status.success());
+    let told = stderr(&told);
+    let keys = "note: c.json: not known and not used: features.play_radi, gap_sec, note";
+    assert!(told.contains(keys), "{told}");
 }
 
 /// What an older program wrote says nothing of rate and files.

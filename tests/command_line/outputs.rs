@@ -42,7 +42,7 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
         ("--export a.h --export sub/../a.h", &["sub/../a.h", "same"]),
         (
             "--export a.json --export a.cal --export a.h",
-            &["a.cal", "six"],
+            &["a.cal", "up to 8 gauges"],
         ),
         ("--export a.json --export a.onnx", &["a.onnx", "networks"]),
         (

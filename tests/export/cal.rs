@@ -1,10 +1,14 @@
 //! ATI-style `.cal` files: written and read.
 
 use std::fs;
+use std::sync::Arc;
 
-use loopscope::calibration::Regressor;
-use loopscope::export::{name_gauges, read_calibration};
-use loopscope::recording::Axis;
+use loopscope::analysis::{Request, train};
+use loopscope::calibration::{FitSettings, Regressor};
+use loopscope::export::{name_gauges, read_calibration, write_calibration};
+use loopscope::features::FeatureSettings;
+use loopscope::progress::Progress;
+use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 use crate::support::{RECORDING, calibration, every_block, export};
 
@@ -34,6 +38,47 @@ fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
         let offset = calibration.conventional.matrix[at % 6].last().unwrap();
         assert!((actual + offset - expected).abs() < 1e-9);
     }
+}
+
+/// ATI's library has room for eight gauges.
+#[test]
+fn up_to_eight_gauges_are_written_and_read_back() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("c.cal");
+    let of = |n_gauges: usize| {
+        let n = 300;
+        let wave = |k: usize, at: usize| ((0.01 + 0.013 * at as f64) * k as f64).sin();
+        let rows = |width: usize| {
+            let cells = (0..n).flat_map(move |k| (0..width).map(move |at| wave(k, at)));
+            cells.collect::<Vec<f64>>()
+        };
+        let recording = Recording::new(
+            "a",
+            Source::Simulated,
+            (0..n).map(|k| 0.01 * k as f64).collect(),
+            (0..n_gauges).map(|at| format!("g{at}")).collect(),
+            rows(n_gauges),
+            Axis::ALL.to_vec(),
+            rows(6),
+        );
+        let mut set = RecordingSet::default();
+        set.push(Entry::new(recording.unwrap(), Role::Train))
+            .unwrap();
+        let settings = FitSettings {
+            features: FeatureSettings::present(),
+            offset: false,
+            ..FitSettings::default()
+        };
+        let request = Request::fit(Arc::new(set), settings);
+        train(&request, &Progress::default(), &mut |_| {}).unwrap()
+    };
+    let eight = of(8);
+    let text = export(&eight, &path);
+    assert!(text.contains("NumGages=\"8\"") && !text.contains("offset left out"));
+    let read = read_calibration(&path).unwrap();
+    assert_eq!(read.conventional.matrix, eight.conventional.matrix);
+    let told = write_calibration(&of(9), &path).unwrap_err().to_string();
+    assert!(told.contains("up to 8 gauges"), "{told}");
 }
 
 /// A file of another maker: millimetres, padding blanks, other elements.

@@ -8,6 +8,7 @@ use loopscope::calibration::{Calibration, Regressor};
 use loopscope::export::{TARGETS, read_calibration, target_for, write_calibration};
 use loopscope::features::{FeatureSettings, Thresholds};
 
+use crate::matrices::in_counts;
 use crate::support::{
     RECORDING, calibration, every_block, export, is_there, lines, samples, succeed,
 };
@@ -49,6 +50,12 @@ assert np.array_equal(np.ravel(read['full_scale']), truth['full_scale'])
 rated = truth.get('rated') or [False] * len(truth['axes'])
 assert np.array_equal(np.ravel(read['rated']), rated)
 assert np.array_equal(np.ravel(read['t_th_secs']), [15, 4])
+for name in ['gap_secs', 'history_step_secs', 'limits', 'decimation', 'rate_hz', 'offset']:
+    assert np.array_equal(np.ravel(read[name]), np.ravel(truth[name])), name
+for name in ['shift', 'inverse_scale', 'deviation']:
+    assert np.array_equal(np.ravel(read['gauge_' + name]), truth['gauge_scale'][name]), name
+for name in ['fixed_lags_secs', 'creep_secs', 'play_radii', 'polynomial']:
+    assert np.array_equal(np.ravel(read[name]), np.ravel(truth['features'][name])), name
 layers = truth['learned']['network']['layers']
 for at, layer in enumerate(layers):
     weights = np.array(layer['weights'], dtype=np.float32)
@@ -74,31 +81,104 @@ fn scipy_reads_every_array() {
     let directory = exported(&odd_names(), "c.mat");
     let texts = "assert [t.rstrip() for t in read['gauges']] == truth['gauges']\n\
                  assert all(ord(c) < 128 for t in read['units'] for c in t)\n\
-                 assert [t.rstrip(' ') for t in read['trained_on']] == truth['trained_on']\n";
+                 names = [t.rstrip(' ') for t in read['trained_on']]\n\
+                 assert names == [t.replace('力', '\\\\u{529b}') for t in truth['trained_on']]\n\
+                 assert read['regressor'][0].strip() == truth['regressor']\n";
     let load = "import scipy.io\nread = scipy.io.loadmat('c.mat')\n";
     python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
 }
 
+/// What the parser of ROS 2 (rcl_yaml_param_parser) takes: a node's name, `ros__parameters`, then names with values; maps no
+/// deeper than five; a value is a scalar, or a list of scalars of one type with no list or map in it; nothing is empty. Unquoted
+/// scalars are a flag, else a whole number, else a real one, else a text; quoted ones are texts.
+const ROS_2: &str = "
+import yaml
+FLAGS = 'Y y yes Yes YES true True TRUE on On ON N n no No NO false False FALSE off Off OFF'.split()
+def kind(node):
+    assert isinstance(node, yaml.ScalarNode), 'neither lists nor maps in a list'
+    if node.style in ('\"', \"'\"):
+        return str
+    assert node.value not in ('', '~', 'null', 'Null', 'NULL'), 'no null'
+    if node.value in FLAGS:
+        return bool
+    for number, taken in ((int, lambda text: int(text, 0)), (float, float)):
+        try:
+            taken(node.value)
+            return number
+        except ValueError:
+            pass
+    return str
+def parameters(node, depth):
+    assert depth <= 5 and node.value
+    for name, value in node.value:
+        assert name.value.replace('_', '').isalnum(), name.value
+        if isinstance(value, yaml.MappingNode):
+            parameters(value, depth + 1)
+        elif isinstance(value, yaml.SequenceNode):
+            kinds = {kind(item) for item in value.value}
+            assert len(kinds) == 1, (name.value, kinds)
+            assert kinds & {bool, float, str}, name.value
+        else:
+            kind(value)
+root = yaml.compose(open('c.yaml', encoding='utf-8'))
+[(node, within)] = root.value
+assert node.value == '/**'
+[(key, within)] = within.value
+assert key.value == 'ros__parameters'
+parameters(within, 3)
+read = yaml.safe_load(open('c.yaml', encoding='utf-8'))['/**']['ros__parameters']
+for name in ['conventional', 'compensated']:
+    own = read[name]
+    assert np.array_equal(np.reshape(own['matrix'], (own['n_rows'], own['n_columns'])), truth[name]['matrix'])
+    assert own['features'] == truth[name]['features']
+assert read['trained_on'] == truth['trained_on']
+for name in ['gauges', 'axes', 'units', 'full_scale', 'limits', 'offset', 'gap_secs', 'history_step_secs', 'regressor', 'rate_hz']:
+    assert read[name] == truth[name], name
+assert read['gauge_scale'] == truth['gauge_scale']
+features = truth['features']
+for name in ['f_th', 't_th_secs']:
+    assert read['blocks'].get(name, []) == [own[name] for own in features['look_backs']]
+for name in ['fixed_lags_secs', 'creep_secs', 'play_radii', 'polynomial']:
+    assert read['blocks'].get(name, []) == features[name], name
+";
+
 #[test]
-fn a_reader_of_yaml_gets_the_same_numbers_and_names() {
+fn ros_2_gets_parameters_that_its_parser_takes_with_the_same_numbers() {
     if !is_there("python3", &["-c", "import yaml, numpy"]) {
         return;
     }
     let directory = exported(&odd_names(), "c.yaml");
-    python(
-        directory.path(),
-        "import yaml
-read = yaml.safe_load(open('c.yaml', encoding='utf-8'))
-for name in ['conventional', 'compensated']:
-    own = read[name]
-    assert np.array_equal(np.reshape(own['matrix'], (own['rows'], own['columns'])), truth[name]['matrix'])
-    assert own['features'] == truth[name]['features']
-assert read['trained_on'] == truth['trained_on']
-assert read['blocks']['look_backs'] == truth['features']['look_backs']
-assert read['gauge_scale'] == truth['gauge_scale']
-assert 'network' in read['about']['leaves_out']
-",
+    let of_network = "assert 'network' in read['about']['leaves_out']\n";
+    python(directory.path(), &format!("{ROS_2}{of_network}"));
+    let mut plain = calibration(FeatureSettings::present(), Regressor::Linear);
+    plain.trained_on = vec!["1".to_owned(), "no".to_owned(), String::new()];
+    python(exported(&plain, "c.yaml").path(), ROS_2);
+}
+
+/// Octave reads what MATLAB reads, but no character beyond ASCII.
+#[test]
+fn octave_rebuilds_the_conventional_load() {
+    if !is_there("octave", &["--version"]) {
+        return;
+    }
+    let calibration = odd_names();
+    let directory = exported(&calibration, "c.mat");
+    let code = "c = load('c.mat'); names = fieldnames(c); \
+        for k = 1:numel(names), x = c.(names{k}); if ischar(x), assert(all(double(x(:)) < 128)); end, end; \
+        printf('%.17g\\n', c.gap_secs, c.history_step_secs, c.conventional * [c.gauge_shift(:); 1]);";
+    let mut octave = Command::new("octave");
+    let octave = octave.current_dir(directory.path());
+    let printed = succeed(octave.args(["--no-gui", "--quiet", "--eval", code]));
+    let actual: Vec<f64> = printed.lines().map(|line| line.parse().unwrap()).collect();
+    assert_eq!(
+        actual[..2],
+        [calibration.gap_secs, calibration.history_step_secs]
     );
+    let gauges = &calibration.gauge_scale.shift;
+    for (row, actual) in calibration.conventional.matrix.iter().zip(&actual[2..]) {
+        let load: f64 = gauges.iter().zip(row).map(|(a, b)| a * b).sum::<f64>() + row[6];
+        assert!((load - actual).abs() < 1e-12 * (1.0 + load.abs()));
+    }
 }
 
 /// The row is made by the exported Python file, the load by the model: single precision, 1e-4 of full scale.
@@ -173,7 +253,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
 #[test]
 fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
     let directory = tempfile::tempdir().unwrap();
-    let network = calibration(every_block(), Regressor::Network);
+    let network = in_counts(calibration(every_block(), Regressor::Network));
     for target in TARGETS {
         for ending in target.endings() {
             let path = directory
@@ -187,7 +267,7 @@ fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
                 "leaves_out",
                 "l\0\0\0e\0\0\0a\0\0\0v\0\0\0e\0\0\0s",
             ];
-            let is_table = ["json", "csv", "mat", "zip"].contains(ending);
+            let is_table = ["json", "csv", "mat", "dat", "zip"].contains(ending);
             assert!(
                 is_table || says.iter().any(|words| text.contains(words)),
                 "{ending}"

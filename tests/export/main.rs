@@ -2,8 +2,10 @@
 
 mod c;
 mod cal;
+mod calibration_file;
 mod data_files;
 mod m_function;
+mod matrices;
 mod package;
 mod python;
 mod report;

@@ -11,7 +11,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a file whose cells are all numbers, below one header line.
+    /// Reads a file whose cells are numbers, below one header line; a word, such as a status, is read as none.
     #[track_caller]
     pub fn read(path: &Path) -> Self {
         let mut csv = csv::ReaderBuilder::new();
@@ -20,7 +20,12 @@ impl Table {
             header: csv.headers().unwrap().iter().map(str::to_owned).collect(),
             rows: csv
                 .records()
-                .map(|row| row.unwrap().iter().map(|x| x.parse().unwrap()).collect())
+                .map(|row| {
+                    row.unwrap()
+                        .iter()
+                        .map(|x| x.parse().unwrap_or(f64::NAN))
+                        .collect()
+                })
                 .collect(),
         }
     }

@@ -1,4 +1,4 @@
-//! ATI-style `.cal` files: XML with the matrix of a conventional calibration of six gauges and six axes.
+//! ATI-style `.cal` files: XML with the matrix of a conventional calibration of up to eight gauges and six axes.
 //!
 //! Guarantees: what is written reads back to the same matrix; names are case-sensitive; a file with a row missing, a number
 //! that is none or a unit that is not known is refused, never guessed.
@@ -10,6 +10,7 @@ use quick_xml::Reader;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
+use super::matrix;
 use crate::calibration::{
     Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
 };
@@ -34,21 +35,19 @@ impl Target for Cal {
     }
 
     fn holds(&self) -> &'static str {
-        "the conventional matrix of six gauges and six axes"
+        "the conventional matrix of up to eight gauges and six axes"
     }
 
     fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
-        "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges"
+        matrix::LEFT_OUT
+    }
+
+    fn caution(&self, calibration: &Calibration) -> Option<String> {
+        matrix::leaves_out(calibration)
     }
 
     fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
-        if outline.n_gauges == 6 && *outline.axes == Axis::ALL {
-            return Ok(());
-        }
-        Err(Box::new(NotSix {
-            gauges: outline.n_gauges,
-            axes: outline.axes.iter().map(|axis| axis.symbol()).collect(),
-        }))
+        matrix::check("a .cal file", (1, MOST_GAUGES), outline)
     }
 
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
@@ -56,7 +55,10 @@ impl Target for Cal {
     }
 
     fn reader(&self) -> Option<ReadBack> {
-        Some(|content| Ok(read(content)?))
+        Some(|content| {
+            let note = "such a file holds the conventional load alone: no compensation, and no offset, so tare the gauges";
+            Ok((read(content)?, vec![note.to_owned()]))
+        })
     }
 
     fn names_gauges(&self) -> bool {
@@ -64,16 +66,8 @@ impl Target for Cal {
     }
 }
 
-/// A calibration that such a file has no room for.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "a .cal file holds six gauges and the axes Fx Fy Fz Mx My Mz, and this calibration has {gauges} gauges and the axes {}; use \
-     .yaml, .h or .json", .axes.join(" ")
-)]
-struct NotSix {
-    gauges: usize,
-    axes: Vec<&'static str>,
-}
+/// ATI's library has room for these.
+const MOST_GAUGES: usize = 8;
 
 /// Why a `.cal` file could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -114,17 +108,11 @@ fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> 
         writeln!(out, "  {name}: {}", for_xml_comment(text))?;
     }
     let n_gauges = calibration.gauges.len();
-    if calibration.offset {
-        let last = calibration
-            .conventional
-            .matrix
-            .iter()
-            .map(|row| row[n_gauges].to_string());
-        let offset: Vec<String> = last.collect();
+    if let Some(offsets) = matrix::offsets(calibration) {
         writeln!(
             out,
             "  offset left out, in N and N-m: {}",
-            for_xml_comment(&offset.join(" "))
+            for_xml_comment(&offsets)
         )?;
     }
     writeln!(out, "-->")?;
@@ -145,14 +133,14 @@ fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> 
                 "    <BasicTransform Dx=\"0\" Dy=\"0\" Dz=\"0\" Rx=\"0\" Ry=\"0\" Rz=\"0\"/>"
             )?;
         }
-        let rows = calibration.conventional.matrix.iter();
+        let rows = matrix::rows(calibration);
         for ((axis, row), full_scale) in calibration
             .axes
             .iter()
             .zip(rows)
             .zip(&calibration.full_scale)
         {
-            let values: Vec<String> = row[..n_gauges].iter().map(f64::to_string).collect();
+            let values: Vec<String> = row.iter().map(f64::to_string).collect();
             writeln!(
                 out,
                 "    <{element} Name=\"{}\" values=\"{}\" max=\"{full_scale}\"{scale}/>",

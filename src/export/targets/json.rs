@@ -27,6 +27,17 @@ impl Target for Json {
     }
 
     fn reader(&self) -> Option<ReadBack> {
-        Some(|content| Ok(Calibration::from_json(content)?))
+        Some(|content| {
+            let calibration = Calibration::from_json(content)?;
+            let unknown = calibration.unknown_keys(content)?;
+            let note = |keys: &[String]| {
+                let keys = keys.join(", ");
+                format!(
+                    "not known and not used: {keys}; see the guide's page on the calibration file"
+                )
+            };
+            let notes = (!unknown.is_empty()).then(|| note(&unknown));
+            Ok((calibration, notes.into_iter().collect()))
+        })
     }
 }

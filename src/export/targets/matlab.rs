@@ -18,7 +18,7 @@ impl Target for Matlab {
     }
 
     fn holds(&self) -> &'static str {
-        "matrices, choices of the blocks, scales, network or kernel"
+        "matrices, choices of the blocks, scales, rule for gaps, network or kernel"
     }
 
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {

@@ -1,11 +1,14 @@
 //! The formats that calibrations are written in, one file each; everything that lists them reads [`TARGETS`].
 
+mod c_array;
 mod c_header;
 mod cal;
 mod csv;
+mod icub;
 mod json;
 mod m_function;
 mod matlab;
+mod matrix;
 mod numpy;
 mod onnx;
 mod package;
@@ -16,7 +19,7 @@ mod yaml;
 use std::path::{Path, is_separator};
 
 pub use self::cal::name_gauges;
-pub(super) use self::package::library;
+pub(super) use self::package::files;
 use super::target::Target;
 
 /// All formats, the complete one first.
@@ -29,6 +32,9 @@ pub static TARGETS: &[&dyn Target] = &[
     &package::Package,
     &yaml::Yaml,
     &cal::Cal,
+    &c_array::CArray,
+    &icub::Secondary,
+    &icub::Board,
     &csv::Csv,
     &numpy::NumPy,
     &matlab::Matlab,

@@ -1,4 +1,8 @@
-//! Calibrations as YAML with plain keys and row-major matrices, as parameters of a robot are configured.
+//! Calibrations as parameters of ROS 2, which `ros2 param load` and `--params-file` take.
+//!
+//! Guarantees, which ROS 2 asks for: parameters of every node (`/**`), each a flag, a number, a text or a list of one of these;
+//! no list is empty or holds another; a real number always has a point. A matrix is one list, row by row, beside its rows and
+//! columns. What is empty is left out: a block that has no parameter is not used.
 
 use std::io;
 
@@ -12,7 +16,7 @@ pub(super) struct Yaml;
 
 impl Target for Yaml {
     fn name(&self) -> &'static str {
-        "YAML"
+        "ROS 2 parameters (YAML)"
     }
 
     fn endings(&self) -> &'static [&'static str] {
@@ -20,7 +24,7 @@ impl Target for Yaml {
     }
 
     fn holds(&self) -> &'static str {
-        "matrices, choices of the blocks, scales"
+        "matrices, choices of the blocks, scales, rule for gaps"
     }
 
     fn leaves_out(&self, calibration: &Calibration) -> &'static str {
@@ -30,24 +34,26 @@ impl Target for Yaml {
         }
     }
 
-    /// Writes scalars, flow lists of numbers, and texts in double quotes.
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        writeln!(out, "about:")?;
+        writeln!(out, "/**:\n  ros__parameters:\n    about:")?;
         for (name, text) in &export.facts {
-            let name = name.replace(' ', "_").to_ascii_lowercase();
-            writeln!(out, "  {name}: {}", for_yaml(text))?;
+            writeln!(out, "      {}: {}", key(name), for_yaml(text))?;
         }
         let mut open = "";
         for field in fields(export.calibration) {
+            let entries = entries(&field);
+            if entries.is_empty() {
+                continue;
+            }
             if field.group != open {
                 open = field.group;
-                writeln!(out, "{open}:")?;
+                writeln!(out, "    {open}:")?;
             }
-            let indent = if open.is_empty() { "" } else { "  " };
+            let indent = if open.is_empty() { "    " } else { "      " };
             if !field.about.is_empty() {
                 writeln!(out, "{indent}# {}", field.about)?;
             }
-            for (name, value) in entries(&field) {
+            for (name, value) in entries {
                 writeln!(out, "{indent}{name}: {value}")?;
             }
         }
@@ -55,44 +61,47 @@ impl Target for Yaml {
     }
 }
 
-/// A field as YAML has it: a matrix row-major in one list, as well as rows and columns, so that a parameter of numbers holds
-/// it.
+/// A parameter's name, of letters, digits and underscores.
+fn key(name: &str) -> String {
+    let name = name.chars().map(|c| match c.is_ascii_alphanumeric() {
+        true => c.to_ascii_lowercase(),
+        false => '_',
+    });
+    name.collect()
+}
+
+/// A field as parameters; none where it is empty.
 fn entries(field: &Field) -> Vec<(&'static str, String)> {
-    let value = match &field.value {
-        Value::Flag(flag) => flag.to_string(),
-        Value::Flags(flags) => format!("{flags:?}"),
-        Value::Count(count) => count.to_string(),
-        Value::Text(text) => for_yaml(text),
-        Value::Texts(all) => texts(all),
+    let listed = |texts: Vec<String>| match texts.is_empty() {
+        true => Vec::new(),
+        false => vec![(field.name, format!("[{}]", texts.join(", ")))],
+    };
+    let numbers = |values: &[f64]| listed(values.iter().map(|value| number(*value)).collect());
+    match &field.value {
+        Value::Flag(flag) => vec![(field.name, flag.to_string())],
+        Value::Flags(flags) => listed(flags.iter().map(bool::to_string).collect()),
+        Value::Count(count) => vec![(field.name, count.to_string())],
+        Value::Number(value) => vec![(field.name, number(*value))],
+        Value::Text(text) => vec![(field.name, for_yaml(text))],
+        Value::Texts(texts) => listed(texts.iter().map(|text| for_yaml(text)).collect()),
         Value::Numbers(values) => numbers(values),
         Value::Table(columns) => {
-            let rows = (0..columns.first().map_or(0, |(_, values)| values.len())).map(|row| {
-                let cells = columns.iter();
-                let cells = cells.map(|(name, values)| format!("{name}: {}", number(values[row])));
-                format!("{{{}}}", cells.collect::<Vec<_>>().join(", "))
+            let columns = columns.iter().filter(|(_, values)| !values.is_empty());
+            let lists = columns.map(|(name, values)| {
+                let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
+                (*name, format!("[{}]", values.join(", ")))
             });
-            format!("[{}]", rows.collect::<Vec<_>>().join(", "))
+            lists.collect()
         }
         Value::Matrix(rows) => {
             let columns = rows.first().map_or(0, Vec::len);
-            return vec![
-                ("rows", rows.len().to_string()),
-                ("columns", columns.to_string()),
-                (field.name, numbers(&rows.concat())),
+            let shape = [
+                ("n_rows", rows.len().to_string()),
+                ("n_columns", columns.to_string()),
             ];
+            shape.into_iter().chain(numbers(&rows.concat())).collect()
         }
-    };
-    vec![(field.name, value)]
-}
-
-fn texts(texts: &[String]) -> String {
-    let quoted: Vec<String> = texts.iter().map(|text| for_yaml(text)).collect();
-    format!("[{}]", quoted.join(", "))
-}
-
-fn numbers(values: &[f64]) -> String {
-    let texts: Vec<String> = values.iter().map(|value| number(*value)).collect();
-    format!("[{}]", texts.join(", "))
+    }
 }
 
 /// With a point always: many readers of YAML take `1e-7` for a text.

@@ -97,12 +97,13 @@ impl Thresholds {
 
 /// What "different by F_th" is measured in: always on the *conventional* load, the only one known at run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum Distance {
     /// Euclidean norm over the force axes (N), as in the paper.
     #[default]
     Force,
     /// Euclidean norm over all axes, each divided by its full scale (1).
+    #[serde(alias = "full_scale")]
     FullScale,
 }
 

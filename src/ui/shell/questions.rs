@@ -50,9 +50,9 @@ impl Questions {
     }
 }
 
-/// Asks before a file is written that is there already, or that holds a fit which says nothing.
+/// Asks before a file is written that is there already, that holds a fit which says nothing, or less than is shown.
 fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
-    let Some((_, path, doubt)) = &engine.replacing else {
+    let Some((content, path, doubt)) = &engine.replacing else {
         return;
     };
     let (title, reason, yes) = match doubt {
@@ -60,6 +60,14 @@ fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
             "The file is there already",
             None,
             ("Replace it", "What is in the file now is lost"),
+        ),
+        Doubt::LeavesOut(_) => (
+            "The file cannot hold the whole calibration",
+            content.caution(path),
+            (
+                "Export anyway",
+                "A file in .json, .h or .yaml holds the compensation",
+            ),
         ),
         Doubt::Undetermined(undetermined, _) => (
             "The samples do not determine this calibration",

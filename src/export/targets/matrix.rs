@@ -1,0 +1,75 @@
+//! The conventional matrix alone, for carriers that have room for nothing else; what that leaves out is told before it is written.
+
+use crate::calibration::Calibration;
+use crate::export::target::{Outline, Refusal};
+use crate::recording::Axis;
+
+/// What every such file leaves out, in its own comment.
+pub(super) const LEFT_OUT: &str = "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges";
+
+/// What whoever loads such a file must know: nothing where the matrix is the whole calibration.
+pub(super) fn leaves_out(calibration: &Calibration) -> Option<String> {
+    let is_more = calibration.learned.is_some()
+        || calibration.columns().len() > calibration.conventional.columns.len();
+    let compensation = is_more.then(|| {
+        format!(
+            "the compensation ({}): its load is the conventional one",
+            calibration.describe()
+        )
+    });
+    let offset = calibration
+        .offset
+        .then(|| "the offset: tare before use, with the unloaded gauges as bias".to_owned());
+    let parts: Vec<String> = compensation.into_iter().chain(offset).collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// The coefficients of an axis on the gauges, without the offset.
+pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
+    let n_gauges = calibration.gauges.len();
+    let rows = calibration.conventional.matrix.iter();
+    rows.map(move |row| &row[..n_gauges])
+}
+
+/// The offsets of all axes, as a comment tells them; `None` without any.
+pub(super) fn offsets(calibration: &Calibration) -> Option<String> {
+    let offsets = calibration.conventional.matrix.iter();
+    let offsets = offsets.filter_map(|row| Some(row.last()?.to_string()));
+    calibration
+        .offset
+        .then(|| offsets.collect::<Vec<_>>().join(" "))
+}
+
+/// Checks that there are all six axes, and no more gauges than `most`, no fewer than `least`.
+pub(super) fn check(
+    file: &'static str,
+    (least, most): (usize, usize),
+    outline: &Outline<'_>,
+) -> Result<(), Refusal> {
+    if (least..=most).contains(&outline.n_gauges) && *outline.axes == Axis::ALL {
+        return Ok(());
+    }
+    let room = match least == most {
+        true => format!("{most} gauges"),
+        false => format!("up to {most} gauges"),
+    };
+    Err(Box::new(NoRoom {
+        file,
+        room,
+        gauges: outline.n_gauges,
+        axes: outline.axes.iter().map(|axis| axis.symbol()).collect(),
+    }))
+}
+
+/// A calibration that such a file has no room for.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{file} holds {room} and the axes Fx Fy Fz Mx My Mz, and this calibration has {gauges} gauges and the axes {}; use \
+     .yaml, .h, .inc or .json", .axes.join(" ")
+)]
+struct NoRoom {
+    file: &'static str,
+    room: String,
+    gauges: usize,
+    axes: Vec<&'static str>,
+}

@@ -1,0 +1,58 @@
+"""Loads from a calibration file as assets/guide/calibration-file.md says: python3 reference_reader.py c.json samples.txt"""
+import json, sys
+import numpy as np
+
+
+def loads(cal, samples):
+    shift, inverse, sd = (np.array(cal["gauge_scale"][key]) for key in ("shift", "inverse_scale", "deviation"))
+    features, full_scale, g = cal["features"], np.array(cal["full_scale"]), len(cal["gauges"])
+    forces = np.array([axis[0] == "F" for axis in cal["axes"]], dtype=float)
+    by_force = features["distance"] == "force" and forces.any()
+    weights = forces if by_force else np.where(full_scale > 0, 1 / np.maximum(full_scale, 1e-300), 0)
+    conventional, one = np.array(cal["conventional"]["matrix"]), [1.0] * cal["offset"]
+    taus, radii = (np.array(features.get(key, [])) for key in ("creep_secs", "play_radii"))
+    last = creep = play = None
+    for time, s in zip(samples[:, 0], samples[:, 1:]):
+        if last is None or time - last > cal["gap_secs"]:
+            history, stays, kept = [], True, -np.inf
+        history = history if stays else history[:-1]
+        stays = time - kept >= cal["history_step_secs"]
+        kept = time if stays else kept
+        history.append((time, s, weights * (conventional @ np.append(s, one))))
+        row = [s]
+        for look_back in features["look_backs"]:
+            young = [h for h in reversed(history) if time - h[0] <= look_back["t_th_secs"]]
+            far = (h[1] for h in young if ((h[2] - history[-1][2]) ** 2).sum() >= look_back["f_th"] ** 2)
+            row.append(next(far, s))
+        for lag in features.get("fixed_lags_secs", []):
+            n = sum(time - h[0] >= lag for h in history)
+            (start, before, _), (end, after, _) = history[max(n, 1) - 1], history[min(n, len(history) - 1)]
+            row.append(before + (time - start - lag) / (end - start) * (after - before) if n else s)
+        creep = np.tile(s, (len(taus), 1)) if last is None else creep
+        creep = creep - np.expm1(-(time - (time if last is None else last)) / taus)[:, None] * (s - creep)
+        play = np.tile(s, (len(radii), 1)) if last is None else play
+        play = np.maximum(s - radii[:, None] * sd, np.minimum(s + radii[:, None] * sd, play))
+        last, z = time, (s - shift) * inverse
+        histories = row[1:] + list(creep) + list(play)
+        degree = features.get("polynomial", 1)
+        monomials = [z[i] * z[j] for i in range(g) for j in range(i, g) if degree > 1] + list(z**3 if degree > 2 else [])
+        load = np.zeros(len(cal["axes"]))
+        if "compensated" in cal:
+            load = np.array(cal["compensated"]["matrix"]) @ np.concatenate([s, *histories, monomials, one])
+        x = np.concatenate([z, *((past - s) * inverse for past in histories), monomials])
+        for kind, own in cal.get("learned", {}).items():
+            x = (x - own["input_shift"]) * own["input_scale" if kind == "kernel" else "input_inverse_scale"]
+            if kind == "kernel":
+                near = np.exp(-0.5 * ((np.array(own["landmarks"]) - x) ** 2).sum(1) / own["length_scale"] ** 2)
+                load = load + own["offset"] + np.array(own["weights"]) @ near
+            else:
+                for at, layer in enumerate(own["layers"]):
+                    x = np.float32(layer["weights"]).astype(float) @ x + np.float32(layer["biases"])
+                    x = np.maximum(x, 0) if at + 1 < len(own["layers"]) else x
+                load = load + own["target_shift"] + own["target_scale"] * x
+        yield load
+
+
+if __name__ == "__main__":
+    for load in loads(json.load(open(sys.argv[1])), np.loadtxt(sys.argv[2], ndmin=2)):
+        print(*map(repr, map(float, load)))
