@@ -40,7 +40,7 @@ pub fn follow(tap: Tap, path: &Path) -> Result<(), JobError> {
     };
     let mut file = GrowingFile::open(path).map_err(unreadable)?;
     tap.answer(&mut || {
-        let grown = file.next()?;
+        let grown = file.look()?;
         if grown == Grown::Replaced {
             tell(&format_args!(
                 "note: {}: another file has taken its place, or it was cut; it is followed from its beginning",

@@ -121,7 +121,7 @@ impl Minute {
     /// Reads a line, if one is there; says whether a row came.
     fn read(&mut self, file: &mut GrowingFile) -> Result<Read, Unanswered> {
         let grown = file
-            .next()
+            .look()
             .map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
             Grown::Line(line) => line,
@@ -290,9 +290,8 @@ impl Minute {
     ) -> Followed {
         let times: Vec<f64> = taken.iter().map(|taken| taken.time).collect();
         // A clock that was set anew begins anew on screen.
-        let steps = times.windows(2).enumerate();
-        let back = steps.filter(|(_, pair)| pair[1] < pair[0]).last();
-        let shown = back.map_or(0, |(at, _)| at + 1)..times.len();
+        let back = (1..times.len()).rev().find(|at| times[*at] < times[at - 1]);
+        let shown = back.unwrap_or(0)..times.len();
         let times = &times[shown.clone()];
         let span = times
             .first()

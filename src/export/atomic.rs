@@ -342,6 +342,28 @@ mod tests {
     }
 
     #[test]
+    fn a_folder_takes_its_name_with_the_files_or_not_at_all() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        let mut files = Together::default();
+        let content = || Ok(vec![("src/a.h".to_owned(), "a".to_owned())]);
+        files.folder(&at("new/"), content).unwrap();
+        files
+            .write(&at("b.txt"), |out| out.write_all(b"b"))
+            .unwrap();
+        assert!(!at("new").exists());
+        drop(files);
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+        let mut files = Together::default();
+        files.folder(&at("new/"), content).unwrap();
+        files.finish().unwrap();
+        assert_eq!(fs::read_to_string(at("new/src/a.h")).unwrap(), "a");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+        let again = Together::default().folder(&at("new/"), content);
+        assert!(again.unwrap_err().to_string().contains("new directory"));
+    }
+
+    #[test]
     fn a_new_content_replaces_the_old() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.txt");

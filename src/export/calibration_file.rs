@@ -59,7 +59,7 @@ pub fn add_calibration(
     let target = target_for(path).unwrap_or(TARGETS[0]);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     if asks_for_folder(path) {
-        return files.folder(path, || targets::library(calibration, &name));
+        return files.folder(path, || targets::files(calibration, &name));
     }
     files.write(path, |out| {
         target.write(&of_target(target, calibration, &name)?, out)

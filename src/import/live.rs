@@ -265,7 +265,7 @@ impl GrowingFile {
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn next(&mut self) -> io::Result<Grown> {
+    pub fn look(&mut self) -> io::Result<Grown> {
         // No line of a table is longer; a file without line ends must not fill the memory.
         const LONGEST_LINE: u64 = 1 << 20;
         let n = (&mut self.file)
@@ -378,11 +378,9 @@ mod tests {
         let mut out = File::create(&path).unwrap();
         write!(out, "a\nb").unwrap();
         let mut file = GrowingFile::open(&path).unwrap();
-        let mut next = || loop {
-            match file.next().unwrap() {
-                Grown::Nothing => return None,
-                grown => return Some(grown),
-            }
+        let mut next = || match file.look().unwrap() {
+            Grown::Nothing => None,
+            grown => Some(grown),
         };
         let line = |text: &str| Some(Grown::Line(text.to_owned()));
         assert_eq!(next(), line("a"));

@@ -19,7 +19,7 @@ mod yaml;
 use std::path::{Path, is_separator};
 
 pub use self::cal::name_gauges;
-pub(super) use self::package::library;
+pub(super) use self::package::files;
 use super::target::Target;
 
 /// All formats, the complete one first.

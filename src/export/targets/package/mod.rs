@@ -101,7 +101,7 @@ impl Target for Package {
     }
 
     fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        let files = library(export.calibration, export.name)?;
+        let files = files(export.calibration, export.name)?;
         out.write_all(&zipped(&files, &identifier(export.name))?)
     }
 }
@@ -110,7 +110,7 @@ impl Target for Package {
 pub(in crate::export) type Files = Vec<(String, String)>;
 
 /// All files; `name` is what names inside are made of.
-pub(in crate::export) fn library(calibration: &Calibration, name: &str) -> io::Result<Files> {
+pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Result<Files> {
     let source = |code: &Code| {
         let export = of_target(code, calibration, name)?;
         io::Result::Ok(code.source(&export))
