@@ -137,7 +137,12 @@ impl LiveTable {
         let head = opened
             .head(&map.table.text)
             .ok_or_else(|| ReadError::NoHeader { path: path.clone() })?;
-        let plan = Plan::new(&map.table, &head, Side::Both, None).map_err(at(&path, head.line))?;
+        // A reference on another clock is of other moments.
+        let side = match map.has_two_clocks() {
+            true => Side::Gauges,
+            false => Side::Both,
+        };
+        let plan = Plan::new(&map.table, &head, side, None).map_err(at(&path, head.line))?;
         let mut rows = Rows::starting_after(head.n_lines);
         let parse = |part: Part<'_>| Rows::parse(part, &plan);
         let read = opened.read(&head, &progress, parse, |parts, share| {

@@ -19,7 +19,7 @@ pub struct Dwell {
 /// All dwells of these runs, in the order of runs and time: the ones that the rows on zero and creep choose from.
 ///
 /// # Errors
-/// As [`table`](super::table).
+/// As [`table_by`](super::table_by).
 pub fn dwells(runs: &[Run<'_>], rules: &Rules<'_>) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
     let of_runs = measured

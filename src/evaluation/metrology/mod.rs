@@ -1,6 +1,6 @@
 //! The figures that a calibration certificate asks for, per axis, conventional beside compensated.
 //!
-//! [`table`] takes recordings with what a calibration makes of them and gives one row per [`Quantity`], each with its
+//! [`table_by`] takes recordings with what a calibration makes of them and gives one row per [`Quantity`], each with its
 //! definition and source. Where the data cannot give a figure, a [`Reason`] stands in its place: a sentence, never a
 //! number that means nothing, and never NaN.
 //!
