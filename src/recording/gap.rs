@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::recording::median;
+use super::median::median;
 
 /// A step this many times the median is a pause, not a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;

@@ -7,6 +7,7 @@ mod full_scale;
 pub mod gap;
 mod groups;
 pub mod kinetics;
+mod median;
 #[expect(
     clippy::module_inception,
     reason = "the room's main thing has the room's name"
@@ -21,7 +22,7 @@ pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
-pub(crate) use recording::median;
+pub(crate) use median::median;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};
 pub(crate) use set::{Layout, LayoutError};

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::recording::gap::{Earlier, gap_by_steps};
+use crate::recording::median::median;
 use crate::recording::{Axis, Tare};
 
 /// Where a recording comes from.
@@ -339,17 +340,6 @@ impl Recording {
 fn rate_hz(times: &[f64]) -> Option<f64> {
     let step = median(times.windows(2).map(|pair| pair[1] - pair[0]))?;
     (step > 0.0).then(|| 1.0 / step)
-}
-
-/// The upper median; `None` without values.
-pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
 }
 
 #[cfg(test)]
