@@ -375,19 +375,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
 /// What the default dead band makes of each real recording; half and twice of it change little.
 #[test]
 fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
-    for (name, set) in all_real() {
-        let recordings = Arc::new(set);
-        let request = Request::fit(Arc::clone(&recordings), FitSettings::default());
-        let analysis = analyse(&request, &Progress::default()).unwrap();
-        let request = LookRequest {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings,
-            decimation: 1,
-            traces: Arc::clone(&analysis.traces),
-            visible: None,
-            measuring: MetrologySettings::default(),
-            question: Question::Table(TableQuestion { of: TableOf::All }),
-        };
+    for (name, request, _) in all_fitted() {
         let Ok(Look::Table(table, _)) = Viewer::default().look(&request, &Progress::default())
         else {
             panic!("no table of {name}")

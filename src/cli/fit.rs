@@ -154,12 +154,10 @@ fn is_for_controllers(path: &Path) -> bool {
 
 /// Says what the code takes on a controller, and what would take less.
 fn tell_footprint(request: &Request, calibration: &Calibration) {
-    /// More is much for a small controller (bytes).
-    const LARGE: usize = 65_536;
     let footprint = Footprint::of(calibration);
     tell(&format_args!("note: {footprint}"));
     let keeps_history = calibration.features.window_secs() > 0.0;
-    if footprint.memory > LARGE && keeps_history {
+    if footprint.is_large() && keeps_history {
         tell(&"note: --history-rate 100, or a smaller t_th or lag, takes less memory");
     }
     let play = FitSettings {

@@ -13,6 +13,7 @@ mod blocks;
 mod column;
 mod design;
 mod gauge_scale;
+mod kept;
 pub mod look_back;
 mod monomial;
 mod setting;

@@ -19,8 +19,6 @@ use crate::ui::pane::{Cx, PaneView};
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;
-/// More than this is much for a small controller (bytes).
-const LARGE_MEMORY: usize = 65_536;
 /// Characters of a name that have room over a column.
 const NAME_LENGTH: usize = 24;
 
@@ -62,9 +60,8 @@ fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: 
             }
             ui.weak(calibration.describe());
             let footprint = Footprint::of(calibration);
-            let long = footprint.memory > LARGE_MEMORY;
             let text = footprint.to_string();
-            let label = match long {
+            let label = match footprint.is_large() {
                 true => ui.colored_label(ui.visuals().warn_fg_color, text),
                 false => ui.weak(text),
             };

@@ -277,6 +277,11 @@ pub struct Footprint {
 }
 
 impl Footprint {
+    /// Whether the memory is much for a small controller.
+    pub fn is_large(self) -> bool {
+        self.memory > 65_536
+    }
+
     /// Of this calibration.
     pub fn of(calibration: &Calibration) -> Self {
         let program = Program::new(calibration);

@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use crate::features::kept::Kept;
 use crate::features::{
     Appends, Block, Code, Constant, GaugeScale, Memory, Precision, Range, Rows, Setting, Source,
     Stream, Unit,
@@ -193,9 +194,7 @@ struct Lags {
     /// For each lag, the position of the first kept sample that is younger than it.
     younger: Vec<usize>,
     step_secs: f64,
-    /// The time of the last sample that stays, and whether that is the newest.
-    kept_secs: f64,
-    newest_stays: bool,
+    kept: Kept,
 }
 
 impl Lags {
@@ -207,8 +206,7 @@ impl Lags {
             n_gauges,
             younger: vec![0; lags_secs.len()],
             step_secs,
-            kept_secs: f64::NEG_INFINITY,
-            newest_stays: true,
+            kept: Kept::new(step_secs),
         }
     }
 }
@@ -216,14 +214,11 @@ impl Lags {
 impl Stream for Lags {
     fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]) {
         let g = self.n_gauges;
-        if !self.newest_stays {
+        if !self.kept.newest {
             self.times.pop_back();
             self.gauges.truncate(self.gauges.len() - g);
         }
-        self.newest_stays = time - self.kept_secs >= self.step_secs;
-        if self.newest_stays {
-            self.kept_secs = time;
-        }
+        self.kept.take(time);
         self.times.push_back(time);
         self.gauges.extend(gauges);
         for (at, (lag, out)) in self

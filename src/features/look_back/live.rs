@@ -4,6 +4,7 @@
 //! the samples of the longest t_th; a step costs the logarithm of the window, unless the load wanders along F_th.
 
 use super::Thresholds;
+use crate::features::kept::Kept;
 
 /// Samples under the smallest box, and boxes under the next larger one.
 const FAN_OUT: usize = 16;
@@ -23,10 +24,7 @@ pub struct LiveLookBack {
     points: Vec<f64>,
     /// Boxes over `FAN_OUT` and over `LARGEST` samples: for each axis low, high.
     boxes: [Vec<f64>; 2],
-    step_secs: f64,
-    /// The time of the last sample that stays, and whether that is the newest.
-    kept_secs: f64,
-    newest_stays: bool,
+    kept: Kept,
 }
 
 impl LiveLookBack {
@@ -48,16 +46,14 @@ impl LiveLookBack {
             gauges: Vec::new(),
             points: Vec::new(),
             boxes: [Vec::new(), Vec::new()],
-            step_secs,
-            kept_secs: f64::NEG_INFINITY,
-            newest_stays: true,
+            kept: Kept::new(step_secs),
         }
     }
 
     /// Takes the next sample: its time, gauges and conventional load.
     pub fn push(&mut self, time: f64, gauges: &[f64], load: &[f64]) {
         let width = self.used.len();
-        if self.newest_stays {
+        if self.kept.newest {
             self.forget(time);
         } else {
             // Boxes stay as wide as it made them: they hold all that they should, and little more.
@@ -65,10 +61,7 @@ impl LiveLookBack {
             self.gauges.truncate(self.gauges.len() - self.n_gauges);
             self.points.truncate(self.points.len() - width);
         }
-        self.newest_stays = time - self.kept_secs >= self.step_secs;
-        if self.newest_stays {
-            self.kept_secs = time;
-        }
+        self.kept.take(time);
         let at = self.times.len();
         self.times.push(time);
         self.gauges.extend(gauges);

@@ -16,6 +16,7 @@ mod live;
 
 use serde::{Deserialize, Serialize};
 
+use crate::features::kept::Kept;
 use crate::features::{Range, Setting, Unit};
 use crate::recording::Axis;
 
@@ -271,14 +272,11 @@ impl LoadPath {
 
 /// The samples that are kept: the first, and each that comes at least a step after the last one kept.
 fn kept_samples(times: &[f64], step_secs: f64) -> Vec<u32> {
-    let mut last_secs = f64::NEG_INFINITY;
-    let samples = times.iter().enumerate().filter(|(_, time)| {
-        let is_kept = **time - last_secs >= step_secs;
-        if is_kept {
-            last_secs = **time;
-        }
-        is_kept
-    });
+    let mut kept = Kept::new(step_secs);
+    let samples = times
+        .iter()
+        .enumerate()
+        .filter(|(_, time)| kept.take(**time));
     samples.map(|(k, _)| k as u32).collect()
 }
 
