@@ -18,7 +18,7 @@ use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
 };
-use crate::engine::recovery::{LeftSession, Recovery};
+use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{KnownFiles, OpenedSession, Session, group_in, role_in};
 use crate::engine::task::{Done, Task};
@@ -86,8 +86,8 @@ pub enum Action {
     Restore(PathBuf),
     /// Forget it.
     DropLeft(PathBuf),
-    /// What other windows left is not to be asked about now; it stays where it is.
-    KeepLeft,
+    /// Show what other windows left, or do not ask about it now: it stays where it is.
+    ShowLeft(bool),
     /// A file of the session that is not where it was is here.
     Found(usize, PathBuf),
     /// Go on without it.
@@ -143,9 +143,13 @@ pub struct Engine {
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// The file whose columns are being said.
     pub importing: Option<Importing>,
-    /// Autosaved sessions of windows that did not end as they should.
+    /// Autosaved sessions of windows that did not end as they should, oldest first.
     pub recoverable: Vec<LeftSession>,
+    /// Whether they are on screen.
+    pub shows_left: bool,
     recovery: Recovery,
+    /// Those whose content is here now.
+    restored: Vec<PathBuf>,
     /// What is to be done, once somebody has said what becomes of what is not saved.
     pub leaving: Option<Leaving>,
     /// Whether the window is to close now.
@@ -194,7 +198,9 @@ impl Engine {
             replacing: None,
             importing: None,
             recoverable: Vec::new(),
+            shows_left: false,
             recovery: Recovery::default(),
+            restored: Vec::new(),
             leaving: None,
             closes: false,
             preferences: Preferences::default(),
@@ -635,8 +641,20 @@ impl Engine {
             }
             Action::Import(command) => self.import(command),
             Action::Restore(path) => self.start(Task::Restore(path)),
-            Action::DropLeft(path) => self.drop_left(&path),
-            Action::KeepLeft => self.recoverable.clear(),
+            Action::DropLeft(path) => {
+                self.recoverable.retain(|left| left.path != path);
+                drop_left(&path);
+            }
+            Action::ShowLeft(yes) => {
+                self.shows_left = yes;
+                if yes {
+                    // Others may have left, restored or dropped some meanwhile.
+                    self.recoverable = self.recovery.left();
+                    let restored = &self.restored;
+                    self.recoverable
+                        .retain(|left| !restored.contains(&left.path));
+                }
+            }
             Action::Found(at, path) if at < self.project.lost.len() => {
                 let lost = self.project.lost.remove(at);
                 let map = lost.columns.clone().map(|map| (path.clone(), map));
@@ -903,8 +921,11 @@ impl Engine {
             let replaced = Arc::clone(&self.project.recordings);
             self.start(Task::Simulate(replaced));
         }
-        // What was recovered is not saved anywhere.
-        self.saved = path.is_some().then(|| self.project.clone());
+        // What was recovered is not saved anywhere, be it of the built-in sensor.
+        self.saved = Some(match &path {
+            Some(_) => self.project.clone(),
+            None => Project::default(),
+        });
         self.session = path;
         // Its file must not be saved over with what was loaded before.
         self.history = History::default();
@@ -927,19 +948,16 @@ impl Engine {
             Some(Leaving::Open(files)) => self.take_files(files),
             Some(Leaving::Restore(path, opened)) => {
                 self.take_session(None, *opened);
-                self.drop_left(&path);
+                self.recoverable.retain(|left| left.path != path);
+                self.restored.push(path);
             }
         }
     }
 
-    fn drop_left(&mut self, path: &Path) {
-        self.recoverable.retain(|left| left.path != path);
-        self.recovery.drop_left(path);
-    }
-
     /// Where to write down what is not saved, so that it survives a crash; offers what others left there.
     pub fn recover_in(&mut self, folder: &Path) {
-        (self.recovery, self.recoverable) = Recovery::begin(folder);
+        self.recovery = Recovery::begin(folder);
+        self.act(Action::ShowLeft(true));
     }
 
     /// Writes down what is not saved, if it is time on the window's clock; `layout` says where the panes stand. Tells in how
@@ -949,6 +967,10 @@ impl Engine {
         now_secs: f64,
         layout: &dyn Fn() -> serde_json::Value,
     ) -> Option<f64> {
+        // While files are read or simulated the session is not whole yet.
+        if self.tasks.is_empty() {
+            self.recovery.take_over(std::mem::take(&mut self.restored));
+        }
         let session = || Session::of(&self.project, Some(layout()));
         let unsaved: Option<&dyn Fn() -> Session> = match self.is_unsaved() {
             true => Some(&session),

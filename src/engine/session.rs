@@ -171,6 +171,8 @@ impl Session {
             }
             files[at].roles.insert(name, entry.role);
         }
+        // Whoever opens it again is asked for them again.
+        files.extend(project.lost.iter().cloned());
         let on_screen = match project.view {
             View::One(at) => project.recordings.entries().get(at),
             View::All => None,
@@ -192,15 +194,25 @@ impl Session {
         }
     }
 
-    /// The session with what its files hold now; a file that cannot be read goes without.
+    /// The session with what its files hold now; a file that cannot be read stays as it was known.
     pub fn with_hashes(&self) -> Self {
         let mut session = self.clone();
         for file in &mut session.files {
             let path: &PathBuf = &file.absolute;
-            file.bytes = fs::metadata(path).ok().map(|metadata| metadata.len());
-            file.sha256 = sha256(path).ok();
+            let bytes = fs::metadata(path).map(|metadata| metadata.len());
+            file.bytes = bytes.ok().or(file.bytes);
+            file.sha256 = sha256(path).ok().or(file.sha256.take());
         }
         session
+    }
+
+    /// Reads a session's file, and none of those that it names.
+    ///
+    /// # Errors
+    /// A sentence if it cannot be read, or is no session.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let text = text_of(path).map_err(|error| error.to_string())?;
+        Self::from_json(&text).map_err(|error| error.to_string())
     }
 
     /// Whether a file is a session.
@@ -219,9 +231,8 @@ impl OpenedSession {
     /// # Errors
     /// A sentence if there is no session; a file of it that cannot be read is a part without recordings.
     pub fn read(path: &Path, progress: &Progress) -> Result<Self, String> {
-        let with_path = |error: String| format!("{}: {error}", path.display());
-        let text = text_of(path).map_err(|error| with_path(error.to_string()))?;
-        let session = Session::from_json(&text).map_err(|error| with_path(error.to_string()))?;
+        let session = Session::read(path);
+        let session = session.map_err(|error| format!("{}: {error}", path.display()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for file in &session.files {
             progress.add_total(file.bytes.unwrap_or(0));
@@ -488,6 +499,11 @@ mod tests {
         };
         let (back, notices) = opened.into_project();
         assert_eq!(back.lost, session.files[..1]);
+        let again = Session::of(&back, None).with_hashes();
+        assert!(
+            again.files.contains(&session.files[0]),
+            "it is not forgotten"
+        );
         let torn = Notice::new(Level::Error, "/data/b.csv: torn");
         assert_eq!(notices, [torn]);
         assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);

@@ -1340,7 +1340,8 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
     let left = |name: &str| LeftSession {
         path: path(name),
         written: SystemTime::UNIX_EPOCH,
-        files: Vec::new(),
+        bytes: 4,
+        session: Err("torn".to_owned()),
     };
     let mut engine = engine();
     open(&mut engine, &["a"]);
@@ -1365,11 +1366,57 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
     assert_eq!(engine.recoverable.len(), 2);
     engine.act(Action::Discard);
     assert_eq!(engine.recoverable, [left("1")]);
-    assert!(!path("3").exists() && path("1").exists());
+    assert!(path("3").exists() && path("1").exists());
     assert_eq!(engine.project().notes, "what was left");
-    assert!(engine.session.is_none());
-    engine.act(Action::KeepLeft);
-    assert!(engine.recoverable.is_empty() && path("1").exists());
+    assert!(engine.session.is_none() && engine.is_unsaved());
+    save_session(&mut engine, &path("saved"));
+    engine.write_down(0.0, &|| serde_json::Value::Null);
+    assert!(!path("3").exists(), "its content is safe");
+    engine.act(Action::ShowLeft(false));
+    assert_eq!(engine.recoverable, [left("1")]);
+    assert!(path("1").exists());
+}
+
+#[test]
+fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("autosave-1.json");
+    let session = Session {
+        built_in: true,
+        notes: "what was left".to_owned(),
+        ..Session::default()
+    };
+    fs::write(&path, session.to_json(folder.path())).unwrap();
+    let mut engine = engine();
+    engine.recover_in(folder.path());
+    assert!(engine.shows_left && engine.recoverable.len() == 1);
+    engine.act(Action::ShowLeft(false));
+    engine.act(Action::ShowLeft(true));
+    engine.act(Action::Restore(engine.recoverable[0].path.clone()));
+    let deadline = Instant::now() + Duration::from_secs(60);
+    // Only what is whole may take the place of what was left.
+    for step in 0.. {
+        engine.take();
+        engine.write_down(f64::from(step), &|| serde_json::Value::Null);
+        if !path.exists() {
+            break;
+        }
+        assert!(Instant::now() < deadline, "it stays");
+        thread::sleep(Duration::from_millis(1));
+    }
+    assert!(engine.is_unsaved() && engine.recoverable.is_empty());
+    let [own] = &fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "json"))
+        .collect::<Vec<_>>()[..]
+    else {
+        panic!("one autosaved session")
+    };
+    let own = Session::read(own).unwrap();
+    assert!(own.built_in && own.notes == "what was left");
+    engine.end();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 fn lost(name: &str) -> SessionPart {

@@ -90,6 +90,13 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             Do::OpenBuiltIn.into(),
         ),
         action(
+            "Recover sessions…",
+            "What windows that did not close as they should had not saved; listed until it is restored or discarded",
+            None,
+            Do::ShowLeft(true).into(),
+        )
+        .only_if(!engine.recoverable.is_empty()),
+        action(
             "Close all recordings",
             "The files themselves stay as they are",
             None,

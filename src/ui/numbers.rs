@@ -12,6 +12,15 @@ pub fn duration(span: std::time::Duration) -> String {
     }
 }
 
+/// The length of a file.
+pub fn file_size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} B"),
+        1000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
 /// A text of at most so many characters: what is too much is taken out of its middle, for names differ at their ends.
 pub fn elided(text: &str, most: usize) -> String {
     let n = text.chars().count();
@@ -33,6 +42,14 @@ mod tests {
         assert_eq!(elided("train_path1.csv", 15), "train_path1.csv");
         assert_eq!(elided("train_path1_mount2.csv", 11), "train…2.csv");
         assert_eq!(elided("日本語日本語.csv", 5), "日本…sv");
+    }
+
+    #[test]
+    fn a_length_is_told_in_few_digits() {
+        assert_eq!(
+            [999, 1500, 2_500_000].map(file_size),
+            ["999 B", "1.5 kB", "2.5 MB"]
+        );
     }
 
     #[test]

@@ -150,12 +150,17 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     *window.state_mut() = Some(shell);
     settle(&mut window);
     assert!(has(&window, "a.csv, b.csv, test_c.csv"));
-    assert!(has(&window, "UTC"));
+    assert!(has(&window, "UTC") && has(&window, "2 B") && has(&window, "kB"));
+    assert!(has(&window, "It cannot be read: not a session"));
+    click(&mut window, Role::Button, "Later");
+    assert!(!has(&window, "a.csv, b.csv, test_c.csv"));
+    menu(&mut window, "File", "Recover sessions…");
     click_first(&mut window, Role::Button, "Discard");
     click_first(&mut window, Role::Button, "Discard");
     assert!(exists(1) && !exists(2) && !exists(3));
     click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
-    assert!(!exists(1));
+    assert!(exists(1), "nothing is safe yet");
+    until(&mut window, |_| !exists(1));
 }

@@ -1,8 +1,9 @@
 //! What the window asks a person, in front of everything else.
 
-use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession};
+use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::export::utc;
 use crate::ui::command::Command;
+use crate::ui::numbers::file_size;
 
 /// Height of the list of sessions that windows left.
 const LEFT_HEIGHT: f32 = 320.0;
@@ -175,7 +176,7 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
 
 /// Offers what windows left that did not close as they should, the newest first.
 fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
-    if engine.recoverable.is_empty() {
+    if engine.recoverable.is_empty() || !engine.shows_left {
         return;
     }
     let mut say = |command: Command| out.push(command);
@@ -187,38 +188,49 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
         .resizable(false)
         .show(context, |ui| {
             ui.set_width(460.0);
-            ui.label("LoopScope did not close as it should. What was not saved then was written down; closing this keeps it for the next start.");
+            ui.label("LoopScope did not close as it should. What was not saved then was written down, and stays until it is discarded.");
             egui::ScrollArea::vertical().max_height(LEFT_HEIGHT).show(ui, |ui| {
                 for (at, left) in engine.recoverable.iter().enumerate().rev() {
                     ui.separator();
                     ui.push_id(at, |ui| one_left(ui, left, &mut say));
                 }
             });
+            ui.separator();
+            let later = ui.button("Later");
+            let later = later.on_hover_text("They stay; File > Recover sessions lists them again");
+            if later.clicked() {
+                say(Action::ShowLeft(false).into());
+            }
         });
     if !open {
-        say(Action::KeepLeft.into());
+        say(Action::ShowLeft(false).into());
     }
 }
 
-/// When it was written, its files, and what can be done with it.
+/// When it was written, how large it is, its files, and what can be done with it.
 fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
-    ui.strong(utc(left.written));
-    let names = left.files.iter().take(LEFT_FILES).map(|path| {
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        name.to_string_lossy().into_owned()
-    });
-    let mut files = names.collect::<Vec<_>>().join(", ");
-    match left.files.len() {
-        0 => files.push_str("no files"),
-        n if n > LEFT_FILES => files.push_str(&format!(" and {} more", n - LEFT_FILES)),
-        _ => {}
-    }
-    let paths = left.files.iter().map(|path| path.display().to_string());
-    ui.label(files)
-        .on_hover_text(paths.collect::<Vec<_>>().join("\n"));
     ui.horizontal(|ui| {
-        let restore = ui.button("Restore");
-        let restore = restore.on_hover_text("Opens its files with every choice of then");
+        ui.strong(utc(left.written));
+        ui.weak(file_size(left.bytes));
+    });
+    match &left.session {
+        Ok(session) => {
+            let paths = session.files.iter().map(|file| &file.absolute);
+            let paths = paths.map(|path| path.display().to_string());
+            let paths = paths.collect::<Vec<_>>().join("\n");
+            ui.label(files_of(session)).on_hover_text(paths);
+        }
+        Err(reason) => {
+            let reason = format!("It cannot be read: {reason}");
+            ui.colored_label(ui.visuals().warn_fg_color, reason)
+                .on_hover_text(left.path.display().to_string());
+        }
+    }
+    ui.horizontal(|ui| {
+        let restore = ui.add_enabled(left.session.is_ok(), egui::Button::new("Restore"));
+        let restore = restore
+            .on_hover_text("Opens its files with every choice of then; the others stay listed")
+            .on_disabled_hover_text("There is nothing in it that can be read");
         if restore.clicked() {
             say(Action::Restore(left.path.clone()).into());
         }
@@ -228,6 +240,22 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
             say(Action::DropLeft(left.path.clone()).into());
         }
     });
+}
+
+/// The names of a session's files, as many as have room.
+fn files_of(session: &Session) -> String {
+    let names = session.files.iter().take(LEFT_FILES).map(|file| {
+        let path = &file.absolute;
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    });
+    let built_in = session.built_in.then(|| "built-in sensor".to_owned());
+    let names: Vec<String> = built_in.into_iter().chain(names).collect();
+    match session.files.len() {
+        0 if names.is_empty() => "no files".to_owned(),
+        n if n > LEFT_FILES => format!("{} and {} more", names.join(", "), n - LEFT_FILES),
+        _ => names.join(", "),
+    }
 }
 
 /// Asks where files of the session are that are not where they were.
