@@ -1131,7 +1131,12 @@ impl Engine {
     fn import(&mut self, command: ImportCommand) {
         match command {
             ImportCommand::Open(path) => return self.begin_import(vec![path]),
-            ImportCommand::CancelAll => self.importing = None,
+            ImportCommand::CancelAll => {
+                let not_read = self.importing.take().map(|own| own.not_read());
+                if let Some(said) = not_read {
+                    self.tell(Level::Info, said);
+                }
+            }
             ImportCommand::Cancel => {
                 let waiting = self.importing.take().map(|importing| importing.waiting);
                 return self.begin_import(waiting.unwrap_or_default());

@@ -14,6 +14,9 @@ use crate::import::pose::WeightEstimate;
 /// So many maps are remembered.
 const MAX_MAPS: usize = 40;
 
+/// Of the files that were not read so many are named.
+const MAX_NAMED: usize = 8;
+
 /// What is known of a file before it is looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnownOf {
@@ -192,6 +195,23 @@ pub(super) fn in_words(estimate: &WeightEstimate) -> String {
 }
 
 impl Importing {
+    /// Says that this file and all that wait are not read.
+    pub(super) fn not_read(&self) -> String {
+        let files = [&self.path].into_iter().chain(&self.waiting);
+        let names = files
+            .take(MAX_NAMED)
+            .map(|path| path.file_name().unwrap_or(path.as_os_str()));
+        let names = names.map(|name| name.to_string_lossy().into_owned());
+        let more = match (self.waiting.len() + 1).saturating_sub(MAX_NAMED) {
+            0 => String::new(),
+            n_more => format!(" and {n_more} more"),
+        };
+        format!(
+            "Not read, for what their columns are was not said: {}{more}",
+            names.collect::<Vec<_>>().join(", ")
+        )
+    }
+
     /// Changes what is said about the file; what is to be looked at then.
     pub(super) fn apply(
         &mut self,

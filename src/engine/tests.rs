@@ -900,6 +900,22 @@ fn files_that_wait_to_be_imported_come_one_after_another() {
     assert!(problem.starts_with("y"), "{problem}");
     engine.act(Action::Import(ImportCommand::CancelAll));
     assert_eq!(path(&engine), None);
+    last_notice(&engine, Level::Info, "not said: y, z");
+}
+
+#[test]
+fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_rest() {
+    let mut engine = engine_with_files();
+    let before = names(engine.project());
+    let wants = |at| {
+        let path = format!("/data/{at}.dat").into();
+        (path, Ok(Opened::WantsMap("no names".to_owned())))
+    };
+    finish(&mut engine, Done::Opened((0..40).map(wants).collect()));
+    engine.act(Action::Import(ImportCommand::CancelAll));
+    last_notice(&engine, Level::Info, "0.dat, 1.dat");
+    last_notice(&engine, Level::Info, "7.dat and 32 more");
+    assert_eq!(names(engine.project()), before, "what is loaded stays");
 }
 
 /// Few samples, few epochs.

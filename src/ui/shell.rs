@@ -359,8 +359,9 @@ impl Shell {
             });
         });
         let engine = &self.engine;
-        import_window(ui.ctx(), engine, &mut self.import_fields, out);
+        // Escape closes the help before an import.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
+        import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
         self.notices.show(ui.ctx(), engine, out);
         self.tour.show(ui.ctx(), &places, out);
