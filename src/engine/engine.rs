@@ -1148,7 +1148,7 @@ impl Engine {
                 let Importing {
                     path, map, waiting, ..
                 } = importing;
-                importing::remember(&map, &mut self.preferences);
+                self.preferences.remember_map(&map);
                 self.project.maps.insert(path.clone(), map);
                 return self.open([vec![path], waiting].concat());
             }

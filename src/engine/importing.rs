@@ -11,9 +11,6 @@ use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
 
-/// So many maps are remembered.
-const MAX_MAPS: usize = 40;
-
 /// Of the files that were not read so many are named.
 const MAX_NAMED: usize = 8;
 
@@ -127,20 +124,6 @@ impl Importing {
             waiting,
         }
     }
-}
-
-/// Remembers a map before those of other files.
-pub fn remember(map: &ColumnMap, preferences: &mut Preferences) {
-    let maps = &mut preferences.maps;
-    let is_other = |other: &ColumnMap| {
-        let (other, this) = (&other.table, &map.table);
-        // Without names, how it is cut is a part of what a file looks like.
-        let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
-        other.shape != this.shape || !is_cut_so
-    };
-    maps.retain(is_other);
-    maps.insert(0, map.clone());
-    maps.truncate(MAX_MAPS);
 }
 
 /// Says of files that nobody said anything about by which remembered maps they were read.

@@ -31,6 +31,8 @@ pub(crate) use importing::Importing;
 pub use live::{Followed, LiveTraces};
 pub use models::{ModelChange, Models, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
+#[cfg(feature = "gui")]
+pub(crate) use preferences::PreferencesFile;
 pub use preferences::{Preferences, Theme};
 pub use project::{Edit, Split};
 pub(crate) use project::{FromFile, Project};

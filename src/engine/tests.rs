@@ -906,7 +906,7 @@ fn files_that_wait_to_be_imported_come_one_after_another() {
 #[test]
 fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_rest() {
     let mut engine = engine_with_files();
-    let before = names(engine.project());
+    let before = engine.project().recordings.clone();
     let wants = |at| {
         let path = format!("/data/{at}.dat").into();
         (path, Ok(Opened::WantsMap("no names".to_owned())))
@@ -915,7 +915,7 @@ fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_res
     engine.act(Action::Import(ImportCommand::CancelAll));
     last_notice(&engine, Level::Info, "0.dat, 1.dat");
     last_notice(&engine, Level::Info, "7.dat and 32 more");
-    assert_eq!(names(engine.project()), before, "what is loaded stays");
+    assert_eq!(engine.project().recordings, before, "what is loaded stays");
 }
 
 /// Few samples, few epochs.
