@@ -14,13 +14,14 @@ use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
 use crate::engine::live::{Current, Follow, Followed};
+use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
-use crate::engine::session::{KnownFiles, OpenedSession, Session, group_in, role_in};
+use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
@@ -30,7 +31,7 @@ use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
-use crate::recording::{Recording, RecordingSet, Role, Tare};
+use crate::recording::{RecordingSet, Role, Tare};
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -88,9 +89,9 @@ pub enum Action {
     DropLeft(PathBuf),
     /// Show what other windows left, or do not ask about it now: it stays where it is.
     ShowLeft(bool),
-    /// A file of the session that is not where it was is here.
-    Found(usize, PathBuf),
-    /// Go on without it.
+    /// This is one of the session's files that are not where they were, or the folder that they are in now.
+    Locate(PathBuf),
+    /// Go on without this one of them.
     Forget(usize),
     /// Close the window.
     Close,
@@ -175,8 +176,6 @@ pub struct Engine {
     current: Current,
     preview: Lane<Preview>,
     tasks: Vec<(bool, Lane<Task>)>,
-    /// Files of the session that were lost and are being read.
-    awaited: KnownFiles,
     /// What questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
@@ -217,7 +216,6 @@ impl Engine {
             current: Current::default(),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
-            awaited: KnownFiles::new(),
             datasets: Datasets::default(),
             notify,
         }
@@ -655,17 +653,16 @@ impl Engine {
                         .retain(|left| !restored.contains(&left.path));
                 }
             }
-            Action::Found(at, path) if at < self.project.lost.len() => {
-                let lost = self.project.lost.remove(at);
-                let map = lost.columns.clone().map(|map| (path.clone(), map));
-                self.project.maps.extend(map);
-                self.awaited.insert(path.clone(), lost);
-                self.open(vec![path]);
+            Action::Locate(place) => {
+                let lost = self.project.lost.clone();
+                let open = self.project.files().map(Path::to_owned).collect();
+                self.start(Task::Locate(lost, place, open));
             }
-            Action::Forget(at) if at < self.project.lost.len() => {
-                self.project.lost.remove(at);
+            Action::Forget(at) => {
+                if at < self.project.lost.len() {
+                    self.project.lost.remove(at);
+                }
             }
-            Action::Found(..) | Action::Forget(_) => {}
             Action::Close => self.leave_for(Leaving::Close),
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
@@ -819,6 +816,7 @@ impl Engine {
                 }
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
+            Done::Located(place, found) => self.take_located(&place, found),
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
@@ -842,9 +840,7 @@ impl Engine {
         let mut session = None;
         let mut to_import = Vec::new();
         let mut by_remembered = Vec::new();
-        let mut known = KnownFiles::new();
         for (path, opened) in files {
-            known.extend(self.awaited.remove_entry(&path));
             if opened.is_ok() {
                 self.preferences.remember(&path);
             }
@@ -886,10 +882,8 @@ impl Engine {
             self.take_session(Some(path), opened);
         }
         if !recordings.is_empty() {
-            let role_of = |recording: &Recording| role_in(&known, recording);
-            let group_of = |recording: &Recording| group_in(&known, recording);
             let before = self.project.thresholds();
-            let refused = self.change(|project| project.add_known(recordings, role_of, group_of));
+            let refused = self.change(|project| project.add(recordings, |_| None));
             let now = self.project.thresholds();
             if now != before && self.project.settings.features.distance == Distance::Force {
                 let text = format!(
@@ -904,6 +898,30 @@ impl Engine {
                 .for_each(|refused| self.tell(Level::Error, refused));
         }
         calibrations.into_iter().for_each(|edit| self.edit(edit));
+    }
+
+    /// Takes files of the session that were found; those that cannot be read are still asked for.
+    fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
+        let mut parts = Vec::new();
+        for (file, part) in found {
+            let at = self.project.lost.iter().position(|lost| *lost == file);
+            // Somebody may have opened another session meanwhile.
+            let Some(at) = at else { continue };
+            if let Some(Ok(_)) = part.loaded {
+                self.project.lost.remove(at);
+            }
+            parts.push(part);
+        }
+        if parts.is_empty() {
+            let text = format!(
+                "{}: none of the missing files is there; they are known by their names, and where it was saved by what they hold",
+                place.display()
+            );
+            self.tell(Level::Error, text);
+            return;
+        }
+        let said = self.change(|project| add_parts(project, parts));
+        said.into_iter().for_each(|notice| self.say(notice));
     }
 
     /// Puts a session in place of everything that is loaded; one without a path was recovered.

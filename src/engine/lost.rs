@@ -24,18 +24,11 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         true => place.parent().unwrap_or(Path::new("")),
         false => &place,
     };
-    let mut claims: Vec<Claim> = Vec::new();
-    let mut claim = |of: usize, path: PathBuf| {
-        let is_there = |claim: &Claim| claim.of == of && claim.path == path;
-        if path.is_file() && !others.contains(&path) && !claims.iter().any(is_there) {
-            let fits = (false, common_tail(&lost[of].absolute, &path));
-            claims.push(Claim { of, path, fits });
-        }
-    };
+    let mut places: Vec<(usize, PathBuf)> = Vec::new();
     for (of, file) in lost.iter().enumerate() {
         let old = &file.absolute;
         for root in old.ancestors().skip(1) {
-            claim(of, folder.join(old.strip_prefix(root).unwrap_or(old)));
+            places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
         }
         // The folder of another one bears the name that it had: what stood beside it stands beside it now.
         for other in lost.iter().filter_map(|other| other.absolute.parent()) {
@@ -44,17 +37,24 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
             if let Some((before, now)) = roots.zip(folder.ancestors().nth(n_same))
                 && let Ok(inside) = old.strip_prefix(before)
             {
-                claim(of, now.join(inside));
+                places.push((of, now.join(inside)));
             }
         }
     }
-    if place.is_file() && !claims.iter().any(|claim| claim.path == place) {
+    if place.is_file() && !places.iter().any(|(_, path)| *path == place) {
         // It bears another name.
-        let is_same = |of: &usize| holds_the_same(&lost[*of], &place);
-        let of = (0..lost.len()).find(|of| lost.len() == 1 || is_same(of));
-        of.into_iter().for_each(|of| claim(of, place.clone()));
+        let is_same = |of: &usize| lost.len() == 1 || holds_the_same(&lost[*of], &place);
+        places.extend((0..lost.len()).find(is_same).map(|of| (of, place.clone())));
     }
-    choose(lost, claims)
+    places.sort();
+    places.dedup();
+    places.retain(|(_, path)| path.is_file() && !others.contains(path));
+    let claim = |(of, path): (usize, PathBuf)| Claim {
+        of,
+        fits: (false, common_tail(&lost[of].absolute, &path)),
+        path,
+    };
+    choose(lost, places.into_iter().map(claim).collect())
 }
 
 /// The best for each, where that can be told.

@@ -9,6 +9,7 @@ mod engine;
 mod files;
 mod importing;
 mod live;
+mod lost;
 mod models;
 mod notice;
 mod preferences;

@@ -311,7 +311,7 @@ mod tests {
         of_b.text_scale = 1.5;
         of_b.layout = Some(serde_json::json!({"b": 1}));
         of_b.remember_map(&map(2));
-        of_b.remember(Path::new("/old.csv"));
+        of_b.remember(Path::new("/b.csv"));
         of_b.recent.retain(|path| !path.ends_with("gone.csv"));
         b.write(&of_b).unwrap();
         // Nothing is new here: what the other one wrote since is not taken back.
@@ -319,7 +319,8 @@ mod tests {
         let kept = PreferencesFile::read_in(folder.path()).unwrap();
         assert_eq!((kept.theme, kept.text_scale), (Theme::Light, 1.5));
         assert_eq!(kept.layout, of_b.layout);
-        assert_eq!(kept.recent, ["/old.csv", "/a.csv"].map(PathBuf::from));
+        let expected = ["/b.csv", "/a.csv", "/old.csv"].map(PathBuf::from);
+        assert_eq!(kept.recent, expected);
         assert_eq!(kept.maps, [map(2), map(1)]);
     }
 

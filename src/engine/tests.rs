@@ -1463,10 +1463,14 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
     // Both are read at once, and so is one that was never lost.
     let [a, c, d] = ["a", "c", "d"].map(|name| write_recording(folder.path(), name, true));
     engine.act(Action::Open(vec![d]));
-    engine.act(Action::Found(0, a));
-    engine.act(Action::Found(0, c));
-    assert!(engine.project().lost.is_empty());
+    engine.act(Action::Locate(folder.path().join("gone")));
     settle(&mut engine);
+    last_notice(&engine, Level::Error, "none of the missing files");
+    assert_eq!(engine.project().lost.len(), 2);
+    // Naming one finds the other one beside it.
+    engine.act(Action::Locate(a));
+    settle(&mut engine);
+    assert!(engine.project().lost.is_empty() && c.exists());
     let entries = engine.project().recordings.entries();
     let role = |name: &str| {
         let entry = entries.iter().find(|entry| entry.recording.name() == name);
@@ -1476,6 +1480,55 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
         ["a", "b", "c", "d"].map(role),
         [Some(Role::Test), None, Some(Role::Test), Some(Role::Train)]
     );
+}
+
+/// The folder was moved as it is, but for one file that another was put in the place of.
+#[test]
+fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for day in ["old/day1", "old/day2"] {
+        fs::create_dir_all(at(day)).unwrap();
+    }
+    let files = ["old/day1", "old/day2"].map(|day| write_recording(&at(day), "run", true));
+    let mut engine = engine();
+    engine.act(Action::Open(files.to_vec()));
+    settle(&mut engine);
+    engine.act(Action::Tare(vec![0], Tare::Interval(0.0, 0.5)));
+    settle(&mut engine);
+    let mut settings = engine.project().settings.clone();
+    settings.full_scale = vec![Some(7.0)];
+    for own in [
+        Edit::Settings(settings),
+        Edit::Role(1, Role::Test),
+        Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
+    ] {
+        edit(&mut engine, own);
+    }
+    save_session(&mut engine, &at("s.json"));
+    let saved = engine.project().clone();
+    fs::rename(at("old"), at("new")).unwrap();
+    let changed = at("new/day2/run.csv");
+    let text = fs::read_to_string(&changed).unwrap();
+    let shorter: Vec<&str> = text.lines().take(300).collect();
+    fs::write(&changed, shorter.join("\n")).unwrap();
+
+    let mut engine = self::engine();
+    engine.act(Action::Open(vec![at("s.json")]));
+    settle(&mut engine);
+    assert_eq!(engine.project().lost.len(), 2);
+    engine.act(Action::Locate(at("new")));
+    settle(&mut engine);
+    last_notice(&engine, Level::Warning, "not the file that");
+    let back = engine.project();
+    assert!(back.lost.is_empty());
+    assert_eq!(back.settings, saved.settings);
+    let same = |at: usize| {
+        let [now, then] = [back, &saved].map(|project| &project.recordings.entries()[at]);
+        (now.role, &now.group) == (then.role, &then.group)
+            && now.recording.tare() == then.recording.tare()
+    };
+    assert!(same(0) && same(1));
 }
 
 #[test]

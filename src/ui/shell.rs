@@ -220,6 +220,7 @@ impl Shell {
             Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
             Command::ChooseImport => self.dialogs.import(self.reply.clone()),
             Command::ChooseFollowed => self.dialogs.follow(self.reply.clone()),
+            Command::ChooseLost => self.dialogs.locate(self.reply.clone()),
             Command::ChooseExport => {
                 let content = self.engine.calibration_content();
                 self.ask_where(content, "There is no calibration to export yet");

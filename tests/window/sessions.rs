@@ -69,8 +69,13 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     );
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
-    type_into(&mut window, "It is now at", moved.to_str().unwrap());
-    click(&mut window, Role::Button, "Read it there");
+    assert!(has(&window, "A file of the session is not there"));
+    type_into(&mut window, "Now in the folder", "/nowhere");
+    click(&mut window, Role::Button, "Look there");
+    told(&window, Level::Error, "/nowhere: none of the missing files");
+    type_into(&mut window, "Now in the folder", moved.to_str().unwrap());
+    window.key_press(Key::Enter);
+    settle(&mut window);
     assert_eq!(names(&window), ["a", "test_c", "moved"]);
     assert!(state(&window).project().lost.is_empty());
 }
@@ -161,6 +166,6 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
-    assert!(exists(1), "nothing is safe yet");
+    // Once it is written down here.
     until(&mut window, |_| !exists(1));
 }
