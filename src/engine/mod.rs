@@ -8,6 +8,8 @@
 mod engine;
 mod files;
 mod importing;
+#[cfg(all(test, feature = "gui"))]
+mod killed;
 mod live;
 mod lost;
 mod models;
