@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
 use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
 use crate::engine::live::{Current, Follow, Followed};
@@ -20,14 +20,15 @@ use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
+use crate::engine::results::{KeptTraining, Results};
 use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
-    Project,
+    Project, Row,
 };
-use crate::evaluation::numbers::significant;
+use crate::evaluation::numbers::{file_size, significant};
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
@@ -91,6 +92,8 @@ pub enum Action {
     ShowLeft(bool),
     /// This is one of the session's files that are not where they were, or the folder that they are in now.
     Locate(PathBuf),
+    /// Whether sessions are to be saved with what took long to find.
+    KeepTrained(bool),
     /// Go on without this one of them.
     Forget(usize),
     /// Close the window.
@@ -122,6 +125,9 @@ pub enum Leaving {
     Restore(PathBuf, Box<OpenedSession>),
 }
 
+/// What tells results from those that were saved: the last training, and the rows with what is said of them.
+type ResultsId = (Option<usize>, Vec<(u64, String, bool)>);
+
 /// Everything behind the window.
 pub struct Engine {
     project: Project,
@@ -132,6 +138,12 @@ pub struct Engine {
     pub gesture: Option<u64>,
     /// The session's file, if it has one.
     pub session: Option<PathBuf>,
+    /// Whether it is saved with what took long to find.
+    pub keeps_trained: bool,
+    /// What was kept when it was saved last.
+    saved_results: ResultsId,
+    /// What the session that was opened kept, until its recordings are all there to prove it by.
+    unproven: Option<Arc<serde_json::Value>>,
     /// Where the panes stood in a session that was just opened.
     pub layout: Option<serde_json::Value>,
     /// What the thresholds begin with, of these recordings measured this way.
@@ -190,6 +202,9 @@ impl Engine {
             saved: None,
             gesture: None,
             session: None,
+            keeps_trained: false,
+            saved_results: ResultsId::default(),
+            unproven: None,
             layout: None,
             default_thresholds: None,
             notices: Vec::new(),
@@ -273,12 +288,10 @@ impl Engine {
     }
 
     fn fitted_last(&self) -> Option<&Arc<Calibration>> {
-        let (Train(of), trained) = self.training.whole()?;
-        let mut settings = of.settings.clone();
+        let (settings, _, calibration) = self.last_training()?;
+        let mut settings = settings.clone();
         settings.network.cross_validate = self.project.settings.network.cross_validate;
-        let holds = Arc::ptr_eq(&of.recordings, &self.project.recordings)
-            && settings == self.project.settings;
-        trained.calibration.as_ref().filter(|_| holds)
+        (settings == self.project.settings).then_some(calibration)
     }
 
     /// Whether what is shown can be kept as a model: it was fitted to what is loaded, by the settings of now.
@@ -379,10 +392,42 @@ impl Engine {
     /// Whether something would be lost with the window.
     pub fn is_unsaved(&self) -> bool {
         let recordings = &self.project.recordings;
-        match &self.saved {
+        let is_changed = match &self.saved {
             Some(saved) => !saved.is_same(&self.project),
             None => !recordings.entries().is_empty() && !recordings.is_simulated(),
-        }
+        };
+        is_changed || (self.keeps_trained && self.results_id() != self.saved_results)
+    }
+
+    /// What took long to find and is of the recordings of now.
+    pub fn results(&self) -> Results {
+        let rows = self.models.kept(&self.project);
+        let training = self
+            .last_training()
+            .map(|(settings, trained, own)| KeptTraining {
+                settings: settings.clone(),
+                epochs: trained.epochs.clone(),
+                calibration: Arc::clone(own),
+            });
+        Results::new(training, rows, self.models.said.clone())
+    }
+
+    /// The last training, if it is of the recordings of now.
+    fn last_training(&self) -> Option<(&FitSettings, &Trained, &Arc<Calibration>)> {
+        let (Train(of), trained) = self.training.whole()?;
+        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
+        let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
+        Some((&of.settings, trained, calibration))
+    }
+
+    fn results_id(&self) -> ResultsId {
+        let fresh = self.models.rows.iter();
+        let fresh = fresh.filter(|row| row.model().is_some() && !row.is_stale(&self.project));
+        let training = self
+            .last_training()
+            .map(|(_, _, own)| Arc::as_ptr(own) as usize);
+        let row = |row: &Row| (row.id, row.name.clone(), row.is_pinned);
+        (training, fresh.map(row).collect())
     }
 
     /// The window's title: the session's name, and a star while it is not saved.
@@ -397,8 +442,15 @@ impl Engine {
 
     /// The session as a file's content; `layout` says where the panes stand.
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
-        let session = Session::of(&self.project, layout);
-        FileContent::Session(Box::new(session), Box::new(self.project.clone()))
+        let mut session = Session::of(&self.project, layout);
+        let mut results = None;
+        if self.keeps_trained {
+            match &self.unproven {
+                Some(kept) => session.trained = Some(serde_json::Value::clone(kept)),
+                None => results = Some(Box::new(self.results())),
+            }
+        }
+        FileContent::Session(Box::new(session), Box::new(self.project.clone()), results)
     }
 
     /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
@@ -661,8 +713,10 @@ impl Engine {
             Action::Forget(at) => {
                 if at < self.project.lost.len() {
                     self.project.lost.remove(at);
+                    self.prove();
                 }
             }
+            Action::KeepTrained(yes) => self.keeps_trained = yes,
             Action::Close => self.leave_for(Leaving::Close),
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
@@ -780,12 +834,19 @@ impl Engine {
                 if is_saved {
                     self.saved = Some(self.project.clone());
                 }
+                self.prove();
             }
-            Done::Written(FileContent::Session(_, project), path, Ok(())) => {
+            Done::Written(FileContent::Session(_, project, results), path, Ok(())) => {
                 self.preferences.remember(&path);
-                self.tell(Level::Info, format!("Saved the session {}", path.display()));
+                let mut said = format!("Saved the session {}", path.display());
+                if results.is_some_and(|results| !results.is_empty()) {
+                    let bytes = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
+                    said.push_str(&format!(" with its trained results, {}", file_size(bytes)));
+                }
+                self.tell(Level::Info, said);
                 self.session = Some(path);
                 self.saved = Some(*project);
+                self.saved_results = self.results_id();
                 if !self.is_unsaved() {
                     self.leave();
                 }
@@ -817,6 +878,15 @@ impl Engine {
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
             Done::Located(place, found) => self.take_located(&place, found),
+            Done::Proven(recordings, proven) => {
+                if self.unproven.take().is_none() {
+                    return;
+                }
+                match proven {
+                    Ok(results) => self.take_results(*results, &recordings),
+                    Err(reason) => self.tell(Level::Warning, reason),
+                }
+            }
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
@@ -922,11 +992,44 @@ impl Engine {
         }
         let said = self.change(|project| add_parts(project, parts));
         said.into_iter().for_each(|notice| self.say(notice));
+        self.prove();
+    }
+
+    /// Proves what the session kept, once its recordings are there.
+    fn prove(&mut self) {
+        let recordings = &self.project.recordings;
+        let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
+        if let Some(kept) = self.unproven.as_ref().filter(|_| is_whole) {
+            let task = Task::Prove(Arc::clone(recordings), Arc::clone(kept));
+            self.start(task);
+        }
+    }
+
+    /// Takes what a session kept of these recordings.
+    fn take_results(&mut self, results: Results, recordings: &Arc<RecordingSet>) {
+        if let Some(training) = results.training {
+            let request = Request {
+                datasets: self.datasets.clone(),
+                ..Request::fit(Arc::clone(recordings), training.settings)
+            };
+            let trained = Trained {
+                epochs: training.epochs,
+                step: None,
+                calibration: Some(training.calibration),
+            };
+            self.training.put(Train(request), trained);
+        }
+        self.models
+            .take_kept(results.rows, results.said, recordings);
+        self.saved_results = self.results_id();
     }
 
     /// Puts a session in place of everything that is loaded; one without a path was recovered.
-    fn take_session(&mut self, path: Option<PathBuf>, opened: OpenedSession) {
+    fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
         self.layout.clone_from(&opened.session.layout);
+        self.unproven = opened.session.trained.take().map(Arc::new);
+        self.keeps_trained = self.unproven.is_some();
+        self.saved_results = ResultsId::default();
         let is_built_in = opened.session.built_in;
         let (project, notices) = opened.into_project();
         notices.into_iter().for_each(|notice| self.say(notice));
@@ -948,6 +1051,7 @@ impl Engine {
         // Its file must not be saved over with what was loaded before.
         self.history = History::default();
         self.analysis.forget();
+        self.prove();
     }
 
     /// Does what takes everything away that is loaded, or asks first where something is not saved.

@@ -61,7 +61,8 @@ fn writes_until_it_is_killed() {
     for round in first.. {
         own.layout = Some(serde_json::json!({ "round": round }));
         preferences.write(&own).unwrap();
-        let saved = FileContent::Session(Box::new(session(round)), Box::new(Project::default()));
+        let project = Box::new(Project::default());
+        let saved = FileContent::Session(Box::new(session(round)), project, None);
         let path = folder.join("saved").join("s.json");
         saved.write(&path, &Progress::default()).unwrap();
         // Every look is an hour after the one before.

@@ -2,6 +2,7 @@
 //!
 //! Guarantees: a file is taken for one of them at most, and for none where it might as well be another.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::engine::project::SessionFile;
@@ -24,6 +25,8 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         true => place.parent().unwrap_or(Path::new("")),
         false => &place,
     };
+    let parents = lost.iter().filter_map(|file| file.absolute.parent());
+    let parents: BTreeSet<&Path> = parents.collect();
     let mut places: Vec<(usize, PathBuf)> = Vec::new();
     for (of, file) in lost.iter().enumerate() {
         let old = &file.absolute;
@@ -31,7 +34,7 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
             places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
         }
         // The folder of another one bears the name that it had: what stood beside it stands beside it now.
-        for other in lost.iter().filter_map(|other| other.absolute.parent()) {
+        for other in &parents {
             let n_same = common_tail(other, folder);
             let roots = other.ancestors().nth(n_same);
             if let Some((before, now)) = roots.zip(folder.ancestors().nth(n_same))

@@ -19,6 +19,7 @@ mod project;
 pub(crate) mod query;
 mod questions;
 mod recovery;
+mod results;
 mod saving;
 mod session;
 mod task;

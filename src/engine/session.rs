@@ -24,8 +24,8 @@ use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
-/// A session is short; whatever is longer is something else.
-const BYTES_LIMIT: u64 = 16 << 20;
+/// A session is short, unless trained results are kept in it; whatever is longer is something else.
+const BYTES_LIMIT: u64 = 256 << 20;
 
 /// What a session's file holds.
 ///
@@ -41,6 +41,7 @@ const BYTES_LIMIT: u64 = 16 << 20;
 /// | `on_screen` | the name of the recording on screen; absent: all of them |
 /// | `hidden_axes` | axes that are not shown |
 /// | `layout` | where the panes stand |
+/// | `trained` | what took long to find, where that was asked for |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {
@@ -58,6 +59,8 @@ pub struct Session {
     pub on_screen: Option<String>,
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trained: Option<serde_json::Value>,
 }
 
 /// Why a file is no session.
@@ -105,7 +108,15 @@ impl Session {
                 Err(_) => file.absolute.clone(),
             };
         }
+        let trained = session.trained.take();
         let mut text = serde_json::to_vec_pretty(&session).unwrap_or_default();
+        if let Some(trained) = trained
+            && text.ends_with(b"\n}")
+        {
+            // Thousands of numbers, which nobody reads: on one line.
+            text.truncate(text.len() - b"\n}".len());
+            text.extend_from_slice(format!(",\n  \"trained\": {trained}\n}}").as_bytes());
+        }
         text.push(b'\n');
         text
     }
@@ -191,6 +202,7 @@ impl Session {
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             hidden_axes: project.hidden_axes.clone(),
             layout,
+            trained: None,
         }
     }
 

@@ -9,6 +9,7 @@ use crate::engine::files::{OpenedFile, open_all};
 use crate::engine::lost::find;
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Answered, Query, Work};
+use crate::engine::results::Results;
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::{OpenedSession, SessionPart};
 use crate::export::{TargetError, check_targets};
@@ -45,6 +46,8 @@ pub enum Task {
     Restore(PathBuf),
     /// Find these files of the session, of which this is one or the folder that they are in, and read them; others are open.
     Locate(Vec<SessionFile>, PathBuf, Vec<PathBuf>),
+    /// Whether what a session kept holds for these recordings.
+    Prove(Arc<RecordingSet>, Arc<serde_json::Value>),
     /// Find out what a calibration of these recordings costs, to list it with these settings.
     Keep(Arc<RecordingSet>, Box<FitSettings>, Arc<Calibration>),
 }
@@ -70,6 +73,8 @@ pub enum Done {
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
     /// Of the session's files those that were found at this place, each beside what was known of it.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
+    /// What a session kept of these recordings, or why it does not hold.
+    Proven(Arc<RecordingSet>, Result<Box<Results>, String>),
     /// The model of these recordings is there.
     Kept(Arc<RecordingSet>, Box<Model>),
 }
@@ -100,6 +105,7 @@ impl Query for Task {
             Self::ReadMap(_) => "Reading a column map".to_owned(),
             Self::FindWeight(..) => "Finding the weight".to_owned(),
             Self::Restore(_) => "Restoring".to_owned(),
+            Self::Prove(..) => "Reading trained results".to_owned(),
             Self::Locate(..) => "Finding the session's files".to_owned(),
             Self::Keep(..) => "Keeping the model".to_owned(),
         }
@@ -160,6 +166,10 @@ impl Query for Task {
                 let found = found.collect();
                 progress.check()?;
                 Done::Located(place.clone(), found)
+            }
+            Self::Prove(recordings, kept) => {
+                let proven = Results::proven(kept, recordings).map(Box::new);
+                Done::Proven(Arc::clone(recordings), proven)
             }
             Self::Keep(recordings, settings, calibration) => {
                 let model = Model::fitted(FitSettings::clone(settings), calibration, recordings);

@@ -29,6 +29,7 @@ pub use code::Footprint;
 pub(crate) use code::bytes_in_float;
 pub(crate) use format::FileFormat;
 pub use hash::sha256;
+pub(crate) use hash::sha256_of;
 pub(crate) use report::{ReportCurves, ReportErrors, utc};
 pub use report::{ReportData, ReportRecording, write_report};
 pub(crate) use sources::used_recordings;

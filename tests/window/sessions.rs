@@ -169,3 +169,24 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     // Once it is written down here.
     until(&mut window, |_| !exists(1));
 }
+
+#[test]
+fn trained_results_are_saved_where_the_menu_says_so() {
+    let files = Files::new();
+    let choices = Choices::default();
+    let path = files.path("trained.json");
+    choices.export.replace(Some(path.clone()));
+    let mut window = window_with(files.three(), choices);
+    let mut settings = state(&window).project().settings.clone();
+    settings.regressor = Regressor::Kernel;
+    send(&mut window, Edit::Settings(settings));
+    send(&mut window, Action::Train);
+    menu(&mut window, "File", "Save sessions with trained results");
+    menu(&mut window, "File", "Save session as…");
+    told(&window, Level::Info, "with its trained results, ");
+    let scores = train_rmse(&window);
+    let window = self::window(vec![path]);
+    assert!(state(&window).fitting().is_some());
+    assert_eq!(train_rmse(&window), scores);
+    assert!(state(&window).notices.is_empty());
+}
