@@ -257,6 +257,17 @@ impl<Q: Query> Lane<Q> {
         }
     }
 
+    /// Takes an answer that was found elsewhere, as if the question had been asked here.
+    pub fn put(&mut self, question: Q, answer: Q::Answer) {
+        self.forget();
+        self.asked = Some(question.clone());
+        self.shown = Some(Shown {
+            question,
+            answer,
+            is_whole: true,
+        });
+    }
+
     /// Takes what has been answered; what was heard, in order.
     pub fn take(&mut self) -> Vec<LaneEvent> {
         let replies = self.inbox.iter().flat_map(Receiver::try_iter);

@@ -43,8 +43,9 @@ pub fn import_window(
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Whatever is open within the window, or is being typed, ends first.
+    // Whatever is open within the window or over it, or is being typed, ends first.
     let ends_by_key = !egui::Popup::is_any_open(context)
+        && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
         && context.input(|input| input.key_pressed(egui::Key::Escape));
     let mut open = !ends_by_key;

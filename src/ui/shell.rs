@@ -217,6 +217,7 @@ impl Shell {
             Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
             Command::ChooseImport => self.dialogs.import(self.reply.clone()),
             Command::ChooseFollowed => self.dialogs.follow(self.reply.clone()),
+            Command::ChooseLost => self.dialogs.locate(self.reply.clone()),
             Command::ChooseExport => {
                 let content = self.engine.calibration_content();
                 self.ask_where(content, "There is no calibration to export yet");
@@ -356,8 +357,9 @@ impl Shell {
             });
         });
         let engine = &self.engine;
-        import_window(ui.ctx(), engine, &mut self.import_fields, out);
+        // Escape closes the help before an import.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
+        import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
         self.notices.show(ui.ctx(), engine, out);
         self.tour.show(ui.ctx(), &places, out);
