@@ -26,6 +26,9 @@ pub struct Action {
     pub command: Command,
 }
 
+/// The keys of the palette, which takes what is typed after them.
+pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
+
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 /// Keys with Ctrl (⌘ on a Mac).
@@ -393,7 +396,7 @@ pub fn help(engine: &Engine) -> Vec<Action> {
         action(
             "Find an action…",
             "By a part of its name",
-            ctrl(Key::P),
+            Some(FIND),
             Command::ShowPalette,
         ),
         action(

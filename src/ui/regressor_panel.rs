@@ -10,8 +10,8 @@ use crate::calibration::{
 };
 use crate::engine::{Action, Engine};
 use crate::evaluation::threshold_study::ScoreSet;
+use crate::ui::choice::choice;
 use crate::ui::command::Command;
-use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{number, switch};
 use crate::ui::{palette, plots};
@@ -25,15 +25,10 @@ pub fn regressor(
 ) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Regressor");
-        ComboBox::from_id_salt("regressor")
-            .selected_text(settings.regressor.label())
-            .show_ui(ui, |ui| {
-                for regressor in Regressor::ALL {
-                    item(ui, &mut settings.regressor, regressor, regressor.label())
-                        .on_hover_text(regressor.explanation());
-                }
-            })
-            .response
+        let button = ComboBox::from_id_salt("regressor").selected_text(settings.regressor.label());
+        let items = Regressor::ALL.into_iter();
+        let items = items.map(|one| (one, one.label().into(), one.explanation()));
+        choice(ui, button, &mut settings.regressor, items)
             .labelled_by(label.id)
             .on_hover_text(settings.regressor.explanation());
         ridge(ui, &mut settings.ridge);

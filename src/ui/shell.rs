@@ -336,6 +336,7 @@ impl Shell {
     /// Menus above, the status line below, the panes between, and what floats over them.
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
         let can = self.can_go();
+        self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         egui::Panel::top("menu").show(ui, |ui| {
             menu::menu_bar(ui, &self.engine, &self.workspace, can, out);
