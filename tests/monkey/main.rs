@@ -7,8 +7,8 @@
 //!
 //! It opens FILEs, `--samples` of a generated sensor, or the built-in one, and writes into a folder of its own that goes in the
 //! end. It says what was done, which frames took longest and after what, each panic on any thread with seed and step, and how
-//! much memory the program had over time. It fails on a panic, on a frame of more than a second, and where a soak's memory grows;
-//! then it prints the last actions. What runs beside the window's thread is not bound to a seed, so that a step may differ.
+//! much memory the program had over time. It fails on a panic, on a frame of more than a second, on more
+//! memory than `--ceiling`, and where a soak's memory grows; then it prints the last actions. What runs beside the window's thread is not bound to a seed, so that a step may differ.
 
 mod hands;
 mod memory;
@@ -44,6 +44,10 @@ const LISTED: usize = 8;
 const REMEMBERED: usize = 20;
 /// Somebody waits so long for answers at the most; now and then, that is.
 const PATIENCE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
+/// How often the watchdog looks.
+const WATCH: Duration = Duration::from_millis(50);
+/// A window that stands for so long does not come back.
+const HUNG: Duration = Duration::from_secs(60);
 /// No answer of a soak takes so long.
 const HANGS: Duration = Duration::from_secs(60);
 /// Moves of a slider between two rests.
@@ -65,6 +69,9 @@ struct Choices {
     /// Opens a generated recording of so many samples.
     #[arg(long)]
     samples: Option<usize>,
+    /// More than so many MB are a failure, at once.
+    #[arg(long, default_value_t = 6000.0)]
+    ceiling: f64,
     /// Writes the curve of memory there.
     #[arg(long)]
     memory: Option<PathBuf>,
@@ -164,6 +171,55 @@ impl Dialogs for AnyFile {
     }
 }
 
+/// What was done of late, and since when the present frame lasts; the watchdog looks at it too.
+#[derive(Clone, Default)]
+struct Last(Arc<Mutex<(VecDeque<String>, Option<Instant>)>>);
+
+impl Last {
+    fn held(&self) -> std::sync::MutexGuard<'_, (VecDeque<String>, Option<Instant>)> {
+        self.0.lock().unwrap_or_else(|error| error.into_inner())
+    }
+
+    fn push(&self, action: String) {
+        let actions = &mut self.held().0;
+        if actions.len() == REMEMBERED {
+            actions.pop_front();
+        }
+        actions.push_back(action);
+    }
+
+    fn newest(&self) -> String {
+        self.held().0.back().cloned().unwrap_or_default()
+    }
+
+    fn print(&self) {
+        println!("the last actions:");
+        for action in &self.held().0 {
+            println!("  {action}");
+        }
+    }
+
+    /// Ends the program where it takes all the memory of the machine, or where a frame does not end.
+    fn guard(&self, ceiling: f64, seed: u64) {
+        let own = self.clone();
+        std::thread::spawn(move || {
+            loop {
+                std::thread::sleep(WATCH);
+                let resident = memory::resident();
+                let since = own.held().1;
+                let failure = match since {
+                    _ if resident > ceiling => format!("{resident:.0} MB"),
+                    Some(since) if since.elapsed() > HUNG => "a frame that does not end".to_owned(),
+                    _ => continue,
+                };
+                println!("FAILED: {failure} (seed {seed})");
+                own.print();
+                std::process::exit(1);
+            }
+        });
+    }
+}
+
 /// The window, and whoever looks at it.
 struct Watch {
     window: Harness<'static, Option<Shell>>,
@@ -174,8 +230,7 @@ struct Watch {
     frames: u64,
     actions: u64,
     restarts: u64,
-    /// The last actions, the newest behind.
-    last: VecDeque<String>,
+    last: Last,
     /// How long the longest frames took, the processor's part of it, and what came before them.
     longest: Vec<(Duration, Duration, u64, String)>,
 }
@@ -220,7 +275,7 @@ impl Watch {
             frames: 0,
             actions: 0,
             restarts: 0,
-            last: VecDeque::new(),
+            last: Last::default(),
             longest: Vec::new(),
         }
     }
@@ -231,29 +286,24 @@ impl Watch {
 
     fn note(&mut self, action: String) {
         self.actions += 1;
-        if self.last.len() == REMEMBERED {
-            self.last.pop_front();
-        }
-        self.last.push_back(format!("{}: {action}", self.actions));
+        self.last.push(format!("{}: {action}", self.actions));
     }
 
     /// One frame with these events, laid out and cut into triangles as for a screen.
     fn frame(&mut self, events: impl IntoIterator<Item = Event>) {
         self.window.input_mut().events.extend(events);
         let (start, own) = (Instant::now(), memory::thread_time());
+        self.last.held().1 = Some(start);
         self.window.step();
         let output = self.window.output();
         let shapes = output.shapes.clone();
         let meshes = self.window.ctx.tessellate(shapes, output.pixels_per_point);
         let took = (start.elapsed(), memory::thread_time().saturating_sub(own));
         drop(meshes);
+        self.last.held().1 = None;
         self.frames += 1;
-        self.longest.push((
-            took.0,
-            took.1,
-            self.actions,
-            self.last.back().cloned().unwrap_or_default(),
-        ));
+        self.longest
+            .push((took.0, took.1, self.actions, self.last.newest()));
         self.longest
             .sort_by_key(|(took, ..)| std::cmp::Reverse(*took));
         self.longest.truncate(LISTED);
@@ -442,6 +492,7 @@ fn main() -> ExitCode {
     }));
 
     let mut watch = Watch::new(&choices, Rc::new(RefCell::new(world)));
+    watch.last.guard(choices.ceiling, choices.seed);
     let ended = catch_unwind(AssertUnwindSafe(|| match choices.soak {
         Some(moves) => watch.soak(choices.seed, moves),
         None => watch.play(&choices),
@@ -497,9 +548,6 @@ fn main() -> ExitCode {
     for said in panics {
         println!("  {said}");
     }
-    println!("the last actions:");
-    for action in &watch.last {
-        println!("  {action}");
-    }
+    watch.last.print();
     ExitCode::FAILURE
 }

@@ -73,7 +73,7 @@ impl Curve {
         self.next = now + self.every;
         self.points.push(Point {
             secs: now.as_secs_f64(),
-            resident: status("VmRSS:") / 1024.0,
+            resident: resident(),
             threads: status("Threads:") as usize,
             textures: textures.count_and_bytes(),
             recordings,
@@ -137,6 +137,11 @@ impl Curve {
         }
         std::fs::write(path, text)
     }
+}
+
+/// MB of it; Linux says.
+pub fn resident() -> f64 {
+    status("VmRSS:") / 1024.0
 }
 
 /// A number that Linux says of this process; 0 elsewhere.
