@@ -10,10 +10,11 @@ use crate::calibration::{
 };
 use crate::engine::{Action, Engine};
 use crate::evaluation::threshold_study::ScoreSet;
+use crate::features::Setting;
 use crate::ui::choice::choice;
 use crate::ui::command::Command;
 use crate::ui::numbers::{duration, significant};
-use crate::ui::setting::{number, switch};
+use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
@@ -42,6 +43,16 @@ pub fn regressor(
     }
 }
 
+/// The settings of this regressor.
+pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
+    let own: &[Setting] = match settings.regressor.learner() {
+        Some(Learner::Network) => &[EPOCHS, SEED, CONSTANT_RATE, EARLY_STOPPING, CROSS_VALIDATE],
+        Some(Learner::Kernel) => &[LANDMARKS],
+        None => &[],
+    };
+    [&[RIDGE], own].concat()
+}
+
 fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     let (mut auto, mut by_block) = match *ridge {
         RidgeChoice::Strength(_) => (false, false),
@@ -55,6 +66,9 @@ fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
         }
     }
     let switch = ui.checkbox(&mut auto, "auto");
+    if !matches!(ridge, RidgeChoice::Strength(_)) {
+        found(&RIDGE, &switch);
+    }
     let mut is_changed = switch.on_hover_text(RIDGE.help()).changed();
     if auto {
         let switch = ui.checkbox(&mut by_block, "by block");

@@ -25,7 +25,7 @@ use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspace;
-use crate::ui::{actions, appearance, live_pane, menu, status_line};
+use crate::ui::{actions, appearance, live_pane, menu, setting, settings_panel, status_line};
 use questions::Questions;
 
 /// How often progress bars move while something runs.
@@ -195,6 +195,10 @@ impl Shell {
             Command::MovePane(pane, to) => self.workspace.move_pane(pane, to),
             Command::Arrange(preset) => self.workspace = Workspace::preset(preset),
             Command::ShowPalette => self.palette.open(),
+            Command::FindSetting(setting) => {
+                self.workspace.bring(settings_panel::PANE);
+                setting::seek(ui.ctx(), setting);
+            }
             Command::ToggleHelp => self.help.toggle(),
             Command::ToggleNotices => self.notices.toggle_list(),
             Command::Tour(true) => {

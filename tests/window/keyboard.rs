@@ -121,6 +121,60 @@ fn a_whole_search_in_one_frame_is_done() {
     assert!(!has(&window, "Find an action"));
 }
 
+/// Finds this with the palette, and takes the first.
+fn find(window: &mut Window, words: &str) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    window.event(egui::Event::Text(words.to_owned()));
+    window.key_press(Key::Enter);
+    settle(window);
+    window.run_steps(4);
+}
+
+#[test]
+fn the_palette_finds_the_control_of_each_setting() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let send = window.state_mut().as_mut().unwrap();
+    send.send(Command::ClosePane(crate::workspace::named("settings")));
+    settle(&mut window);
+    let mut settings = state(&window).project().settings.clone();
+    for (words, control) in [
+        ("set f_th", "F_th"),
+        ("set t_th", "t_th"),
+        ("creep", "Creep"),
+        ("set play", "Play"),
+        ("set polynomial", "none"),
+        ("set ridge", "ridge"),
+        ("set offset", "Offset term"),
+        ("history rate", "History rate"),
+        ("decimation", "Decimation"),
+        ("set epochs", "Epochs"),
+        ("set seed", "seed"),
+        ("set ridge", "auto"),
+    ] {
+        if words == "set epochs" {
+            settings.regressor = Regressor::Network;
+            settings.ridge = RidgeChoice::Auto;
+            let send = window.state_mut().as_mut().unwrap();
+            send.send(Edit::Settings(settings.clone()));
+            settle(&mut window);
+        }
+        find(&mut window, words);
+        assert_eq!(focused(&window).as_deref(), Some(control), "{words}");
+    }
+}
+
+#[test]
+fn the_palette_opens_recent_files() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let send = window.state_mut().as_mut().unwrap();
+    send.send(Edit::CloseAll);
+    settle(&mut window);
+    find(&mut window, "open test_c");
+    assert_eq!(names(&window), ["test_c"]);
+}
+
 #[test]
 fn arrows_lead_through_a_list_from_what_is_chosen_and_enter_takes_it() {
     let files = Files::new();
