@@ -24,7 +24,7 @@ use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspace;
-use crate::ui::{actions, appearance, live_pane, menu, status_line};
+use crate::ui::{actions, appearance, live_pane, menu, setting, settings_panel, status_line};
 use questions::Questions;
 
 /// One step of the text's size.
@@ -192,6 +192,10 @@ impl Shell {
             Command::MovePane(pane, to) => self.workspace.move_pane(pane, to),
             Command::Arrange(preset) => self.workspace = Workspace::preset(preset),
             Command::ShowPalette => self.palette.open(),
+            Command::FindSetting(setting) => {
+                self.workspace.bring(settings_panel::PANE);
+                setting::seek(ui.ctx(), setting);
+            }
             Command::ToggleHelp => self.help.toggle(),
             Command::ToggleNotices => self.notices.toggle_list(),
             Command::Tour(true) => {
@@ -334,6 +338,7 @@ impl Shell {
     /// Menus above, the status line below, the panes between, and what floats over them.
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
         let can = self.can_go();
+        self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         egui::Panel::top("menu").show(ui, |ui| {
             menu::menu_bar(ui, &self.engine, &self.workspace, can, out);
