@@ -173,11 +173,9 @@ impl Made {
                         .compensated_loads_of(&self.design, recording, past, own, rows);
                 }
                 None => {
-                    for (k, row) in own.zip(rows.chunks_exact_mut(n_axes)) {
-                        self.calibration
-                            .conventional
-                            .apply(recording.gauges_at(k), row);
-                    }
+                    let width = recording.n_gauges();
+                    let gauges = &recording.gauges()[own.start * width..own.end * width];
+                    (self.calibration.conventional).apply_rows(gauges, width, rows);
                 }
             }
         });

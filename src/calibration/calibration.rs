@@ -428,14 +428,16 @@ impl Calibration {
         samples: Range<usize>,
         loads: &mut [f64],
     ) {
+        let (width, n_axes) = (design.n_columns(), self.axes.len());
         let mut stream = FeatureStream::new(design);
-        let mut raw = vec![0.0; design.n_columns()];
-        let Some(map) = &self.compensated else {
-            return loads.fill(0.0);
-        };
-        for (k, load) in samples.zip(loads.chunks_exact_mut(self.axes.len())) {
-            sample_row(&mut stream, recording, |at| past[at][k], k, &mut raw);
-            map.apply(&raw, load);
+        let mut raw = vec![0.0; BLOCK * width];
+        let starts = samples.clone().step_by(BLOCK);
+        for (start, loads) in starts.zip(loads.chunks_mut(BLOCK * n_axes)) {
+            let raw = &mut raw[..loads.len() / n_axes * width];
+            for (k, row) in (start..).zip(raw.chunks_exact_mut(width)) {
+                sample_row(&mut stream, recording, |at| past[at][k], k, row);
+            }
+            self.loads_of_rows(raw, &[], &mut LearnedScratch::default(), loads);
         }
     }
 
@@ -495,10 +497,7 @@ impl Calibration {
         let n_axes = self.axes.len();
         match &self.compensated {
             Some(map) => {
-                let width = map.columns.len();
-                for (raw, load) in raw.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes)) {
-                    map.apply(raw, load);
-                }
+                map.apply_rows(raw, map.columns.len(), loads);
             }
             None => loads.fill(0.0),
         }

@@ -41,6 +41,18 @@ impl LinearMap {
         }
     }
 
+    /// What [`Self::apply`] writes for each of these rows, to the last bit.
+    ///
+    /// **Shapes** `rows` is `n × n_features`, `loads` `n × n_axes`, both row-major.
+    pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
+        pulp::Arch::new().dispatch(ApplyRows {
+            map: self,
+            rows,
+            n_features,
+            loads,
+        });
+    }
+
     /// What [`Self::apply`] writes for one axis.
     #[inline]
     pub fn load(&self, features: &[f64], axis: usize) -> f64 {
@@ -90,14 +102,58 @@ impl LinearMap {
     }
 }
 
+/// Rows that are worked on at once.
+const LANES: usize = 8;
+
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct ApplyRows<'a> {
+    map: &'a LinearMap,
+    rows: &'a [f64],
+    n_features: usize,
+    loads: &'a mut [f64],
+}
+
+impl pulp::WithSimd for ApplyRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let (width, n_axes) = (self.n_features, self.map.matrix.len());
+        let mut columns = vec![[0.0; LANES]; width];
+        let loads = self.loads.chunks_mut(LANES * n_axes);
+        for (rows, loads) in self.rows.chunks(LANES * width).zip(loads) {
+            if rows.len() < LANES * width {
+                let each = rows.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes));
+                each.for_each(|(row, load)| self.map.apply(row, load));
+                continue;
+            }
+            for (lane, row) in rows.chunks_exact(width).enumerate() {
+                for (column, value) in columns.iter_mut().zip(row) {
+                    column[lane] = *value;
+                }
+            }
+            for (axis, row) in self.map.matrix.iter().enumerate() {
+                let (slopes, offset) = row.split_at(width);
+                let mut sums = [-0.0; LANES]; // what a sum begins with
+                for (slope, column) in slopes.iter().zip(&columns) {
+                    for lane in 0..LANES {
+                        sums[lane] += slope * column[lane];
+                    }
+                }
+                let offset = offset.first().unwrap_or(&0.0);
+                for (load, sum) in loads.chunks_exact_mut(n_axes).zip(sums) {
+                    load[axis] = sum + offset;
+                }
+            }
+        }
+    }
+}
+
 /// The load of every sample from its present gauges, `n × n_axes` row-major.
 pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {
     let n_axes = map.matrix.len();
     let mut loads = vec![0.0; recording.n_samples() * n_axes];
-    let samples = recording.gauges().chunks_exact(recording.n_gauges());
-    for (gauges, load) in samples.zip(loads.chunks_exact_mut(n_axes)) {
-        map.apply(gauges, load);
-    }
+    map.apply_rows(recording.gauges(), recording.n_gauges(), &mut loads);
     loads
 }
 
@@ -134,5 +190,36 @@ impl PresentLoads<'_> {
         (0..self.recording.n_samples())
             .map(|k| self.at(k, axis))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn many_rows_give_what_each_gives_to_the_last_bit() {
+        let mut random = Random::new(3, &[1]);
+        for (n_axes, width, is_offset) in [(6, 12, true), (1, 1, false), (3, 19, true)] {
+            let row = |random: &mut Random| -> Vec<f64> {
+                let n = width + usize::from(is_offset);
+                (0..n).map(|_| random.normal()).collect()
+            };
+            let map = LinearMap {
+                columns: Vec::new(),
+                matrix: (0..n_axes).map(|_| row(&mut random)).collect(),
+            };
+            for n in [0, 1, 8, 21] {
+                let rows: Vec<f64> = (0..n * width).map(|_| random.normal()).collect();
+                let mut loads = vec![0.0; n * n_axes];
+                map.apply_rows(&rows, width, &mut loads);
+                let mut each = vec![0.0; n * n_axes];
+                for (row, load) in rows.chunks_exact(width).zip(each.chunks_exact_mut(n_axes)) {
+                    map.apply(row, load);
+                }
+                assert_eq!(loads, each, "{n} rows of {width}");
+            }
+        }
     }
 }

@@ -148,8 +148,7 @@ impl Series {
                         if !progress.is_cancelled() {
                             values.read(start..end, room);
                         }
-                        let runs = room.chunks(FINEST).map(|run| extremes(run.iter().copied()));
-                        found.extend(runs.map(Extremes::of));
+                        found.extend(room.chunks(FINEST).map(|run| Extremes::of(extremes(run))));
                     }
                     found
                 },
@@ -175,9 +174,7 @@ impl Series {
     /// If there are not as many values as that needs.
     pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
         assert_eq!(values.len(), n.div_ceil(each), "a value for each run");
-        let level = values
-            .iter()
-            .map(|value| Extremes::of(extremes([*value].into_iter())));
+        let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
         let level = level.collect();
         Self::with_level(Arc::new(Held { values, each, n }), each, level)
     }
@@ -408,14 +405,21 @@ fn before_edge(times: &[f64], edge: f64) -> usize {
 const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
 fn with(all: (f64, f64), value: f64) -> (f64, f64) {
-    match value.is_finite() {
-        true => (all.0.min(value), all.1.max(value)),
-        false => all,
-    }
+    let value = if value.is_finite() { value } else { f64::NAN };
+    (all.0.min(value), all.1.max(value))
 }
 
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold(NOTHING, with)
+fn extremes(values: &[f64]) -> (f64, f64) {
+    // Side by side, so that the processor need not wait for each before the next.
+    const LANES: usize = 8;
+    let mut all = [NOTHING; LANES];
+    for values in values.chunks(LANES) {
+        for (all, value) in all.iter_mut().zip(values) {
+            *all = with(*all, *value);
+        }
+    }
+    let joined = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+    all.into_iter().fold(NOTHING, joined)
 }
 
 #[cfg(test)]
