@@ -7,7 +7,8 @@ use loopscope::engine::Action;
 use loopscope::recording::simulated;
 use loopscope::ui::{Command, pane};
 
-use crate::screen::{Screen, long_recording};
+use crate::long_recording::long_recording;
+use crate::screen::Screen;
 
 /// So many frames of each are drawn; their median counts.
 const FRAMES: usize = 200;

@@ -7,7 +7,8 @@ use loopscope::engine::{Action, Edit};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::ui::{Command, PaneMove, pane};
 
-use crate::screen::{Screen, long_recording};
+use crate::long_recording::long_recording;
+use crate::screen::Screen;
 
 /// A display's frame.
 const FRAME: Duration = Duration::from_nanos(16_666_667);

@@ -36,11 +36,17 @@ impl LinearMap {
     /// Writes the load of one sample (Eq. 7); of a row without its last column, that is taken for an offset of 1.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
-        for (load, row) in load.iter_mut().zip(&self.matrix) {
-            let (slopes, offset) = row.split_at(features.len());
-            let sum: f64 = slopes.iter().zip(features).map(|(a, b)| a * b).sum();
-            *load = sum + offset.first().unwrap_or(&0.0);
+        for (axis, load) in load.iter_mut().enumerate().take(self.matrix.len()) {
+            *load = self.load(features, axis);
         }
+    }
+
+    /// What [`Self::apply`] writes for one axis.
+    #[inline]
+    pub fn load(&self, features: &[f64], axis: usize) -> f64 {
+        let (slopes, offset) = self.matrix[axis].split_at(features.len());
+        let sum: f64 = slopes.iter().zip(features).map(|(a, b)| a * b).sum();
+        sum + offset.first().unwrap_or(&0.0)
     }
 
     /// The coefficients of this map on gauges and offset, on the standardised columns of `design`.
@@ -93,4 +99,40 @@ pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f
         map.apply(gauges, load);
     }
     loads
+}
+
+/// The loads of a recording from its present gauges: kept, or made anew wherever one is asked for, the same to the last bit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PresentLoads<'a> {
+    pub map: &'a LinearMap,
+    pub recording: &'a Recording,
+    /// `n × n_axes`, row-major.
+    pub kept: Option<&'a [f64]>,
+}
+
+impl PresentLoads<'_> {
+    /// That of sample `k` on one axis.
+    #[inline]
+    pub fn at(&self, k: usize, axis: usize) -> f64 {
+        match self.kept {
+            Some(kept) => kept[k * self.map.matrix.len() + axis],
+            None => self.map.load(self.recording.gauges_at(k), axis),
+        }
+    }
+
+    /// Writes those of sample `k`.
+    #[inline]
+    pub fn row(&self, k: usize, out: &mut [f64]) {
+        match self.kept {
+            Some(kept) => out.copy_from_slice(&kept[k * out.len()..][..out.len()]),
+            None => self.map.apply(self.recording.gauges_at(k), out),
+        }
+    }
+
+    /// Those of every sample on one axis.
+    pub fn column(&self, axis: usize) -> Vec<f64> {
+        (0..self.recording.n_samples())
+            .map(|k| self.at(k, axis))
+            .collect()
+    }
 }

@@ -281,6 +281,13 @@ impl Engine {
         self.training.answer()
     }
 
+    /// The newest analysis that is no preview, with what it is of.
+    fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
+        self.analysis()?;
+        let (Analyse(request), analysis) = self.analysis.whole()?;
+        Some((request, analysis))
+    }
+
     /// What was trained for just these recordings and settings, be it cross-validated or not.
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
         let last = self.fitted_last();
@@ -455,7 +462,7 @@ impl Engine {
 
     /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
     pub fn calibration_content(&self) -> Option<FileContent> {
-        let analysis = self.analysis()?;
+        let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
         let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
         let fitted_to = applied
@@ -471,11 +478,11 @@ impl Engine {
 
     /// The traces of this interval of their time as a file's content.
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
-        let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
+        let (of, analysis) = self.exact()?;
         Some(FileContent::Traces(Box::new(TracesToWrite {
             calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.0.recordings),
-            decimation: of.0.settings.decimation,
+            recordings: Arc::clone(&of.recordings),
+            decimation: of.settings.decimation,
             traces: Arc::clone(&analysis.traces),
             visible,
         })))
@@ -513,8 +520,8 @@ impl Engine {
             self.analysis.ask(Analyse(request));
         }
         let calibration = self
-            .analysis()
-            .map(|analysis| Arc::clone(&analysis.calibration));
+            .exact()
+            .map(|(_, analysis)| Arc::clone(&analysis.calibration));
         *self.current.lock().unwrap_or_else(PoisonError::into_inner) = calibration;
         if self.analysis().is_none() {
             self.loops.forget();
@@ -537,11 +544,11 @@ impl Engine {
     }
 
     fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookAt> {
-        let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
+        let (of, analysis) = self.exact()?;
         Some(LookAt(LookRequest {
             calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.0.recordings),
-            decimation: of.0.settings.decimation,
+            recordings: Arc::clone(&of.recordings),
+            decimation: of.settings.decimation,
             traces: Arc::clone(&analysis.traces),
             visible: visible.filter(|_| question.follows_screen()),
             measuring: self.project.measuring.clone(),

@@ -12,6 +12,7 @@ use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
 use crate::ui::panes;
 use crate::ui::plots;
+use crate::ui::settings_panel;
 
 /// Something to ask for.
 pub struct Action {
@@ -26,6 +27,9 @@ pub struct Action {
     /// What it asks.
     pub command: Command,
 }
+
+/// The keys of the palette, which takes what is typed after them.
+pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
@@ -326,6 +330,28 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     ]
 }
 
+/// Files that were opened before, by their names.
+pub fn recent(engine: &Engine) -> Vec<Action> {
+    let files = engine.preferences.recent.iter();
+    let open = files.map(|path| {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        let path_text = path.display().to_string();
+        let command = Do::Open(vec![path.clone()]).into();
+        action(name.to_string_lossy(), path_text, None, command)
+    });
+    open.collect()
+}
+
+/// The controls of settings.
+fn settings(engine: &Engine) -> Vec<Action> {
+    let all = settings_panel::in_use(engine).into_iter();
+    all.map(|setting| {
+        let name = format!("Set {}", setting.label);
+        action(name, setting.help(), None, Command::FindSetting(setting))
+    })
+    .collect()
+}
+
 /// Trying models.
 pub fn models(engine: &Engine) -> Vec<Action> {
     let any = !engine.project().recordings.entries().is_empty();
@@ -425,7 +451,7 @@ pub fn help(engine: &Engine) -> Vec<Action> {
         action(
             "Find an action…",
             "By a part of its name",
-            ctrl(Key::P),
+            Some(FIND),
             Command::ShowPalette,
         ),
         action(
@@ -440,13 +466,19 @@ pub fn help(engine: &Engine) -> Vec<Action> {
 
 /// All of them.
 pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
+    let mut recent = recent(engine);
+    for file in &mut recent {
+        file.name = format!("Open {}", file.name);
+    }
     let groups = [
         opening(engine),
+        recent,
         writing(engine),
         vec![quit()],
         edit(can),
         time(can),
         roles(engine),
+        settings(engine),
         models(engine),
         arrangements(),
         panes(),

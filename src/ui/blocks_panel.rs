@@ -3,6 +3,7 @@
 use egui::{Id, TextEdit};
 
 use crate::features::{BLOCKS, Block, Choice, FeatureSettings};
+use crate::ui::setting::found;
 
 /// Draws them.
 pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings) {
@@ -24,6 +25,7 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
         let mut used = !values.is_empty();
         let id = Id::unique((name, "while it is off"));
         let switch = ui.checkbox(&mut used, name).on_hover_text(&explanation);
+        found(setting, &switch);
         if switch.changed() {
             values = if used {
                 let kept = ui.data(|data| data.get_temp::<Vec<f64>>(id));
@@ -55,6 +57,9 @@ fn one_of(
             let value = f64::from(choice.value);
             let selected = *values.first().unwrap_or(&none) == value;
             let button = ui.selectable_label(selected, choice.label);
+            if selected {
+                found(block.setting(), &button);
+            }
             if button.on_hover_text(choice.explanation).clicked() {
                 values = vec![value];
             }

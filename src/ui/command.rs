@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
+use crate::features::Setting;
 
 /// What a pane is called and what is in it; there is one of each.
 #[derive(Debug)]
@@ -165,6 +166,8 @@ pub enum Command {
     Arrange(Preset),
     /// Show what can be done, to search in.
     ShowPalette,
+    /// Show the control of this setting, and give it the focus.
+    FindSetting(Setting),
     /// Show or hide the help.
     ToggleHelp,
     /// Show or hide the list of all notices.

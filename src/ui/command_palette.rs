@@ -1,9 +1,10 @@
 //! Find an action by typing a part of its name.
 
-use egui::{Key, Modifiers};
+use egui::text_edit::TextEditState;
+use egui::{Event, Id, Key, Modifiers};
 
 use crate::engine::Engine;
-use crate::ui::actions::{self, Action, CanGo};
+use crate::ui::actions::{self, Action, CanGo, FIND};
 use crate::ui::command::Command;
 
 /// What the palette remembers while it is open.
@@ -12,6 +13,11 @@ pub struct CommandPalette {
     open: bool,
     text: String,
     chosen: usize,
+    /// How far down the arrows lead that came since it was drawn, and whether Enter came after them.
+    steps: isize,
+    entered: bool,
+    /// Whether the field takes what is typed; in its first frames it does not yet.
+    is_typed_into: bool,
 }
 
 impl CommandPalette {
@@ -21,6 +27,49 @@ impl CommandPalette {
             open: true,
             ..Self::default()
         };
+    }
+
+    /// Opens it by its keys, and takes what was typed since: on a slow machine that comes in the same frame, and in those
+    /// after it, in which the field has not the focus yet.
+    pub fn listen(&mut self, context: &egui::Context) {
+        let mut events = context.input_mut(|input| std::mem::take(&mut input.events));
+        events.retain(|event| {
+            if !self.open && is_press(event, FIND.logical_key, FIND.modifiers) {
+                self.open();
+                return false;
+            }
+            !(self.open && self.takes(event, context))
+        });
+        context.input_mut(|input| input.events = events);
+    }
+
+    /// Whether this event was meant for it, and is done.
+    fn takes(&mut self, event: &Event, context: &egui::Context) -> bool {
+        let press = |key| is_press(event, key, Modifiers::NONE);
+        if self.entered {
+            return false;
+        } else if press(Key::ArrowDown) {
+            self.steps += 1;
+        } else if press(Key::ArrowUp) {
+            self.steps -= 1;
+        } else if press(Key::Enter) {
+            self.entered = true;
+        } else if self.is_typed_into {
+            return false;
+        } else {
+            match event {
+                Event::Text(text) | Event::Paste(text) => self.text.push_str(text),
+                _ if press(Key::Backspace) => {
+                    self.text.pop();
+                }
+                // A letter alone is a key for something else, too.
+                Event::Key { modifiers, .. } => return !modifiers.any() && !press(Key::Escape),
+                _ => return false,
+            }
+            // The cursor stands at the end.
+            TextEditState::default().store(context, field_id());
+        }
+        true
     }
 
     /// Draws it while it is open.
@@ -37,23 +86,20 @@ impl CommandPalette {
         let found: Vec<Action> = (actions::all(engine, can).into_iter())
             .filter(|action| action.enabled && matches(&action.name, &self.text))
             .collect();
-        self.chosen = self.chosen.min(found.len().saturating_sub(1));
-        let press = |key| context.input_mut(|input| input.consume_key(Modifiers::NONE, key));
-        if press(Key::ArrowDown) {
-            self.chosen = (self.chosen + 1).min(found.len().saturating_sub(1));
-        }
-        if press(Key::ArrowUp) {
-            self.chosen = self.chosen.saturating_sub(1);
-        }
-        let entered = press(Key::Enter);
+        let last = found.len().saturating_sub(1);
+        let steps = std::mem::take(&mut self.steps);
+        self.chosen = self.chosen.min(last).saturating_add_signed(steps).min(last);
+        let entered = std::mem::take(&mut self.entered);
         let mut taken = None;
         let modal = egui::Modal::new(egui::Id::unique("command palette")).show(context, |ui| {
             ui.set_width(420.0);
             let label = ui.strong("Find an action");
             let field = egui::TextEdit::singleline(&mut self.text)
+                .id(field_id())
                 .hint_text("a part of its name")
                 .desired_width(f32::INFINITY);
             let field = ui.add(field).labelled_by(label.id);
+            self.is_typed_into = field.has_focus() && field.enabled() && !ui.is_sizing_pass();
             field.request_focus();
             if field.changed() {
                 self.chosen = 0;
@@ -91,6 +137,16 @@ impl CommandPalette {
             self.open = false;
         }
     }
+}
+
+/// The field that is typed into.
+fn field_id() -> Id {
+    Id::unique("what the palette finds")
+}
+
+fn is_press(event: &Event, key: Key, held: Modifiers) -> bool {
+    matches!(event, Event::Key { key: own, pressed: true, modifiers, .. }
+        if *own == key && modifiers.matches_exact(held))
 }
 
 /// Whether every word that was typed stands in the name.

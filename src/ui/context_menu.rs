@@ -1,23 +1,9 @@
-//! Menus of a widget, and items of lists, that work by mouse and keyboard alike.
+//! Menus of a widget that work by mouse and keyboard alike.
 
 use egui::{Key, Modifiers, Popup, PopupCloseBehavior, Response, SetOpenCommand, Ui};
 
 /// A menu is invisible in its first frame, in which nothing in it can take the focus.
 const FRAMES_TO_FOCUS: u32 = 2;
-
-/// An item of a list that opens and closes. A click closes it anyway, a key on the item with the focus only so.
-pub fn item<T: PartialEq>(
-    ui: &mut Ui,
-    chosen: &mut T,
-    value: T,
-    name: impl egui::IntoAtoms<'static>,
-) -> Response {
-    let response = ui.selectable_value(chosen, value, name);
-    if response.clicked() {
-        ui.close();
-    }
-    response
-}
 
 /// Opens for the right button, and where the widget has the focus for the menu key and Shift+F10; `contents` returns the
 /// first item, to which the keyboard goes on.

@@ -14,6 +14,7 @@ use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats;
 use crate::import::inspect::{Inspection, TableReport};
 use crate::ui::command::Command;
+use crate::ui::status_line::busy;
 
 /// What stands in the window's text fields.
 #[derive(Debug)]
@@ -70,7 +71,7 @@ pub fn import_window(
             }
             let Some(inspection) = importing.inspection.as_deref() else {
                 if importing.problem.is_none() {
-                    ui.spinner();
+                    busy(ui);
                 }
                 return;
             };

@@ -16,8 +16,8 @@ use crate::engine::{Edit, Engine};
 use crate::evaluation::metrology::MetrologySettings;
 use crate::recording::Axis;
 use crate::report::figure::{Figure, STANDS_ALONE};
+use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
-use crate::ui::context_menu::item;
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
@@ -312,19 +312,15 @@ impl LoopsPane {
 
     fn up_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         let gauges = &engine.project().recordings.layout().gauge_names;
-        egui::ComboBox::from_label("up")
+        let button = egui::ComboBox::from_label("up")
             .selected_text(up_name(self.up, gauges))
-            .width(70.0)
-            .show_ui(ui, |ui| {
-                let all = [Up::Error, Up::Load].into_iter();
-                for up in all.chain((0..gauges.len()).map(Up::Gauge)) {
-                    item(ui, &mut self.up, up, up_name(up, gauges));
-                }
-            })
-            .response
-            .on_hover_text(
-                "What is drawn over the load: the error, the load itself, or a raw gauge (Fig. 1)",
-            );
+            .width(70.0);
+        let all = [Up::Error, Up::Load].into_iter();
+        let all = all.chain((0..gauges.len()).map(Up::Gauge));
+        let items = all.map(|up| (up, up_name(up, gauges).into(), ""));
+        choice(ui, button, &mut self.up, items).on_hover_text(
+            "What is drawn over the load: the error, the load itself, or a raw gauge (Fig. 1)",
+        );
     }
 
     fn span_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
@@ -337,21 +333,17 @@ impl LoopsPane {
             Span::All | Span::Of(TableOf::All) => "All recordings",
             Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
         };
-        egui::ComboBox::from_label("of")
+        let button = egui::ComboBox::from_label("of")
             .selected_text(name(self.span))
             .width(104.0)
-            .truncate()
-            .show_ui(ui, |ui| {
-                let of = [TableOf::Test, TableOf::Train].map(Span::Of);
-                let all = [Span::Visible, Span::All].into_iter().chain(of);
-                for span in all.chain((0..entries.len()).map(Span::One)) {
-                    item(ui, &mut self.span, span, name(span).to_owned());
-                }
-            })
-            .response
-            .on_hover_text(
-                "As in Traces: the recordings and the interval of time that the trace panes show",
-            );
+            .truncate();
+        let of = [TableOf::Test, TableOf::Train].map(Span::Of);
+        let all = [Span::Visible, Span::All].into_iter().chain(of);
+        let all = all.chain((0..entries.len()).map(Span::One));
+        let items = all.map(|span| (span, name(span).to_owned().into(), ""));
+        choice(ui, button, &mut self.span, items).on_hover_text(
+            "As in Traces: the recordings and the interval of time that the trace panes show",
+        );
     }
 
     /// The plot to the left, whatever `figures` draws to the right, the row for saving under them.
@@ -445,15 +437,12 @@ fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut
     let loads = (engine.project().axes().iter())
         .flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
     let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
-    egui::ComboBox::from_label(label)
+    let button = egui::ComboBox::from_label(label)
         .selected_text(channel_name(*channel, engine))
-        .width(96.0)
-        .show_ui(ui, |ui| {
-            for one in std::iter::once(Channel::Time).chain(all) {
-                item(ui, channel, one, channel_name(one, engine));
-            }
-        })
-        .response
+        .width(96.0);
+    let all = std::iter::once(Channel::Time).chain(all);
+    let items = all.map(|one| (one, channel_name(one, engine).into(), ""));
+    choice(ui, button, channel, items)
         .on_hover_text("The time, a gauge, or a load of Calc., Conv. or Comp.");
 }
 

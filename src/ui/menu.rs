@@ -52,17 +52,10 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
 }
 
 fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-    let recent = &engine.preferences.recent;
-    ui.add_enabled_ui(!recent.is_empty(), |ui| {
+    let any = !engine.preferences.recent.is_empty();
+    ui.add_enabled_ui(any, |ui| {
         ui.menu_button("Recent", |ui| {
-            for path in recent {
-                let name = path.file_name().unwrap_or(path.as_os_str());
-                let button = ui.button(name.to_string_lossy());
-                if button.on_hover_text(path.display().to_string()).clicked() {
-                    out.push(Do::Open(vec![path.clone()]).into());
-                    ui.close();
-                }
-            }
+            items(ui, actions::recent(engine), out);
             ui.separator();
             let forget = ui.button("Forget all of these");
             let forget = forget.on_hover_text("Empties this list; the files stay");

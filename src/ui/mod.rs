@@ -4,6 +4,7 @@ mod actions;
 mod appearance;
 mod blocks_panel;
 mod calibration_pane;
+mod choice;
 mod command;
 mod command_palette;
 mod context_menu;

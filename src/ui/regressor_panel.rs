@@ -10,10 +10,11 @@ use crate::calibration::{
 };
 use crate::engine::{Action, Engine};
 use crate::evaluation::threshold_study::ScoreSet;
+use crate::features::Setting;
+use crate::ui::choice::choice;
 use crate::ui::command::Command;
-use crate::ui::context_menu::item;
 use crate::ui::numbers::{duration, significant};
-use crate::ui::setting::{number, switch};
+use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
 
 /// Draws the choice of the regressor and, where it learns, its training.
@@ -25,15 +26,10 @@ pub fn regressor(
 ) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Regressor");
-        ComboBox::from_id_salt("regressor")
-            .selected_text(settings.regressor.label())
-            .show_ui(ui, |ui| {
-                for regressor in Regressor::ALL {
-                    item(ui, &mut settings.regressor, regressor, regressor.label())
-                        .on_hover_text(regressor.explanation());
-                }
-            })
-            .response
+        let button = ComboBox::from_id_salt("regressor").selected_text(settings.regressor.label());
+        let items = Regressor::ALL.into_iter();
+        let items = items.map(|one| (one, one.label().into(), one.explanation()));
+        choice(ui, button, &mut settings.regressor, items)
             .labelled_by(label.id)
             .on_hover_text(settings.regressor.explanation());
         ridge(ui, &mut settings.ridge);
@@ -45,6 +41,16 @@ pub fn regressor(
         }
         training(ui, engine, settings, learner, out);
     }
+}
+
+/// The settings of this regressor.
+pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
+    let own: &[Setting] = match settings.regressor.learner() {
+        Some(Learner::Network) => &[EPOCHS, SEED, CONSTANT_RATE, EARLY_STOPPING, CROSS_VALIDATE],
+        Some(Learner::Kernel) => &[LANDMARKS],
+        None => &[],
+    };
+    [&[RIDGE], own].concat()
 }
 
 fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
@@ -60,6 +66,9 @@ fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
         }
     }
     let switch = ui.checkbox(&mut auto, "auto");
+    if !matches!(ridge, RidgeChoice::Strength(_)) {
+        found(&RIDGE, &switch);
+    }
     let mut is_changed = switch.on_hover_text(RIDGE.help()).changed();
     if auto {
         let switch = ui.checkbox(&mut by_block, "by block");

@@ -1,7 +1,7 @@
-//! A field for a number, as its setting says.
+//! A field for a number, as its setting says, and finding it.
 
-use egui::DragValue;
 use egui::emath::Numeric;
+use egui::{Align, DragValue, Id, Response};
 
 use crate::features::Setting;
 
@@ -14,10 +14,47 @@ pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
         field = field.max_decimals(6);
     }
     let field = ui.add(field).labelled_by(label.id);
-    field.on_hover_text(setting.help());
+    found(setting, &field.on_hover_text(setting.help()));
 }
 
 /// Draws a switch.
 pub fn switch(ui: &mut egui::Ui, setting: &Setting, on: &mut bool) {
-    ui.checkbox(on, setting.label).on_hover_text(setting.help());
+    let switch = ui.checkbox(on, setting.label);
+    found(setting, &switch.on_hover_text(setting.help()));
+}
+
+/// A control has the focus after so many frames, or is not on screen.
+const FRAMES_TO_FIND: u32 = 8;
+
+/// A setting whose control is looked for, and for how many frames yet.
+type Sought = (Setting, u32);
+
+fn sought_id() -> Id {
+    Id::unique("the setting that is looked for")
+}
+
+/// Brings the control of this setting on screen, and gives it the focus, when it is drawn.
+pub fn seek(context: &egui::Context, setting: Setting) {
+    context.data_mut(|data| data.insert_temp::<Sought>(sought_id(), (setting, FRAMES_TO_FIND)));
+    context.request_repaint();
+}
+
+/// Says which control is that of a setting.
+pub fn found(setting: &Setting, control: &Response) {
+    let id = sought_id();
+    let sought: Option<Sought> = control.ctx.data(|data| data.get_temp(id));
+    let Some((_, frames)) = sought.filter(|(own, _)| own == setting) else {
+        return;
+    };
+    if frames == 0 || control.has_focus() {
+        control.ctx.data_mut(|data| data.remove::<Sought>(id));
+        return;
+    }
+    // In the frame after the palette it would not get it yet.
+    control.request_focus();
+    control.scroll_to_me(Some(Align::Center));
+    control
+        .ctx
+        .data_mut(|data| data.insert_temp::<Sought>(id, (*setting, frames - 1)));
+    control.ctx.request_repaint();
 }

@@ -5,11 +5,13 @@ use egui::{DragValue, Slider, SliderClamping};
 use crate::calibration::{DECIMATION, FitSettings, OFFSET};
 use crate::engine::{Edit, Engine};
 use crate::export::ShownFTh;
-use crate::features::{Distance, F_TH, FeatureSettings, HISTORY_RATE, T_TH, Thresholds};
+use crate::features::{
+    BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
+};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::setting::number;
+use crate::ui::setting::{found, number, switch};
 use crate::ui::{blocks_panel, regressor_panel};
 
 /// The t_th slider reaches this far where recordings are longer; larger values can be typed.
@@ -34,6 +36,21 @@ impl PaneView for View {
     }
 }
 
+/// The settings whose controls can be used now.
+pub fn in_use(engine: &Engine) -> Vec<Setting> {
+    let settings = &engine.project().settings;
+    let mut all = vec![DECIMATION];
+    if engine.project().applied.is_none() {
+        if !settings.features.look_backs.is_empty() {
+            all.extend([F_TH, T_TH]);
+        }
+        all.extend(BLOCKS.iter().map(|block| *block.setting()));
+        all.extend(regressor_panel::in_use(settings));
+        all.extend([OFFSET, HISTORY_RATE]);
+    }
+    all
+}
+
 /// Draws the choices of the fit.
 fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.add_space(4.0);
@@ -43,8 +60,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         look_back(ui, engine, &mut settings.features);
         blocks_panel::blocks(ui, &mut settings.features);
         regressor_panel::regressor(ui, engine, &mut settings, out);
-        ui.checkbox(&mut settings.offset, OFFSET.label)
-            .on_hover_text(OFFSET.help());
+        switch(ui, &OFFSET, &mut settings.offset);
         ui.horizontal(|ui| {
             number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
             ui.weak(HISTORY_RATE.unit.symbol);
@@ -111,7 +127,9 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         .suffix(" s")
         .max_decimals(2)
         .clamping(SliderClamping::Never);
-    explain(&ui.add(t_th), egui::RectAlign::BOTTOM_START, &T_TH.help());
+    let t_th = ui.add(t_th);
+    explain(&t_th, egui::RectAlign::BOTTOM_START, &T_TH.help());
+    found(&T_TH, &t_th);
     for value in [&mut first.f_th, &mut first.t_th_secs] {
         // Typed values may exceed the slider, but neither be negative nor no number.
         *value = if value.is_finite() {
@@ -178,6 +196,7 @@ fn f_th_slider(ui: &mut egui::Ui, engine: &Engine, distance: Distance, f_th: &mu
         .clamping(SliderClamping::Never);
     let response = ui.add(slider);
     explain(&response, egui::RectAlign::TOP_START, &F_TH.help());
+    found(&F_TH, &response);
     if response.changed() {
         *f_th = shown / factor;
     }

@@ -6,7 +6,6 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
 
 use crate::engine::query::{Notify, let_window_go_first};
 use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_calibration};
@@ -25,11 +24,9 @@ use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspace;
-use crate::ui::{actions, appearance, live_pane, menu, status_line};
+use crate::ui::{actions, appearance, live_pane, menu, setting, settings_panel, status_line};
 use questions::Questions;
 
-/// How often progress bars move while something runs.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 /// One step of the text's size.
 const TEXT_STEP: f32 = 0.1;
 
@@ -178,7 +175,7 @@ impl Shell {
             ui.request_repaint();
         }
         if self.is_busy() {
-            ui.request_repaint_after(PROGRESS_INTERVAL);
+            ui.request_repaint_after(status_line::PROGRESS_INTERVAL);
         }
     }
 
@@ -195,6 +192,10 @@ impl Shell {
             Command::MovePane(pane, to) => self.workspace.move_pane(pane, to),
             Command::Arrange(preset) => self.workspace = Workspace::preset(preset),
             Command::ShowPalette => self.palette.open(),
+            Command::FindSetting(setting) => {
+                self.workspace.bring(settings_panel::PANE);
+                setting::seek(ui.ctx(), setting);
+            }
             Command::ToggleHelp => self.help.toggle(),
             Command::ToggleNotices => self.notices.toggle_list(),
             Command::Tour(true) => {
@@ -337,6 +338,7 @@ impl Shell {
     /// Menus above, the status line below, the panes between, and what floats over them.
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
         let can = self.can_go();
+        self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         egui::Panel::top("menu").show(ui, |ui| {
             menu::menu_bar(ui, &self.engine, &self.workspace, can, out);

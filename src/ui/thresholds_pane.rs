@@ -13,9 +13,11 @@ use crate::evaluation::mean_hysteresis::FEWEST_REVERSALS;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
 use crate::features::{BLOCKS, Distance, Thresholds};
+use crate::ui::choice::choice;
 use crate::ui::command::{Command, ImageTo, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::status_line::busy;
 
 pub use map::MapTexture;
 
@@ -116,22 +118,17 @@ impl View {
     ) {
         ui.horizontal_wrapped(|ui| {
         let label = ui.label("Errors of");
-        egui::ComboBox::from_id_salt("measure")
-            .selected_text(measure_text(map, measure))
-            .show_ui(ui, |ui| {
-                for one in map.scale.measures() {
-                    if ui
-                        .selectable_label(one == measure, measure_text(map, one))
-                        .clicked()
-                    {
-                        self.measure = Some(one);
-                        ui.close(); // by a key it would stay
-                    }
-                }
-            })
-            .response
+        let button = egui::ComboBox::from_id_salt("measure")
+            .selected_text(measure_text(map, measure));
+        let items = map.scale.measures().into_iter();
+        let items = items.map(|one| (one, measure_text(map, one).into(), ""));
+        let mut chosen = measure;
+        choice(ui, button, &mut chosen, items)
             .labelled_by(label.id)
             .on_hover_text("Whose root mean squared error the map is coloured by, and the suggestion chosen by");
+        if chosen != measure {
+            self.measure = Some(chosen);
+        }
         ui.separator();
         for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
             ui.selectable_value(&mut self.on, set, set.title())
@@ -314,7 +311,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
             }
         }
         if choosing {
-            ui.spinner();
+            busy(ui);
         } else if let Some(chosen) = engine.choice.answer() {
             ui.label(format!(
                 "{}: {}; cross-validation {}, without {} ({} lists tried)",

@@ -9,6 +9,7 @@ use crate::analysis::{AxisTraces, View as Shown};
 use crate::engine::{Action, Edit, Engine};
 use crate::features::Thresholds;
 use crate::report::figure;
+use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
@@ -281,25 +282,16 @@ fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         Shown::All => "All, end to end".to_owned(),
     };
     let explanation = "The recording that is drawn; all of them stand one after the other";
-    egui::ComboBox::from_label("on screen")
+    let button = egui::ComboBox::from_label("on screen")
         .selected_text(elided(&name(engine.project().view), NAME_LENGTH))
         .width(180.0)
-        .truncate()
-        .show_ui(ui, |ui| {
-            let views = (0..entries.len()).map(Shown::One);
-            for view in std::iter::once(Shown::All).chain(views) {
-                if ui
-                    .selectable_label(
-                        engine.project().view == view,
-                        elided(&name(view), LIST_NAME_LENGTH),
-                    )
-                    .clicked()
-                {
-                    out.push(Action::Show(view).into());
-                    ui.close(); // by a key it would stay
-                }
-            }
-        })
-        .response
-        .on_hover_text(explanation);
+        .truncate();
+    let views = (0..entries.len()).map(Shown::One);
+    let items = std::iter::once(Shown::All).chain(views);
+    let items = items.map(|view| (view, elided(&name(view), LIST_NAME_LENGTH).into(), ""));
+    let mut view = engine.project().view;
+    choice(ui, button, &mut view, items).on_hover_text(explanation);
+    if view != engine.project().view {
+        out.push(Action::Show(view).into());
+    }
 }

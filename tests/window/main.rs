@@ -2,6 +2,7 @@
 
 mod explained;
 mod importing;
+mod keyboard;
 mod sessions;
 mod workspace;
 

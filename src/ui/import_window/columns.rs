@@ -7,7 +7,7 @@ use crate::formats::text::times::TIME_SPELLINGS;
 use crate::import::inspect::ColumnReport;
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 use crate::recording::units::{FORCE_UNITS, MOMENT_UNITS};
-use crate::ui::context_menu::item;
+use crate::ui::choice::choice;
 use crate::ui::numbers::significant;
 
 const NAME: &str = "What a gauge is called; empty: as in the header, or S1, S2, …";
@@ -87,15 +87,13 @@ fn column_row(
         ui.label(&report.header);
     });
     row.col(|ui| {
-        let choice = ComboBox::from_id_salt((id, number))
+        let button = ComboBox::from_id_salt((id, number))
             .selected_text(rule.is.name())
-            .width(112.0)
-            .show_ui(ui, |ui| {
-                for role in ColumnRole::all() {
-                    item(ui, &mut rule.is, role, role.name());
-                }
-            });
-        (choice.response.on_hover_text("What the column holds")).widget_info(|| {
+            .width(112.0);
+        let items = ColumnRole::all().into_iter();
+        let items = items.map(|role| (role, role.name().into(), ""));
+        let button = choice(ui, button, &mut rule.is, items);
+        (button.on_hover_text("What the column holds")).widget_info(|| {
             let name = format!("Column {number} is {}", rule.is.name());
             egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
         });

@@ -7,6 +7,7 @@ use crate::engine::{ImportCommand, Importing};
 use crate::import::inspect::Inspection;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
+use crate::ui::status_line::busy;
 
 pub(super) fn foot(
     ui: &mut egui::Ui,
@@ -78,7 +79,7 @@ pub(super) fn foot(
             send(out, ImportCommand::ReadMap(path.into()));
         }
         if importing.looking {
-            ui.spinner();
+            busy(ui);
         }
     });
     ui.add_space(4.0);

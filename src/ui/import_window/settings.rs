@@ -5,19 +5,16 @@ use egui::{ComboBox, DragValue};
 use crate::formats::text::{Decimal, Delimiter, TextLayout};
 use crate::import::map::ColumnMap;
 use crate::recording::Tare;
-use crate::ui::context_menu::item;
+use crate::ui::choice::choice;
 
 pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
-        ComboBox::from_label("delimiter")
+        let button = ComboBox::from_label("delimiter")
             .selected_text(text.delimiter.name())
-            .width(90.0)
-            .show_ui(ui, |ui| {
-                for delimiter in Delimiter::ALL {
-                    item(ui, &mut text.delimiter, delimiter, delimiter.name());
-                }
-            })
-            .response
+            .width(90.0);
+        let items = Delimiter::ALL.into_iter();
+        let items = items.map(|delimiter| (delimiter, delimiter.name().into(), ""));
+        choice(ui, button, &mut text.delimiter, items)
             .on_hover_text("What stands between the cells of a line");
         let mut comma = text.decimal == Decimal::Comma;
         let tick = ui.checkbox(&mut comma, "decimal comma");
@@ -81,22 +78,21 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
         Some(Tare::Auto) => "first quiet half second",
         Some(Tare::Interval(..)) => "a segment",
     };
-    ComboBox::from_label("tare")
+    let button = ComboBox::from_label("tare")
         .selected_text(text)
-        .width(150.0)
-        .show_ui(ui, |ui| {
-            item(ui, tare, None, "none");
-            item(ui, tare, Some(Tare::Auto), "first quiet half second");
-            let is_stretch = matches!(tare, Some(Tare::Interval(..)));
-            if ui.selectable_label(is_stretch, "a segment").clicked() && !is_stretch {
-                *tare = Some(Tare::Interval(0.0, 1.0));
-                ui.close();
-            }
-        })
-        .response
-        .on_hover_text(
-            "The mean gauges there are taken off; whether the sensor was unloaded then, you must know",
-        );
+        .width(150.0);
+    let segment = match *tare {
+        Some(segment @ Tare::Interval(..)) => segment,
+        _ => Tare::Interval(0.0, 1.0),
+    };
+    let items = [
+        (None, "none".into(), ""),
+        (Some(Tare::Auto), "first quiet half second".into(), ""),
+        (Some(segment), "a segment".into(), ""),
+    ];
+    choice(ui, button, tare, items).on_hover_text(
+        "The mean gauges there are taken off; whether the sensor was unloaded then, you must know",
+    );
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let label = ui.label(name);

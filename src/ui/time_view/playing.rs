@@ -1,7 +1,7 @@
 //! Going through time, as if the recording were measured now.
 
 use crate::analysis::TraceSet;
-use crate::ui::context_menu::item;
+use crate::ui::choice::choice;
 
 /// How many seconds go by in one, to choose from.
 const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
@@ -63,17 +63,13 @@ impl Playing {
         if button.clicked() {
             self.toggle();
         }
-        egui::ComboBox::from_id_salt("speed")
+        let about = "Seconds of the recording in one second";
+        let button = egui::ComboBox::from_id_salt("speed")
             .selected_text(format!("{}×", self.speed))
-            .width(48.0)
-            .show_ui(ui, |ui| {
-                for speed in SPEEDS {
-                    item(ui, &mut self.speed, speed, format!("{speed}×"))
-                        .on_hover_text("Seconds of the recording in one second");
-                }
-            })
-            .response
-            .on_hover_text("Seconds of the recording in one second");
+            .width(48.0);
+        let items = SPEEDS.into_iter();
+        let items = items.map(|speed| (speed, format!("{speed}×").into(), about));
+        choice(ui, button, &mut self.speed, items).on_hover_text(about);
     }
 
     /// Goes on by `passed` seconds on the clock; returns the sample it is at and its time.

@@ -1,0 +1,119 @@
+//! A list that opens under a button, for mouse and keyboard alike: it begins at what is chosen, Up and Down move, Enter takes,
+//! Escape leaves, and the focus goes back to the button.
+
+use std::borrow::Cow;
+
+use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
+
+/// What can be chosen, its name, and what is said of it.
+pub type Item<T> = (T, Cow<'static, str>, &'static str);
+
+/// What the keys have done to an open list.
+#[derive(Clone, Default)]
+struct Keys {
+    /// The pass in which it was drawn last.
+    pass: u64,
+    /// The item that had the focus.
+    focused: Option<usize>,
+    /// The item that is to have it: a list is invisible in its first frame, in which nothing in it can take the focus.
+    target: Option<usize>,
+}
+
+/// Draws the button and, where it is open, the list.
+pub fn choice<T: PartialEq>(
+    ui: &mut Ui,
+    button: ComboBox,
+    chosen: &mut T,
+    items: impl IntoIterator<Item = Item<T>>,
+) -> Response {
+    let shown = button.show_ui(ui, |ui| list(ui, chosen, items.into_iter().collect()));
+    if shown.inner == Some(true) {
+        shown.response.request_focus();
+    }
+    shown.response
+}
+
+/// Draws the list; whether a key closes it.
+fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool {
+    let id = ui.layer_id().id.with("keys");
+    let pass = ui.ctx().cumulative_pass_nr();
+    let mut keys: Keys = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let is_new = keys.pass + 1 < pass;
+    let mut takes = false;
+    let at_first = items.iter().position(|(value, ..)| value == chosen);
+    if is_new {
+        // A pointer goes on as a pointer.
+        let by_pointer = ui.input(|input| input.pointer.any_click());
+        keys = Keys {
+            target: at_first.filter(|_| !by_pointer),
+            ..Keys::default()
+        };
+    } else {
+        let (steps, entered) = pressed(ui);
+        if steps != 0 {
+            let from = keys.target.or(keys.focused).or(at_first);
+            let n = items.len() as isize;
+            let from = from.map_or(if steps > 0 { -1 } else { 0 }, |from| from as isize);
+            keys.target = (n > 0).then(|| (from + steps).rem_euclid(n) as usize);
+        }
+        takes = entered && keys.target.is_some();
+    }
+    keys.pass = pass;
+    keys.focused = None;
+    let mut is_taken = false;
+    for (at, (value, name, about)) in items.into_iter().enumerate() {
+        let mut item = ui.selectable_label(*chosen == value, name);
+        if item.has_focus() {
+            keys.focused = Some(at);
+        }
+        if keys.target == Some(at) {
+            item.scroll_to_me(None);
+            item.request_focus();
+        }
+        if !about.is_empty() {
+            item = item.on_hover_text(about);
+        }
+        if item.clicked() || (takes && keys.target == Some(at)) {
+            *chosen = value;
+            is_taken = true;
+            ui.close(); // by a key it would stay
+        }
+    }
+    if keys.focused == keys.target {
+        keys.target = None;
+    }
+    ui.data_mut(|data| data.insert_temp(id, keys));
+    let by_pointer = ui.input(|input| input.pointer.any_click());
+    (is_taken && !by_pointer) || ui.input(|input| input.key_pressed(Key::Escape))
+}
+
+/// How many items down the arrows of this frame lead, and whether Enter came after them. On a slow machine several keys come in
+/// one frame.
+fn pressed(ui: &Ui) -> (isize, bool) {
+    let (mut steps, mut entered) = (0, false);
+    ui.input_mut(|input| {
+        input.events.retain(|event| {
+            let Event::Key {
+                key,
+                pressed: true,
+                modifiers,
+                ..
+            } = event
+            else {
+                return true;
+            };
+            match key {
+                _ if modifiers.any() || entered => return true,
+                Key::ArrowDown => steps += 1,
+                Key::ArrowUp => steps -= 1,
+                Key::Enter if steps != 0 => entered = true,
+                _ => return true,
+            }
+            false
+        });
+    });
+    if steps != 0 {
+        ui.memory_mut(|memory| memory.move_focus(FocusDirection::None));
+    }
+    (steps, entered)
+}

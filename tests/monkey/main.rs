@@ -1,0 +1,553 @@
+//! A monkey at the window: random clicks, drags, keys, words, files and sizes, from a seed, without a display. It is run by hand:
+//!
+//! ```text
+//! cargo test --test monkey -- [--seed N] [--minutes M | --steps N] [--samples N] [--memory curve.csv] [FILE…]
+//! cargo test --test monkey -- --soak 10000 [FILE…]      moves of F_th and t_th alone; memory must stay flat
+//! ```
+//!
+//! It opens FILEs, `--samples` of a generated sensor, or the built-in one, and writes into a folder of its own that goes in the
+//! end. It says what was done, which frames took longest and after what, each panic on any thread with seed and step, and how
+//! much memory the program had over time. It fails on a panic, on a frame of more than a second, on more
+//! memory than `--ceiling`, and where a soak's memory grows; then it prints the last actions. What runs beside the window's thread is not bound to a seed, so that a step may differ.
+
+mod hands;
+mod memory;
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::io::{BufWriter, Write as _};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use egui::accesskit::Role;
+use egui::{Event, ViewportCommand, ViewportId};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+use loopscope::engine::{Action, FileContent, ImportCommand, Preferences};
+use loopscope::ui::{Dialogs, Reply, Shell, save_to};
+
+use hands::{Hands, Random};
+use memory::{Curve, Textures};
+
+/// A picture that stands for so long is a freeze.
+const FROZEN: Duration = Duration::from_secs(1);
+/// So many of the longest frames are listed.
+const LISTED: usize = 8;
+/// So many actions are remembered for whoever looks into a failure.
+const REMEMBERED: usize = 20;
+/// Somebody waits so long for answers at the most; now and then, that is.
+const PATIENCE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
+/// How often the watchdog looks.
+const WATCH: Duration = Duration::from_millis(50);
+/// A window that stands for so long does not come back.
+const HUNG: Duration = Duration::from_secs(60);
+/// No answer of a soak takes so long.
+const HANGS: Duration = Duration::from_secs(60);
+/// Moves of a slider between two rests.
+const MOVES_PER_REST: u64 = 25;
+
+#[derive(Parser)]
+struct Choices {
+    /// What it does follows from this.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[arg(long, default_value_t = 1.0)]
+    minutes: f64,
+    /// Ends after so many actions, too.
+    #[arg(long, default_value_t = u64::MAX)]
+    steps: u64,
+    /// Moves the sliders of the thresholds so often, and does nothing else.
+    #[arg(long)]
+    soak: Option<u64>,
+    /// Opens a generated recording of so many samples.
+    #[arg(long)]
+    samples: Option<usize>,
+    /// More than so many MB are a failure, at once.
+    #[arg(long, default_value_t = 6000.0)]
+    ceiling: f64,
+    /// Writes the curve of memory there.
+    #[arg(long)]
+    memory: Option<PathBuf>,
+    /// Seconds between two points of that curve.
+    #[arg(long, default_value_t = 5.0)]
+    every: f64,
+    files: Vec<PathBuf>,
+}
+
+/// What dialogs choose from, shared with whoever makes the choice.
+struct World {
+    folder: PathBuf,
+    files: Vec<PathBuf>,
+    log: Log,
+    random: Random,
+}
+
+/// A log that is being written: rows of a recording, again and again.
+struct Log {
+    path: PathBuf,
+    rows: Vec<String>,
+    written: usize,
+}
+
+impl Log {
+    /// From the head of a text file.
+    fn new(path: PathBuf, source: &Path) -> std::io::Result<Self> {
+        let mut head = vec![0; 200_000];
+        let read = std::io::Read::read(&mut std::fs::File::open(source)?, &mut head)?;
+        let head = String::from_utf8_lossy(&head[..read]);
+        let rows: Vec<String> = head.lines().map(|row| format!("{row}\n")).collect();
+        let mut log = Self {
+            path,
+            rows,
+            written: 0,
+        };
+        std::fs::write(&log.path, "")?;
+        log.grow(100)?;
+        Ok(log)
+    }
+
+    fn grow(&mut self, n: usize) -> std::io::Result<()> {
+        let rows = self.rows.len() - 1; // the last one may be cut
+        let mut text = String::new();
+        for _ in 0..n {
+            // The header stands once.
+            let at = if self.written < rows {
+                self.written
+            } else {
+                1 + self.written % (rows - 1)
+            };
+            text.push_str(&self.rows[at]);
+            self.written += 1;
+        }
+        let mut file = std::fs::OpenOptions::new().append(true).open(&self.path)?;
+        file.write_all(text.as_bytes())
+    }
+}
+
+#[derive(Clone)]
+struct AnyFile(Rc<RefCell<World>>);
+
+impl AnyFile {
+    fn one(&self) -> PathBuf {
+        let world = &mut *self.0.borrow_mut();
+        world.random.of(&world.files).clone()
+    }
+}
+
+impl Dialogs for AnyFile {
+    fn open_files(&mut self, reply: Reply) {
+        reply.send(Action::Open(vec![self.one()]).into());
+    }
+
+    fn import(&mut self, reply: Reply) {
+        reply.send(ImportCommand::Open(self.one()).into());
+    }
+
+    fn follow(&mut self, reply: Reply) {
+        reply.send(Action::Follow(self.0.borrow().log.path.clone()).into());
+    }
+
+    fn save(&mut self, content: FileContent, reply: Reply) {
+        let world = &mut *self.0.borrow_mut();
+        let endings: Vec<&str> = (content.formats().into_iter())
+            .flat_map(|(_, endings)| endings)
+            .collect();
+        let usual = Path::new(content.usual_name());
+        let ending = match endings.is_empty() {
+            true => usual
+                .extension()
+                .map_or("", |own| own.to_str().unwrap_or("")),
+            false => world.random.of(&endings),
+        };
+        let name = format!("saved_{}.{ending}", world.random.below(3));
+        reply.send(save_to(content, world.folder.join(name)));
+    }
+}
+
+/// What was done of late, and since when the present frame lasts; the watchdog looks at it too.
+#[derive(Clone, Default)]
+struct Last(Arc<Mutex<(VecDeque<String>, Option<Instant>)>>);
+
+impl Last {
+    fn held(&self) -> std::sync::MutexGuard<'_, (VecDeque<String>, Option<Instant>)> {
+        self.0.lock().unwrap_or_else(|error| error.into_inner())
+    }
+
+    fn push(&self, action: String) {
+        let actions = &mut self.held().0;
+        if actions.len() == REMEMBERED {
+            actions.pop_front();
+        }
+        actions.push_back(action);
+    }
+
+    fn newest(&self) -> String {
+        self.held().0.back().cloned().unwrap_or_default()
+    }
+
+    fn print(&self) {
+        println!("the last actions:");
+        for action in &self.held().0 {
+            println!("  {action}");
+        }
+    }
+
+    /// Ends the program where it takes all the memory of the machine, or where a frame does not end.
+    fn guard(&self, ceiling: f64, seed: u64) {
+        let own = self.clone();
+        std::thread::spawn(move || {
+            loop {
+                std::thread::sleep(WATCH);
+                let resident = memory::resident();
+                let since = own.held().1;
+                let failure = match since {
+                    _ if resident > ceiling => format!("{resident:.0} MB"),
+                    Some(since) if since.elapsed() > HUNG => "a frame that does not end".to_owned(),
+                    _ => continue,
+                };
+                println!("FAILED: {failure} (seed {seed})");
+                own.print();
+                std::process::exit(1);
+            }
+        });
+    }
+}
+
+/// The window, and whoever looks at it.
+struct Watch {
+    window: Harness<'static, Option<Shell>>,
+    world: Rc<RefCell<World>>,
+    textures: Textures,
+    curve: Curve,
+    start: Instant,
+    frames: u64,
+    actions: u64,
+    restarts: u64,
+    last: Last,
+    /// How long the longest frames took, the processor's part of it, and what came before them.
+    longest: Vec<(Duration, Duration, u64, String)>,
+}
+
+impl Watch {
+    fn new(choices: &Choices, world: Rc<RefCell<World>>) -> Self {
+        let dialogs = AnyFile(Rc::clone(&world));
+        let (files, recovery) = {
+            let world = world.borrow();
+            let own = choices.files.is_empty() && choices.samples.is_none();
+            let files = if own { Vec::new() } else { world.files.clone() };
+            (files, world.folder.join("recovery"))
+        };
+        let preferences = Preferences {
+            toured: choices.seed.is_multiple_of(2) || choices.soak.is_some(),
+            ..Preferences::default()
+        };
+        let textures = Textures::default();
+        let window = Harness::builder()
+            .with_size([1400.0, 900.0])
+            .with_step_dt(1.0 / 60.0)
+            .allow_missing_glyphs()
+            .renderer(textures.clone())
+            .build_ui_state(
+                move |ui, shell: &mut Option<Shell>| {
+                    shell
+                        .get_or_insert_with(|| {
+                            Shell::new(ui.ctx(), files.clone(), Box::new(dialogs.clone()))
+                                .with_preferences(preferences.clone())
+                                .with_recovery(&recovery)
+                        })
+                        .frame(ui);
+                },
+                None,
+            );
+        Self {
+            window,
+            world,
+            textures,
+            curve: Curve::new(Duration::from_secs_f64(choices.every)),
+            start: Instant::now(),
+            frames: 0,
+            actions: 0,
+            restarts: 0,
+            last: Last::default(),
+            longest: Vec::new(),
+        }
+    }
+
+    fn is_busy(&self) -> bool {
+        self.window.state().as_ref().is_some_and(Shell::is_busy)
+    }
+
+    fn note(&mut self, action: String) {
+        self.actions += 1;
+        self.last.push(format!("{}: {action}", self.actions));
+    }
+
+    /// One frame with these events, laid out and cut into triangles as for a screen.
+    fn frame(&mut self, events: impl IntoIterator<Item = Event>) {
+        self.window.input_mut().events.extend(events);
+        let (start, own) = (Instant::now(), memory::thread_time());
+        self.last.held().1 = Some(start);
+        self.window.step();
+        let output = self.window.output();
+        let shapes = output.shapes.clone();
+        let meshes = self.window.ctx.tessellate(shapes, output.pixels_per_point);
+        let took = (start.elapsed(), memory::thread_time().saturating_sub(own));
+        drop(meshes);
+        self.last.held().1 = None;
+        self.frames += 1;
+        self.longest
+            .push((took.0, took.1, self.actions, self.last.newest()));
+        self.longest
+            .sort_by_key(|(took, ..)| std::cmp::Reverse(*took));
+        self.longest.truncate(LISTED);
+        let viewport = self.window.output().viewport_output.get(&ViewportId::ROOT);
+        let commands = viewport.map_or(&[][..], |viewport| &viewport.commands);
+        let closes = commands
+            .iter()
+            .any(|command| matches!(command, ViewportCommand::Close));
+        if closes {
+            // A person opens it again.
+            if let Some(mut shell) = self.window.state_mut().take() {
+                shell.end();
+            }
+            self.restarts += 1;
+        }
+        let recordings = self.window.state().as_ref().map_or(0, |shell| {
+            let project = shell.engine().project();
+            project.recordings.entries().len()
+        });
+        self.curve
+            .follow(self.start.elapsed(), &self.textures, recordings);
+    }
+
+    /// Waits for the answers, at most so long.
+    fn rest(&mut self, patience: Duration) {
+        let start = Instant::now();
+        loop {
+            self.frame([]);
+            if !self.is_busy() || start.elapsed() > patience {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Does this and that until the time is over.
+    fn play(&mut self, choices: &Choices) {
+        let mut hands = Hands::new(choices.seed);
+        while self.actions < choices.steps
+            && self.start.elapsed().as_secs_f64() < 60.0 * choices.minutes
+        {
+            let act = hands.act(&self.window, &self.world.borrow().files);
+            self.note(act.said);
+            if let Some(size) = act.size {
+                self.window.set_size(size);
+            }
+            if let (Some(command), Some(shell)) = (act.command, self.window.state_mut().as_mut()) {
+                shell.send(command);
+            }
+            if let Some(path) = act.dropped {
+                self.window
+                    .input_mut()
+                    .dropped_files
+                    .push(Arc::new(Dropped(path)));
+            }
+            if act.closes {
+                let input = self.window.input_mut();
+                let root = input.viewports.entry(ViewportId::ROOT).or_default();
+                root.events.push(egui::ViewportEvent::Close);
+            }
+            if act.log_grows {
+                let grown = self.world.borrow_mut().log.grow(50);
+                grown.expect("the log is in its folder");
+            }
+            for frame in act.frames {
+                self.frame(frame);
+            }
+            if act.rests {
+                self.rest(PATIENCE[usize::from(hands.is_patient())]);
+            }
+        }
+    }
+
+    /// Moves the sliders of the thresholds, resting now and then.
+    fn soak(&mut self, seed: u64, moves: u64) {
+        let mut random = Random::new(seed);
+        self.rest(HANGS);
+        for at in 0..moves {
+            let name = if random.chance(0.5) { "F_th" } else { "t_th" };
+            let slider = self.window.get_by_role_and_label(Role::Slider, name);
+            let node = slider.accesskit_node();
+            let data = node.data();
+            let (min, max) = (data.min_numeric_value(), data.max_numeric_value());
+            let (min, max) = (min.unwrap_or(0.0), max.unwrap_or(1.0));
+            let value = min + (max - min) * random.share();
+            slider.set_value_accesskit(value);
+            self.note(format!("{name} to {value:.3}"));
+            self.frame([]);
+            if at % MOVES_PER_REST == 0 {
+                self.rest(HANGS);
+            }
+        }
+        self.rest(HANGS);
+    }
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+/// A sensor of six gauges with play and creep, and three forces, at 500 Hz.
+fn generate(path: &Path, n: usize) -> std::io::Result<()> {
+    let mut file = BufWriter::new(std::fs::File::create(path)?);
+    writeln!(file, "t [s],S1,S2,S3,S4,S5,S6,Fx [N],Fy [N],Fz [N]")?;
+    let mut drag = [0.0_f64; 3];
+    let mut line = String::new();
+    for k in 0..n {
+        let t = k as f64 / 500.0;
+        let load = [0.31, 0.47, 0.73].map(|rate| 8.0 * (rate * t).sin() * (0.011 * rate * t).cos());
+        line.clear();
+        write!(line, "{t:.3}").expect("into a text");
+        for gauge in 0..6 {
+            let at = gauge % 3;
+            drag[at] = drag[at].clamp(load[at] - 1.5, load[at] + 1.5);
+            let noise = 0.003 * ((k.wrapping_mul(2_654_435_761 + gauge) >> 7) % 17) as f64;
+            let value =
+                load[at] + 0.2 * drag[at] + 0.1 * (gauge as f64) * load[(at + 1) % 3] + noise;
+            write!(line, ",{value:.4}").expect("into a text");
+        }
+        for value in load {
+            write!(line, ",{value:.4}").expect("into a text");
+        }
+        writeln!(file, "{line}")?;
+    }
+    file.flush()
+}
+
+/// The recordings in a folder that may be written to; a session is opened where it is, since it says where its files are.
+fn prepare(choices: &Choices, folder: &Path) -> std::io::Result<World> {
+    let mut files = Vec::new();
+    for (at, path) in choices.files.iter().enumerate() {
+        let own = folder.join(at.to_string());
+        std::fs::create_dir(&own)?;
+        let own = own.join(path.file_name().unwrap_or_default());
+        // A copy can be written to, whatever the file's own permissions are.
+        std::fs::write(&own, std::fs::read(path)?)?;
+        files.push(own);
+    }
+    let small = folder.join("generated.csv");
+    generate(&small, choices.samples.unwrap_or(3_000))?;
+    let source = files.first().unwrap_or(&small).clone();
+    if choices.samples.is_some() || files.is_empty() {
+        files.push(small);
+    }
+    let log = Log::new(folder.join("log.csv"), &source)?;
+    Ok(World {
+        folder: folder.to_owned(),
+        files,
+        log,
+        random: Random::new(choices.seed ^ 0x5eed),
+    })
+}
+
+fn main() -> ExitCode {
+    let choices = Choices::parse();
+    let folder = tempfile::tempdir().expect("a folder");
+    // What is typed into a field for a path is written here.
+    let here = std::env::current_dir().expect("a folder");
+    let curve = choices.memory.as_ref().map(|path| here.join(path));
+    let world = prepare(&choices, folder.path()).unwrap_or_else(|error| panic!("monkey: {error}"));
+    std::env::set_current_dir(folder.path()).expect("it is there");
+
+    let panics = Arc::new(Mutex::new(Vec::new()));
+    let heard = Arc::clone(&panics);
+    std::panic::set_hook(Box::new(move |info| {
+        let trace = std::backtrace::Backtrace::force_capture().to_string();
+        let own: Vec<&str> = (trace.lines())
+            .filter(|line| line.contains("loopscope::") || line.contains("at ./"))
+            .take(12)
+            .collect();
+        let said = format!("{info}\n{}", own.join("\n"));
+        eprintln!("{said}");
+        heard
+            .lock()
+            .unwrap_or_else(|error| error.into_inner())
+            .push(said);
+    }));
+
+    let mut watch = Watch::new(&choices, Rc::new(RefCell::new(world)));
+    watch.last.guard(choices.ceiling, choices.seed);
+    let ended = catch_unwind(AssertUnwindSafe(|| match choices.soak {
+        Some(moves) => watch.soak(choices.seed, moves),
+        None => watch.play(&choices),
+    }));
+    let panics = panics
+        .lock()
+        .unwrap_or_else(|error| error.into_inner())
+        .clone();
+    let minutes = watch.start.elapsed().as_secs_f64() / 60.0;
+    println!(
+        "seed {}: {} actions, {} frames, {} restarts in {minutes:.1} min",
+        choices.seed, watch.actions, watch.frames, watch.restarts
+    );
+    println!("longest frames (of them the processor), and the action before:");
+    for (took, own, _, action) in &watch.longest {
+        println!(
+            "  {:6.0} ms ({:6.0} ms)  {action}",
+            1e3 * took.as_secs_f64(),
+            1e3 * own.as_secs_f64()
+        );
+    }
+    let grows = watch.curve.tell();
+    if let Some(path) = curve {
+        watch
+            .curve
+            .write(&path)
+            .unwrap_or_else(|error| eprintln!("{}: {error}", path.display()));
+    }
+    let is_frozen = watch
+        .longest
+        .first()
+        .is_some_and(|(took, ..)| *took > FROZEN);
+    let failures = [
+        (
+            ended.is_err() || !panics.is_empty(),
+            format!("{} panics", panics.len()),
+        ),
+        (is_frozen, "a frame of more than a second".to_owned()),
+        (grows && choices.soak.is_some(), "memory grows".to_owned()),
+    ];
+    let failures: Vec<String> = (failures.into_iter())
+        .filter_map(|(is, what)| is.then_some(what))
+        .collect();
+    if failures.is_empty() {
+        return ExitCode::SUCCESS;
+    }
+    println!(
+        "FAILED: {} (seed {}, step {})",
+        failures.join(", "),
+        choices.seed,
+        watch.actions
+    );
+    for said in panics {
+        println!("  {said}");
+    }
+    watch.last.print();
+    ExitCode::FAILURE
+}

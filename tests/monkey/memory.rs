@@ -1,0 +1,163 @@
+//! How much memory the program has, over time.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+use std::time::Duration;
+
+use egui::{TextureId, TexturesDelta};
+use egui_kittest::TestRenderer;
+
+/// Rows of the table that is printed.
+const ROWS: usize = 12;
+/// Less than this share of what there is, and less than so many MB, is no growth.
+const STEADY: (f64, f64) = (0.05, 16.0);
+
+/// What a screen would hold: the textures that were handed out and not taken back.
+#[derive(Clone, Default)]
+pub struct Textures(Rc<RefCell<HashMap<TextureId, usize>>>);
+
+impl Textures {
+    fn count_and_bytes(&self) -> (usize, usize) {
+        let held = self.0.borrow();
+        (held.len(), held.values().sum())
+    }
+}
+
+impl TestRenderer for Textures {
+    fn handle_delta(&mut self, delta: &mut TexturesDelta) {
+        let mut held = self.0.borrow_mut();
+        for (id, images) in delta.set.drain() {
+            for image in images.iter().filter(|image| image.is_whole()) {
+                let [width, height] = image.image.size();
+                held.insert(id, 4 * width * height);
+            }
+        }
+        for id in delta.free.drain() {
+            held.remove(&id);
+        }
+    }
+}
+
+struct Point {
+    secs: f64,
+    resident: f64,
+    threads: usize,
+    textures: (usize, usize),
+    recordings: usize,
+}
+
+/// Points of it.
+pub struct Curve {
+    every: Duration,
+    next: Duration,
+    points: Vec<Point>,
+}
+
+impl Curve {
+    /// A point each so often.
+    pub fn new(every: Duration) -> Self {
+        Self {
+            every,
+            next: Duration::ZERO,
+            points: Vec::new(),
+        }
+    }
+
+    /// Takes a point where it is time for one.
+    pub fn follow(&mut self, now: Duration, textures: &Textures, recordings: usize) {
+        if now < self.next {
+            return;
+        }
+        self.next = now + self.every;
+        self.points.push(Point {
+            secs: now.as_secs_f64(),
+            resident: resident(),
+            threads: status("Threads:") as usize,
+            textures: textures.count_and_bytes(),
+            recordings,
+        });
+    }
+
+    /// Prints it, and whether it grows.
+    pub fn tell(&self) -> bool {
+        println!("memory:  secs  MB resident  threads  textures (MB)  recordings");
+        for point in self
+            .points
+            .iter()
+            .step_by(self.points.len().div_ceil(ROWS).max(1))
+        {
+            println!(
+                "{:13.0}  {:11.1}  {:7}  {:5} ({:5.1})  {:10}",
+                point.secs,
+                point.resident,
+                point.threads,
+                point.textures.0,
+                point.textures.1 as f64 / 1048576.0,
+                point.recordings
+            );
+        }
+        let half = &self.points[self.points.len() / 2..];
+        let (Some(first), Some(last)) = (half.first(), half.last()) else {
+            return false;
+        };
+        let n = half.len() as f64;
+        let mean = |of: fn(&Point) -> f64| half.iter().map(of).sum::<f64>() / n;
+        let (secs, resident) = (mean(|point| point.secs), mean(|point| point.resident));
+        let (mut together, mut own) = (0.0, 0.0);
+        for point in half {
+            together += (point.secs - secs) * (point.resident - resident);
+            own += (point.secs - secs).powi(2);
+        }
+        let slope = if own > 0.0 { together / own } else { 0.0 };
+        let gained = slope * (last.secs - first.secs);
+        let grows = gained > (STEADY.0 * resident).max(STEADY.1);
+        println!(
+            "over the last half {:+.2} MB a minute, {gained:+.1} MB of {resident:.0} MB: {}",
+            60.0 * slope,
+            if grows { "it grows" } else { "steady" }
+        );
+        grows
+    }
+
+    /// Writes all of it as CSV.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        let mut text = "secs,resident_mb,threads,textures,texture_mb,recordings\n".to_owned();
+        for point in &self.points {
+            let (count, bytes) = point.textures;
+            text.push_str(&format!(
+                "{:.2},{:.2},{},{count},{:.2},{}\n",
+                point.secs,
+                point.resident,
+                point.threads,
+                bytes as f64 / 1048576.0,
+                point.recordings
+            ));
+        }
+        std::fs::write(path, text)
+    }
+}
+
+/// MB of it; Linux says.
+pub fn resident() -> f64 {
+    status("VmRSS:") / 1024.0
+}
+
+/// A number that Linux says of this process; 0 elsewhere.
+fn status(name: &str) -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix(name));
+    let number = line.and_then(|rest| rest.split_whitespace().next());
+    number.and_then(|number| number.parse().ok()).unwrap_or(0.0)
+}
+
+/// How long this thread had a processor; Linux says.
+pub fn thread_time() -> Duration {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text
+        .split_whitespace()
+        .next()
+        .and_then(|number| number.parse().ok());
+    Duration::from_nanos(nanoseconds.unwrap_or(0))
+}
