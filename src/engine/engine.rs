@@ -26,7 +26,7 @@ use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
-    Project, Row,
+    Project, Row, Split,
 };
 use crate::evaluation::numbers::{file_size, significant};
 use crate::evaluation::threshold_study::Measure;
@@ -830,12 +830,17 @@ impl Engine {
                     && self.saved.is_some()
                     && !self.is_unsaved();
                 let refused = self.change(|project| {
+                    // That of a session which was opened, and waits for its recordings.
+                    let waits = |split: &&Split| split.whole.entries().is_empty();
+                    let split = project.split.as_ref().filter(waits);
+                    let split = split.map(|split| Edit::Split(split.fraction));
                     let refused = project.take_set(set).err();
                     // A calibration that was opened meanwhile is there to be applied to it.
                     let applied = project.applied.take();
                     let fits = project.edit(Edit::Apply(applied)).err();
+                    let split = split.and_then(|split| project.edit(split).err());
                     project.show_first_test();
-                    refused.into_iter().chain(fits)
+                    refused.into_iter().chain(fits).chain(split)
                 });
                 refused.for_each(|error| self.tell(Level::Error, error.to_string()));
                 if is_saved {
@@ -885,8 +890,10 @@ impl Engine {
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
             Done::Located(place, found) => self.take_located(&place, found),
-            Done::Proven(recordings, proven) => {
-                if self.unproven.take().is_none() {
+            Done::Proven(kept, recordings, proven) => {
+                // Another session may have been opened meanwhile, or the same thing been asked twice.
+                let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &kept);
+                if self.unproven.take_if(is_own).is_none() {
                     return;
                 }
                 match proven {

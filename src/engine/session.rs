@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::View;
 use crate::calibration::{Calibration, FitSettings};
-use crate::engine::project::{Edit, FromFile, Project, SessionFile};
+use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
 use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
@@ -274,9 +274,17 @@ impl OpenedSession {
         project.measuring = session.measuring;
         let mut notices = add_parts(&mut project, self.parts);
         let mut say = |level, text: String| notices.push(Notice::new(level, text));
-        if let Some(fraction) = session.cut {
-            let cut = project.edit(Edit::Split(fraction));
-            cut.unwrap_or_else(|error| say(Level::Error, error.to_string()));
+        match session.cut {
+            // Those that are found will be split so.
+            Some(fraction) if project.recordings.entries().is_empty() => {
+                let whole = Arc::clone(&project.recordings);
+                project.split = Some(Split { whole, fraction });
+            }
+            Some(fraction) => {
+                let cut = project.edit(Edit::Split(fraction));
+                cut.unwrap_or_else(|error| say(Level::Error, error.to_string()));
+            }
+            None => {}
         }
         let mut entries = project.recordings.entries().iter();
         project.view = session.on_screen.map_or(View::All, |name| {

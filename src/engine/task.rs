@@ -73,8 +73,12 @@ pub enum Done {
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
     /// Of the session's files those that were found at this place, each beside what was known of it.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
-    /// What a session kept of these recordings, or why it does not hold.
-    Proven(Arc<RecordingSet>, Result<Box<Results>, String>),
+    /// What a session kept, understood for these recordings, or why it does not hold.
+    Proven(
+        Arc<serde_json::Value>,
+        Arc<RecordingSet>,
+        Result<Box<Results>, String>,
+    ),
     /// The model of these recordings is there.
     Kept(Arc<RecordingSet>, Box<Model>),
 }
@@ -169,7 +173,7 @@ impl Query for Task {
             }
             Self::Prove(recordings, kept) => {
                 let proven = Results::proven(kept, recordings).map(Box::new);
-                Done::Proven(Arc::clone(recordings), proven)
+                Done::Proven(Arc::clone(kept), Arc::clone(recordings), proven)
             }
             Self::Keep(recordings, settings, calibration) => {
                 let model = Model::fitted(FitSettings::clone(settings), calibration, recordings);

@@ -1337,6 +1337,7 @@ fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
     let mut engine = engine();
     let session = Session {
         built_in: true,
+        cut: Some(0.75),
         ..Session::default()
     };
     finish(
@@ -1347,6 +1348,8 @@ fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
         !engine.project().recordings.entries().is_empty()
     });
     assert!(engine.project().recordings.is_simulated() && !engine.is_unsaved());
+    let split = engine.project().split.as_ref();
+    assert_eq!(split.map(|split| split.fraction), Some(0.75));
 }
 
 #[test]
@@ -1529,6 +1532,29 @@ fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
             && now.recording.tare() == then.recording.tare()
     };
     assert!(same(0) && same(1));
+}
+
+#[test]
+fn a_split_comes_back_with_the_files_that_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("old")).unwrap();
+    let file = write_recording(&at("old"), "run", true);
+    let mut engine = opened_again(&file);
+    edit(&mut engine, Edit::Split(0.5));
+    save_session(&mut engine, &at("s.json"));
+    let names = names(engine.project());
+    assert_eq!(names.len(), 2);
+    fs::rename(at("old"), at("new")).unwrap();
+    let mut back = opened_again(&at("s.json"));
+    assert_eq!(n_notices(&back, Level::Error), 0);
+    save_session(&mut back, &at("s.json"));
+    let mut back = opened_again(&at("s.json"));
+    back.act(Action::Locate(at("new")));
+    settle(&mut back);
+    assert_eq!(self::names(back.project()), names);
+    let split = back.project().split.as_ref();
+    assert_eq!(split.map(|split| split.fraction), Some(0.5));
 }
 
 /// An engine with two recordings of files and a trained network, kept as a model, which is saved in the folder.
