@@ -191,6 +191,44 @@ impl Cell {
 }
 
 impl Table {
+    /// A cell for whoever hears it alone: its column, its row, what it says, and in which unit; why there is no number.
+    pub fn spoken(&self, row: usize, column: usize) -> String {
+        let cell = &self.rows[row][column];
+        // A row is named by the words that it begins with; what is empty stands above, once for several rows.
+        let is_named = |at: &usize| matches!(self.rows[row][*at].value, Value::Words);
+        let name = |at: usize| {
+            let mut texts = self.rows[..=row]
+                .iter()
+                .rev()
+                .map(|row| row[at].text.as_str());
+            texts.find(|text| !text.is_empty()).unwrap_or("")
+        };
+        let names: Vec<&str> = (0..column).take_while(is_named).map(name).collect();
+        let mut names = names.join(" ");
+        let mut unit = self.columns[column].unit.to_owned();
+        if unit.is_empty()
+            && let Some((name, own)) = names.strip_suffix(']').and_then(|it| it.rsplit_once(" ["))
+        {
+            (unit, names) = (own.to_owned(), name.to_owned());
+        }
+        let is_number = matches!(cell.value, Value::Number(_)) && !cell.text.ends_with('%');
+        let group = self.columns[column].group.as_ref();
+        let said = match cell.reason() {
+            Some(reason) if cell.text == "–" => reason.to_owned(),
+            Some(reason) => format!("{}: {reason}", cell.text),
+            None => cell.text.clone(),
+        };
+        let parts = [
+            group.map_or("", |(group, _)| group),
+            &self.columns[column].name,
+            &names,
+            &said,
+            if is_number { &unit } else { "" },
+        ];
+        let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        parts.join(" ")
+    }
+
     /// Tables whose first columns are the same, under their names, beside each other.
     pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
         let mut all = Self {
@@ -378,6 +416,24 @@ mod tests {
             ],
             note: "Of one recording.".to_owned(),
         }
+    }
+
+    #[test]
+    fn a_cell_says_where_it_stands_and_why_there_is_no_number() {
+        let mut table = table();
+        assert_eq!(table.spoken(0, 1), "Conv. Fx 0.667 N");
+        assert_eq!(table.spoken(0, 2), "Comp. Fx 1 cycle: only one cycle");
+        let errors = [Cell::words("Fx [N]"), Cell::digits(Some(0.36), 3)];
+        let below = [Cell::words(""), Cell::change(2.0, 1.0)];
+        let columns = ["Axis", "RMSE"].map(Column::words);
+        table = Table {
+            columns: columns.to_vec(),
+            rows: vec![errors.to_vec(), below.to_vec()],
+            ..Table::default()
+        };
+        table.columns[1].group = Some(("Test".to_owned(), String::new()));
+        assert_eq!(table.spoken(0, 1), "Test RMSE Fx 0.360 N");
+        assert_eq!(table.spoken(1, 1), "Test RMSE Fx -50.0 %", "named above");
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::ui::equation::laid_out;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::table;
 
 /// Between two columns of a matrix (points).
 const GAP: f32 = 12.0;
@@ -273,7 +274,11 @@ fn matrix(
             for (axis, row) in axes.iter().zip(&cells) {
                 ui.label(axis.label());
                 for (column, (value, width)) in row.iter().zip(&widths).enumerate() {
-                    let place = ui.monospace(format!("{value:>width$}")).rect;
+                    let cell = ui.monospace(format!("{value:>width$}"));
+                    table::say(&cell, || {
+                        format!("{} {} {value}", axis.symbol(), features[column])
+                    });
+                    let place = cell.rect;
                     numbers |= place;
                     if let Some(at) = starts.iter().position(|start| *start == column) {
                         borders[at] |= place;

@@ -127,10 +127,7 @@ pub fn plot(
         .allow_drag(true)
         .coordinates_formatter(
             Corner::LeftBottom,
-            CoordinatesFormatter::new(|point, _| {
-                let (x, y) = (significant(point.x, 4), significant(point.y, 4));
-                format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
-            }),
+            CoordinatesFormatter::new(|point, _| coordinates(drawing, point)),
         )
         .show(ui, |plot| {
             plot.set_plot_bounds(bounds);
@@ -160,6 +157,14 @@ pub fn plot(
     follow_gestures(ui, &response, bounds, zoom);
     let print = || print.clone();
     finish(&response.response, &drawing.title, Some(&print), out);
+    say(&response.response, || match response.response.hover_pos() {
+        Some(at) => coordinates(drawing, &response.transform.value_from_position(at)),
+        None => {
+            range(drawing.across.range, &drawing.across.label)
+                + ", "
+                + &range(up, &drawing.up.label)
+        }
+    });
     Drawn {
         response: response.response,
         transform: response.transform,
@@ -253,6 +258,29 @@ pub fn finish<'a>(
 ) {
     plot.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
     picture::menu(plot, with_labels(plot.rect), print, out);
+}
+
+/// What a plot says to whoever cannot see it: its value where it is looked at.
+pub fn say(plot: &egui::Response, value: impl FnOnce() -> String) {
+    if plot.ctx.has_accesskit_node(plot.id) {
+        let value = value();
+        plot.ctx
+            .accesskit_node_builder(plot.id, |node| node.set_value(value));
+    }
+}
+
+/// The part of a scale that is on screen.
+pub fn range((from, to): (f64, f64), label: &str) -> String {
+    format!(
+        "{label}: {} to {}",
+        significant(from, 4),
+        significant(to, 4)
+    )
+}
+
+fn coordinates(drawing: &Figure<'_>, point: &PlotPoint) -> String {
+    let (x, y) = (significant(point.x, 4), significant(point.y, 4));
+    format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
 }
 
 /// A plot's part of the window: its labels stand beside it.

@@ -1,9 +1,9 @@
 //! A table of the report in the window: what one points at explains itself.
 
-use egui::RichText;
+use egui::{Response, RichText, Role, WidgetInfo};
 
 use crate::engine::{Action, Existing, FileContent};
-use crate::report::{Cell, Column, Table, Value};
+use crate::report::{Column, Table, Value};
 use crate::ui::command::Command;
 use crate::ui::numbers::elided;
 
@@ -32,9 +32,9 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
                 explained(ui, name, &column.about);
             }
             ui.end_row();
-            for row in &table.rows {
-                for (column, cell) in table.columns.iter().zip(row) {
-                    show_cell(ui, column, cell, false);
+            for row in 0..table.rows.len() {
+                for column in 0..table.columns.len() {
+                    show_cell(ui, table, [row, column], false);
                 }
                 ui.end_row();
             }
@@ -132,9 +132,8 @@ pub fn show_sorted(
             ui.end_row();
             for at in sort.order(table) {
                 lead(ui, at);
-                let cells = table.columns.iter().zip(&table.rows[at]).skip(n_led);
-                for (column, cell) in cells {
-                    show_cell(ui, column, cell, true);
+                for column in n_led..table.columns.len() {
+                    show_cell(ui, table, [at, column], true);
                 }
                 ui.end_row();
             }
@@ -165,9 +164,10 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
     }
 }
 
-fn show_cell(ui: &mut egui::Ui, column: &Column, cell: &Cell, is_narrow: bool) {
+fn show_cell(ui: &mut egui::Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {
+    let (column, cell) = (&table.columns[at], &table.rows[row][at]);
     let own = RichText::new(&cell.text);
-    match cell.value {
+    let label = match cell.value {
         Value::Number(_) => explained(ui, own, &whole(column, &cell.about)),
         Value::Missing => explained(ui, own.small().weak(), &cell.about),
         Value::Words if is_narrow && cell.text.chars().count() > MAX_WORDS => {
@@ -176,10 +176,18 @@ fn show_cell(ui: &mut egui::Ui, column: &Column, cell: &Cell, is_narrow: bool) {
                 ui,
                 RichText::new(elided(&cell.text, MAX_WORDS)),
                 about.trim(),
-            );
+            )
         }
         Value::Words | Value::Continued => explained(ui, own, &cell.about),
+    };
+    if matches!(cell.value, Value::Number(_) | Value::Missing) {
+        say(&label, || table.spoken(row, at));
     }
+}
+
+/// What is heard of a cell in the place of the text that is seen: a number alone says nothing without the heads beside it.
+pub fn say(cell: &Response, sentence: impl Fn() -> String) {
+    cell.widget_info(|| WidgetInfo::labeled(Role::Label, cell.enabled(), sentence()));
 }
 
 /// The title, then each group over its first column.
@@ -208,9 +216,10 @@ fn whole(column: &Column, about: &str) -> String {
     }
 }
 
-fn explained(ui: &mut egui::Ui, text: RichText, about: &str) {
+fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
     let label = ui.label(text);
-    if !about.is_empty() {
-        label.on_hover_text(about);
+    match about {
+        "" => label,
+        about => label.on_hover_text(about),
     }
 }

@@ -14,9 +14,9 @@ pub fn headerless(n: usize) -> String {
     })
 }
 
-fn choose(window: &mut Window, column: usize, role: &str) {
-    let combo = format!("Column {column} is ");
-    window.get_by_label_contains(&combo).click();
+fn choose(window: &mut Window, column: impl std::fmt::Display, role: &str) {
+    let combo = format!("Role of column {column}");
+    click(window, Role::ComboBox, &combo);
     settle(window);
     let items: Vec<_> = window.query_all_by_label(role).collect();
     // By its label: the list is longer than what is seen of it.
@@ -96,13 +96,20 @@ fn bracketed(n: usize) -> String {
 fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_each() {
     let files = Files::new();
     let mut window = window(vec![files.write("excel.csv", &bracketed(400))]);
-    for (column, role) in [(1, "time"), (2, "gauge"), (3, "gauge"), (4, "ignore")] {
-        assert!(has(&window, &format!("Column {column} is {role}")));
+    for (column, role) in [
+        ("Zeit [s]", "time"),
+        ("Kanal 1 [mV/V]", "gauge"),
+        ("Kanal 2 [mV/V]", "gauge"),
+        ("Kraft X [N]", "ignore"),
+    ] {
+        let combo = format!("Role of column {column}");
+        let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
+        assert_eq!(combo.value().as_deref(), Some(role));
     }
     assert!(has(&window, "gauges Kanal 1 Kanal 2, no reference"));
-    choose(&mut window, 4, "Fx");
+    choose(&mut window, "Kraft X [N]", "Fx");
     for role in ["ignore", "Fy", "gauge"] {
-        choose(&mut window, 3, role);
+        choose(&mut window, "Kanal 2 [mV/V]", role);
         let rules = &state(&window).importing.as_ref().unwrap().map.table.columns;
         let n_rules = if role == "ignore" { 3 } else { 4 };
         assert_eq!(rules.len(), n_rules, "{rules:?}");
@@ -129,7 +136,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
     };
     let place = |window: &Window| {
-        let combo = window.get_by_label_contains("Column 4 is ");
+        let combo = window.get_by_role_and_label(Role::ComboBox, "Role of column 4");
         combo.rect().min
     };
     let before = place(&window);
@@ -255,7 +262,11 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let send = window.state_mut().as_mut().unwrap();
     send.send(Action::Import(ImportCommand::Open(path)));
     settle(&mut window);
-    for (column, role) in [(4, "pose_roll"), (5, "pose_pitch"), (6, "pose_yaw")] {
+    for (column, role) in [
+        ("roll", "pose_roll"),
+        ("pitch", "pose_pitch"),
+        ("yaw", "pose_yaw"),
+    ] {
         choose(&mut window, column, role);
     }
     let weight = "The load is that of a known weight, by the pose columns";

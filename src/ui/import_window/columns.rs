@@ -58,7 +58,14 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                         let report = &reports[row.index()];
                         let mut rule = table.rule(&header, report.number - 1);
                         let before = rule.clone();
-                        column_row(&mut row, id, report, &mut rule);
+                        let alike = reports.iter().filter(|own| own.header == report.header);
+                        // What a screen reader calls it.
+                        let name = match (report.header.as_str(), alike.count()) {
+                            ("", _) => format!("column {}", report.number),
+                            (header, 1) => format!("column {header}"),
+                            (header, _) => format!("column {}, {header}", report.number),
+                        };
+                        column_row(&mut row, id, (&name, report), &mut rule);
                         if rule != before {
                             table.set_rule(&header, report.number - 1, rule);
                         }
@@ -76,7 +83,7 @@ fn units() -> String {
 fn column_row(
     row: &mut egui_extras::TableRow<'_, '_>,
     id: &str,
-    report: &ColumnReport,
+    (column, report): (&str, &ColumnReport),
     rule: &mut ColumnRule,
 ) {
     let number = report.number;
@@ -94,8 +101,11 @@ fn column_row(
         let items = items.map(|role| (role, role.name().into(), ""));
         let button = choice(ui, button, &mut rule.is, items);
         (button.on_hover_text("What the column holds")).widget_info(|| {
-            let name = format!("Column {number} is {}", rule.is.name());
-            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
+            let name = format!("Role of {column}");
+            egui::WidgetInfo {
+                current_text_value: Some(rule.is.name().to_owned()),
+                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
+            }
         });
     });
     let used = rule.is != ColumnRole::Ignore;
@@ -105,7 +115,7 @@ fn column_row(
         ("unit", &mut rule.unit, unit, &units()),
     ] {
         row.col(|ui| {
-            let name = format!("{what} of column {number}");
+            let name = format!("{what} of {column}");
             text_cell(ui, used, [&name, hint, explanation], text);
         });
     }
@@ -115,11 +125,11 @@ fn column_row(
             DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9),
         )
         .on_hover_text(SCALE)
-        .widget_info(|| label(&format!("scale factor of column {number}")));
+        .widget_info(|| label(&format!("scale factor of {column}")));
     });
     row.col(|ui| {
         let mut text = rule.dropouts.first().map(f64::to_string);
-        let name = format!("missing value of column {number}");
+        let name = format!("missing value of {column}");
         text_cell(ui, used, [&name, "none", MISSING], &mut text);
         let written = text.unwrap_or_default();
         if written.trim().is_empty() {

@@ -107,7 +107,6 @@ pub fn tooltip(
     )
     .gap(18.0)
     .show(|ui| {
-        let unit = axis.axis.unit();
         let name = traces.segment_of(k).map_or("", |segment| &segment.name);
         ui.strong(format!(
             "{} at {} s",
@@ -116,15 +115,10 @@ pub fn tooltip(
         ));
         ui.weak(elided(name, NAME_LENGTH));
         egui::Grid::new("values").num_columns(3).show(ui, |ui| {
-            for trace in Trace::LISTED {
-                let Some(series) = axis.load(trace) else {
-                    continue;
-                };
+            for (trace, load, error) in loads(axis, k) {
                 ui.colored_label(trace.color(ui.visuals()), trace.label());
-                ui.label(format!("{} {unit}", significant(series.value(k), 4)));
-                ui.label(axis.error(trace).map_or_else(String::new, |error| {
-                    format!("error {}", significant(error.value(k), 3))
-                }));
+                ui.label(load);
+                ui.label(error);
                 ui.end_row();
             }
         });
@@ -134,6 +128,31 @@ pub fn tooltip(
             strip(ui, traces, thresholds, k);
         }
     });
+}
+
+/// What each load is at a sample, and its error.
+fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, String)> {
+    let unit = axis.axis.unit();
+    Trace::LISTED.into_iter().filter_map(move |trace| {
+        let load = axis.load(trace)?.value(k);
+        let error = axis.error(trace).map_or_else(String::new, |error| {
+            format!("error {}", significant(error.value(k), 3))
+        });
+        Some((trace, format!("{} {unit}", significant(load, 4)), error))
+    })
+}
+
+/// What the tooltip shows, for whoever cannot see it.
+pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
+    let loads = loads(axis, k).map(|(trace, load, error)| {
+        let said = format!("{} {load} {error}", trace.label());
+        said.trim_end().to_owned()
+    });
+    let look_back = traces.thresholds;
+    let look_back = look_back.map(|thresholds| look_back_words(traces, thresholds, k));
+    let all: Vec<String> = loads.chain(look_back).collect();
+    let time = significant(traces.times[k], 6);
+    format!("{} at {time} s: {}", axis.axis.symbol(), all.join(", "))
 }
 
 /// Draws the rule as it is: the distance d(k, j) to the present load going back from sample `k` to t_th ago, the line F_th, and the

@@ -138,6 +138,15 @@ fn pane(
         ..Figure::default()
     };
     plots::finish(&response.response, &title, Some(&print), out);
+    let at_cursor = || traces.sample_at(panes.cursors.first()?);
+    plots::say(&response.response, || match hovered.or_else(at_cursor) {
+        Some(k) => overlay::spoken(traces, axis, k),
+        None => format!(
+            "{}, {}",
+            plots::range(visible.time, "time [s]"),
+            plots::range(values, &title)
+        ),
+    });
     let sample = sample_under_pointer(&response, traces);
     // While it plays, the first pane says what there is.
     let is_first =

@@ -1,0 +1,96 @@
+//! What a screen reader says: values, and what they are of.
+
+use super::*;
+
+#[test]
+fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
+    let files = Files::new();
+    let window = window(files.three());
+    let quality = &analysis(&window).calibration.quality;
+    let scores = &quality.compensated;
+    for (set, rmse) in [("Train", &scores.train_rmse), ("Test", &scores.test_rmse)] {
+        let rmse = rmse.as_ref().expect("it is scored")[1];
+        let cell = format!("{set} Comp. Fy ");
+        let said = window.query_all_by_label_contains(&cell);
+        let said: Vec<String> = said
+            .filter_map(|node| node.accesskit_node().label().or(node.value()))
+            .collect();
+        let number = said.first().and_then(|said| said.strip_suffix(" N"));
+        let number = number
+            .and_then(|said| said.rsplit_once(' '))
+            .unwrap_or_else(|| panic!("{said:?}"))
+            .1;
+        let number: f64 = number.parse().expect("a number");
+        assert!((number / rmse - 1.0).abs() < 1e-3, "{said:?} {rmse}");
+    }
+    // A number of the matrix is known by its axis and its feature.
+    assert!(has(&window, "Fx S1 "));
+}
+
+#[test]
+fn a_plot_says_its_values_at_the_pointer_or_the_cursor_else_what_it_shows() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let plot = |window: &Window| {
+        let plot = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]");
+        (plot.rect(), plot.value().unwrap_or_default())
+    };
+    let (rect, said) = plot(&window);
+    assert!(
+        said.starts_with("time [s]: ") && said.contains(", Fx [N]: "),
+        "{said}"
+    );
+    window.hover_at(rect.center());
+    window.run_steps(3);
+    let (_, said) = plot(&window);
+    assert!(
+        said.starts_with("Fx at ") && said.contains(" s: Calc. "),
+        "{said}"
+    );
+    assert!(
+        said.contains(", Comp. ") && said.contains(" N error "),
+        "{said}"
+    );
+    window.remove_cursor();
+    window.run_steps(3);
+    let traces = &analysis(&window).traces;
+    let value = traces.axes[0].conventional.value(0);
+    window
+        .state_mut()
+        .as_mut()
+        .unwrap()
+        .send(Command::Time(loopscope::ui::TimeMove::Step(1)));
+    window.run_steps(3);
+    let (_, said) = plot(&window);
+    assert!(
+        said.starts_with("Fx at ") && value.is_finite(),
+        "by keys too: {said}"
+    );
+}
+
+#[test]
+fn fields_of_the_import_window_are_named_by_the_header() {
+    let files = Files::new();
+    let text = (0..300).fold("time,load cell,x,x\n".to_owned(), |text, k| {
+        text + &format!("{},{},{},{k}\n", 0.01 * f64::from(k), k % 7, k % 5)
+    });
+    let path = files.write("odd.csv", &text);
+    let mut window = window(files.three());
+    window
+        .state_mut()
+        .as_mut()
+        .unwrap()
+        .send(ImportCommand::Open(path));
+    settle(&mut window);
+    for (name, role) in [
+        ("column load cell", "gauge"),
+        ("column 3, x", "gauge"),
+        ("column time", "time"),
+    ] {
+        let combo = format!("Role of {name}");
+        let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
+        assert_eq!(combo.value().as_deref(), Some(role), "{name}");
+        window.get_by_role_and_label(Role::TextInput, &format!("unit of {name}"));
+        window.get_by_role_and_label(Role::SpinButton, &format!("scale factor of {name}"));
+    }
+}
