@@ -36,6 +36,9 @@ const PAGES: [(Page, &str, &str); 3] = [
 ];
 
 /// The pages that stand beside the README.
+/// Where the guide finds its pictures.
+const IN_GUIDE: &str = "bytes://";
+const COST: &[u8] = include_bytes!("../../assets/guide/cost.png");
 const GUIDE: [(&str, &str); 11] = [
     ("Window", include_str!("../../assets/guide/window.md")),
     (
@@ -135,6 +138,10 @@ impl Help {
 
     /// Draws it while it is open.
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
+        if self.open {
+            egui_extras::install_image_loaders(context);
+            context.include_bytes(format!("{IN_GUIDE}cost.png"), COST);
+        }
         let is_on_top = context.memory(|memory| memory.top_modal_layer().is_none());
         let leaves = |input: &mut egui::InputState| {
             input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)
@@ -170,7 +177,9 @@ impl Help {
                     .auto_shrink([false, false])
                     .show(ui, |ui| match page {
                         Page::Guide => {
-                            CommonMarkViewer::new().show(ui, &mut self.laid_out, GUIDE[guide].1);
+                            CommonMarkViewer::new()
+                                .default_implicit_uri_scheme(IN_GUIDE)
+                                .show(ui, &mut self.laid_out, GUIDE[guide].1);
                         }
                         Page::Shortcuts => shortcuts(ui, &actions()),
                         Page::Equations => {
