@@ -18,6 +18,7 @@ pub mod loops;
 mod models;
 mod report;
 mod study;
+mod trace_values;
 mod traces;
 mod training;
 
@@ -50,8 +51,9 @@ pub use models::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
 pub use report::report;
 pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
+pub(crate) use trace_values::Segment;
 pub use traces::View;
-pub(crate) use traces::{AxisTraces, Segment, TraceSet};
+pub(crate) use traces::{AxisTraces, TraceSet};
 pub(crate) use training::train_unscored;
 pub use training::{Scored, train, train_and_score};
 
@@ -109,6 +111,8 @@ pub struct Analysis {
     pub traces: Arc<TraceSet>,
     /// How long it took.
     pub elapsed: Duration,
+    /// It is a preview on every so many-th sample, until the one on all of them is there.
+    pub preview_of: Option<usize>,
 }
 
 /// How one recording came out.
@@ -195,7 +199,12 @@ pub struct Analyst {
     /// What the factory's matrix gives on that data.
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
+    /// Every so many-th sample of that data, where there are many.
+    thinned: Option<(usize, Dataset)>,
 }
+
+/// About so many samples are fitted for a preview.
+const PREVIEW_SAMPLES: usize = 100_000;
 
 impl Analyst {
     /// Fits (or applies) a calibration, scores it, and makes the traces.
@@ -207,6 +216,19 @@ impl Analyst {
         request: &Request,
         progress: &Progress,
     ) -> Result<Analysis, AnalysisError> {
+        self.analyse_showing(request, progress, None)
+    }
+
+    /// [`Self::analyse`]; of many samples that were analysed before, `show` is first given what few of them tell.
+    ///
+    /// # Errors
+    /// As [`Self::analyse`].
+    pub fn analyse_showing(
+        &mut self,
+        request: &Request,
+        progress: &Progress,
+        show: Option<&dyn Fn(Analysis)>,
+    ) -> Result<Analysis, AnalysisError> {
         let start = Instant::now();
         request.settings.validate()?;
         if request.recordings.entries().is_empty() {
@@ -214,6 +236,22 @@ impl Analyst {
         }
         progress.add_total(2 * request.recordings.entries().len() as u64);
         let data = self.data(request, progress)?;
+        if let Some(show) = show
+            && let Some(preview) = self.preview(&data, request, start, progress)
+        {
+            show(preview);
+        }
+        self.exactly(&data, request, start, progress)
+    }
+
+    /// What all samples tell.
+    fn exactly(
+        &mut self,
+        data: &Dataset,
+        request: &Request,
+        start: Instant,
+        progress: &Progress,
+    ) -> Result<Analysis, AnalysisError> {
         let mut calibration = match &request.calibration {
             Some(applied) => Calibration::clone(applied),
             None => data.blank_calibration(&request.settings)?,
@@ -227,32 +265,13 @@ impl Analyst {
             }
             errors
         } else {
-            let fit = data.fit(request.settings.ridge, &past, &mut calibration);
+            let fit = data.fit(request.settings.ridge, &past, &mut calibration, progress)?;
             fit.errors
         };
         progress.check()?;
-        let recordings = data
-            .entries
-            .iter()
-            .zip(&past)
-            .zip(errors)
-            .enumerate()
-            .map(|(at, ((entry, past), errors))| {
-                let n_samples = entry.recording.n_samples();
-                let (conventional_rmse, compensated_rmse) = errors.unzip();
-                RecordingResult {
-                    n_samples,
-                    group: data.groups.name_of(at).map(str::to_owned),
-                    conventional_rmse,
-                    compensated_rmse,
-                    share_with_past: past.first().map(|past| {
-                        let with_past = (0..).zip(past).filter(|(k, past)| k != *past).count();
-                        with_past as f64 / n_samples as f64
-                    }),
-                }
-            })
-            .collect();
-        let traces = self.traces(&data, request.view, &calibration, &past);
+        let recordings = results(data, &past, errors);
+        let past = Arc::new(past);
+        let traces = self.traces(data, request.view, &calibration, &past, progress)?;
         let factory = self.factory.as_ref();
         let fitted = request.calibration.is_none() || request.trained;
         Ok(Analysis {
@@ -263,6 +282,52 @@ impl Analyst {
             recordings,
             traces: Arc::new(traces),
             elapsed: start.elapsed(),
+            preview_of: None,
+        })
+    }
+
+    /// What few of many samples tell, with the traces that stay as they are; `None` where there are few, where they were not
+    /// analysed before, and where it would take as long.
+    fn preview(
+        &mut self,
+        data: &Dataset,
+        request: &Request,
+        start: Instant,
+        progress: &Progress,
+    ) -> Option<Analysis> {
+        let view = request.view.within(data.entries.len());
+        let fixed = self
+            .fixed_traces
+            .as_ref()
+            .filter(|own| own.view() == view)?;
+        if data.kept_loads().is_some() || request.calibration.is_some() {
+            return None;
+        }
+        let n_samples = data.entries.iter().map(|entry| entry.recording.n_samples());
+        let each = n_samples.sum::<usize>().div_ceil(PREVIEW_SAMPLES);
+        let thinned = self
+            .thinned
+            .get_or_insert_with(|| (each, data.thinned(each)));
+        let thinned = &thinned.1;
+        let mut calibration = thinned.blank_calibration(&request.settings).ok()?;
+        let progress = progress.part();
+        let past = thinned.past(&calibration, &progress).ok()?;
+        let fit = thinned.fit(request.settings.ridge, &past, &mut calibration, &progress);
+        let mut recordings = results(thinned, &past, fit.ok()?.errors);
+        for (result, entry) in recordings.iter_mut().zip(&data.entries) {
+            result.n_samples = entry.recording.n_samples();
+        }
+        let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
+        let factory = self.factory.as_ref();
+        Some(Analysis {
+            cautions: data.cautions(&calibration, true),
+            factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
+            calibration: Arc::new(calibration),
+            fitted: true,
+            recordings,
+            traces: Arc::new(traces),
+            elapsed: start.elapsed(),
+            preview_of: Some(each),
         })
     }
 
@@ -279,6 +344,9 @@ impl Analyst {
         let own = self.factory.as_ref().map(|(own, _)| Arc::clone(own));
         if is_other || !is_same(&own, &request.factory) {
             (self.factory, self.fixed_traces) = (None, None);
+            if is_other {
+                self.thinned = None;
+            }
             if let Some(factory) = &request.factory {
                 let loads = Factory::new(factory, &data.entries)?;
                 self.factory = Some((Arc::clone(factory), loads));
@@ -293,18 +361,148 @@ impl Analyst {
         data: &Dataset,
         view: View,
         calibration: &Calibration,
-        past: &[Past],
-    ) -> TraceSet {
+        past: &Arc<Vec<Past>>,
+        progress: &Progress,
+    ) -> Result<TraceSet, Cancelled> {
         let view = view.within(data.entries.len());
         let fixed = match self.fixed_traces.take() {
             Some(fixed) if fixed.view() == view => fixed,
             _ => {
                 let factory = self.factory.as_ref().map(|(_, factory)| factory);
-                FixedTraces::new(view, &data.entries, &data.loads, &calibration.axes, factory)
+                FixedTraces::new(view, data, calibration, factory, progress)?
             }
         };
-        let traces = fixed.with_past(&data.entries, calibration, past);
-        self.fixed_traces = Some(fixed);
-        traces
+        let fixed = self.fixed_traces.insert(fixed);
+        fixed.with_past(data, calibration, past, progress)
+    }
+}
+
+/// How each recording came out.
+fn results(
+    data: &Dataset,
+    past: &[Past],
+    errors: Vec<Option<(Vec<f64>, Vec<f64>)>>,
+) -> Vec<RecordingResult> {
+    let entries = data.entries.iter().zip(past).zip(errors).enumerate();
+    let results = entries.map(|(at, ((entry, past), errors))| {
+        let n_samples = entry.recording.n_samples();
+        let (conventional_rmse, compensated_rmse) = errors.unzip();
+        RecordingResult {
+            n_samples,
+            group: data.groups.name_of(at).map(str::to_owned),
+            conventional_rmse,
+            compensated_rmse,
+            share_with_past: past.first().map(|past| {
+                let with_past = (0..).zip(past).filter(|(k, past)| k != *past).count();
+                with_past as f64 / n_samples as f64
+            }),
+        }
+    });
+    results.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::Series;
+    use crate::features::{Blocks, Creep, FeatureSettings, Polynomial, Thresholds};
+    use crate::recording::simulated;
+
+    fn request(features: FeatureSettings) -> Request {
+        let settings = FitSettings {
+            features,
+            ..FitSettings::default()
+        };
+        Request {
+            view: View::All,
+            ..Request::fit(Arc::new(simulated::recordings(5)), settings)
+        }
+    }
+
+    /// As of more samples than are kept.
+    fn of_many(request: &Request) -> (Analyst, Dataset, Analysis) {
+        let progress = Progress::default();
+        let data = Dataset::prepare(&Key::of(request), &progress).unwrap();
+        let data = data.with_loads_made();
+        let mut analyst = Analyst::default();
+        let analysis = analyst.exactly(&data, request, Instant::now(), &progress);
+        (analyst, data, analysis.unwrap())
+    }
+
+    fn values(series: &Series) -> Vec<f64> {
+        let mut values = Vec::new();
+        series.each(0..series.len(), |value| values.push(value));
+        values
+    }
+
+    #[test]
+    fn loads_that_are_made_where_somebody_looks_are_those_that_are_kept() {
+        let two = FeatureSettings {
+            look_backs: vec![Thresholds::default(); 2],
+            blocks: Blocks::default().with(&Polynomial, &[2.0]),
+            ..FeatureSettings::present()
+        };
+        let creeping = FeatureSettings {
+            blocks: Blocks::default().with(&Creep, &[4.0]),
+            ..FeatureSettings::default()
+        };
+        for features in [two, creeping] {
+            let request = request(features);
+            let kept = analyse(&request, &Progress::default()).unwrap();
+            let (_, _, made) = of_many(&request);
+            assert_eq!(made.calibration, kept.calibration);
+            assert_eq!(made.recordings, kept.recordings);
+            assert_eq!(made.traces.without_past, kept.traces.without_past);
+            for (made, kept) in made.traces.axes.iter().zip(&kept.traces.axes) {
+                assert_eq!(values(&made.conventional), values(&kept.conventional));
+                assert_eq!(values(&made.compensated), values(&kept.compensated));
+                let errors = [made, kept].map(|axis| axis.compensated_error.as_ref().unwrap());
+                assert_eq!(values(errors[0]), values(errors[1]));
+                let part = 8_000..9_001;
+                assert_eq!(errors[0].min_max(part.clone()), errors[1].min_max(part));
+            }
+        }
+    }
+
+    #[test]
+    fn a_preview_has_the_exact_traces_of_the_present_and_nearly_those_of_the_past() {
+        let mut request = request(FeatureSettings::default());
+        let (mut analyst, data, before) = of_many(&request);
+        request.settings.features.look_backs[0].f_th = 5.0;
+        let progress = Progress::default();
+        let preview = analyst.preview(&data, &request, Instant::now(), &progress);
+        let preview = preview.expect("the samples were analysed before");
+        assert_eq!(preview.preview_of, Some(3));
+        let exact = analyst.exactly(&data, &request, Instant::now(), &progress);
+        let exact = exact.unwrap();
+        let rmse = |of: &Analysis| {
+            let quality = &of.calibration.quality;
+            quality.compensated.test_rmse.clone().unwrap()
+        };
+        let all = rmse(&preview)
+            .into_iter()
+            .zip(rmse(&exact))
+            .zip(rmse(&before));
+        for ((preview, exact), before) in all {
+            let moved = (exact - before).abs();
+            let off = (preview - exact).abs();
+            assert!(off < 0.02 * exact + 0.5 * moved, "{preview} for {exact}");
+        }
+        let (shown, traces) = (&preview.traces, &exact.traces);
+        assert!(
+            Arc::ptr_eq(&shown.times, &traces.times),
+            "what is zoomed into stays"
+        );
+        let n = shown.times.len();
+        for (shown, traces) in shown.axes.iter().zip(&traces.axes) {
+            assert!(Arc::ptr_eq(&shown.conventional, &traces.conventional));
+            assert_eq!(shown.compensated.len(), n);
+            let values = values(&shown.compensated);
+            let is_held = |held: &[f64]| held.iter().all(|value| *value == held[0]);
+            assert!(values.chunks(3).all(is_held));
+        }
+        let agree = (0..n).filter(|k| shown.past_of(*k).abs_diff(traces.past_of(*k)) <= 6);
+        let agree = agree.count();
+        assert!(agree > n * 8 / 10, "{agree} of {n}");
     }
 }

@@ -1,13 +1,15 @@
-//! What a frame with loops costs beside one with the traces of the same samples: it should not be more.
+//! What a frame with loops costs beside one with the traces of the same samples, which should not be more; and one with traces
+//! beside one of the same panes zoomed in so far that they are empty but for a sample or two.
 
 use std::time::Instant;
 
 use loopscope::analysis::View;
 use loopscope::engine::Action;
 use loopscope::recording::simulated;
-use loopscope::ui::{Command, pane};
+use loopscope::ui::{Command, TimeMove, pane};
 
-use crate::screen::{Screen, long_recording};
+use crate::long_recording::long_recording;
+use crate::screen::Screen;
 
 /// So many frames of each are drawn; their median counts.
 const FRAMES: usize = 200;
@@ -16,8 +18,8 @@ const FRAMES: usize = 200;
 pub fn report() {
     println!("a frame at rest, median of {FRAMES} [ms]");
     println!(
-        "{:<34} {:>8} {:>8} {:>16}",
-        "samples", "traces", "loops", "loops : traces"
+        "{:<24} {:>8} {:>8} {:>8} {:>16} {:>16}",
+        "samples", "empty", "traces", "loops", "traces : empty", "loops : traces"
     );
     let sensor = || simulated::recordings(simulated::DEFAULT_SEED);
     // Few enough for lines, all of the built-in sensor, and very many: both by their density.
@@ -36,14 +38,19 @@ pub fn report() {
 
 fn row(name: &str, mut screen: Screen, view: View) {
     screen.shell.send(Action::Show(view));
-    let [traces, loops] = ["traces", "loops"].map(|key| {
+    let mut shown = |key: &str, zoom: TimeMove| {
         let shown = pane(key).expect("there is such a pane");
         screen.shell.send(Command::ShowPane(shown));
+        screen.shell.send(Command::Time(zoom));
         screen.settle();
         median_ms(&mut screen)
-    });
+    };
+    let traces = shown("traces", TimeMove::Fit);
+    let loops = shown("loops", TimeMove::Fit);
+    let empty = shown("traces", TimeMove::Zoom(1e-9));
     println!(
-        "{name:<34} {traces:>8.2} {loops:>8.2} {:>16.2}",
+        "{name:<24} {empty:>8.2} {traces:>8.2} {loops:>8.2} {:>16.2} {:>16.2}",
+        traces / empty,
         loops / traces
     );
 }

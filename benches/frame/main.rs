@@ -5,6 +5,7 @@
 //! `cargo bench --bench frame -- beside` makes the comparison alone.
 
 mod beside;
+mod long_recording;
 mod paced;
 mod screen;
 
@@ -14,7 +15,8 @@ use criterion::{Criterion, criterion_group};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::ui::{Command, pane};
 
-use screen::{Screen, long_recording};
+use long_recording::long_recording;
+use screen::Screen;
 
 type MakeSet = Arc<dyn Fn() -> RecordingSet>;
 

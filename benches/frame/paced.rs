@@ -7,7 +7,8 @@ use loopscope::engine::{Action, Edit};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::ui::{Command, PaneMove, pane};
 
-use crate::screen::{Screen, long_recording};
+use crate::long_recording::long_recording;
+use crate::screen::Screen;
 
 /// A display's frame.
 const FRAME: Duration = Duration::from_nanos(16_666_667);
@@ -37,8 +38,8 @@ pub fn report() {
         "from the moment when a display asks (60 times a second) to the picture, pointer moving over a trace [ms]"
     );
     println!(
-        "{:<22} {:<14} {:>8} {:>8} {:>8} {:>10}",
-        "samples", "meanwhile", "median", "95 %", "worst", "> 1 frame"
+        "{:<22} {:<14} {:>8} {:>8} {:>8} {:>10} {:>11}",
+        "samples", "meanwhile", "median", "95 %", "worst", "> 1 frame", "> 2 frames"
     );
     let sensor = simulated::recordings(simulated::DEFAULT_SEED);
     let all = [
@@ -61,14 +62,15 @@ fn rows(name: &str, recordings: &RecordingSet, all: &[Work]) {
             let at = (share * (delays.len() - 1) as f64) as usize;
             1e3 * delays[at].as_secs_f64()
         };
-        let late = delays.iter().filter(|delay| **delay > FRAME).count();
+        let later = |than: u32| delays.iter().filter(|delay| **delay > than * FRAME).count();
         println!(
-            "{name:<22} {:<14} {:>8.2} {:>8.2} {:>8.2} {:>6} of {}",
+            "{name:<22} {:<14} {:>8.2} {:>8.2} {:>8.2} {:>10} {:>4} of {}",
             format!("{work:?}"),
             at(0.5),
             at(0.95),
             at(1.0),
-            late,
+            later(1),
+            later(2),
             delays.len()
         );
     }

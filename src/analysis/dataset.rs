@@ -2,14 +2,15 @@
 //!
 //! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
 
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
-    Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, Quality, Scores, VERSION,
-    history_step_by_rate, loads_from_gauges, past_samples,
+    Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, PresentLoads, Quality, Scores,
+    VERSION, history_step_by_rate, loads_from_gauges, past_samples,
 };
 use crate::evaluation::coverage::Coverage;
 use crate::evaluation::metrics;
@@ -54,6 +55,10 @@ impl Key {
 /// entered a rated load.
 const BEYOND_TRAINING: f64 = 1.2;
 
+/// Of more samples than this the loads are not kept but made anew wherever they are needed: what that costs is less than what the
+/// memory would.
+pub(super) const MANY_SAMPLES: usize = 2_000_000;
+
 /// The searches of all recordings, for one set of weights and one history step.
 pub(super) type Paths = Arc<Vec<LoadPath>>;
 
@@ -68,8 +73,8 @@ pub(super) struct Dataset {
     /// What the sums need; `None` where a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
-    /// Conventional loads of each recording.
-    pub loads: Vec<Vec<f64>>,
+    /// Conventional loads of each recording, where they are few enough to be kept; see [`Self::present_loads`].
+    loads: Option<Vec<Arc<Vec<f64>>>>,
     /// Full scale of each axis over the training recordings, where none is entered.
     full_scale: Vec<f64>,
     /// The largest magnitude of each axis over the training recordings.
@@ -112,7 +117,7 @@ impl Datasets {
 }
 
 impl Dataset {
-    fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
+    pub fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
         let entries: Vec<Entry> = key
             .recordings
             .entries()
@@ -138,26 +143,34 @@ impl Dataset {
             }
             None if training.is_empty() => return Err(AnalysisError::NoTraining),
             None => {
-                let conventional = Conventional::fit(&training, key.offset);
+                let conventional = Conventional::fit(&training, key.offset, progress);
                 let map = conventional.map.clone();
                 (Some(conventional), map)
             }
         };
         progress.check()?;
-        let loads = entries
-            .par_iter()
-            .map(|entry| {
-                progress.check()?;
-                let loads = loads_from_gauges(&map, &entry.recording);
-                progress.advance(1);
-                Ok(loads)
-            })
-            .collect::<Result<_, Cancelled>>()?;
+        let kept = |entry: &Entry| {
+            progress.check()?;
+            let loads = loads_from_gauges(&map, &entry.recording);
+            progress.advance(1);
+            Ok(Arc::new(loads))
+        };
+        let ranges = load_ranges(&training);
+        let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
+        let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES).then(|| {
+            entries
+                .par_iter()
+                .map(kept)
+                .collect::<Result<_, Cancelled>>()
+        });
+        let loads = loads.transpose()?;
         Ok(Self {
             key: key.clone(),
             groups: key.recordings.groups(),
-            full_scale: full_scale(&training),
-            largest: largest(&training),
+            full_scale: ranges.iter().copied().map(full_scale_of).collect(),
+            largest: (ranges.iter())
+                .map(|(low, high)| low.abs().max(high.abs()))
+                .collect(),
             gap_secs: gap_secs(&training),
             entries,
             conventional,
@@ -166,6 +179,53 @@ impl Dataset {
             coverage: OnceLock::new(),
             paths: Mutex::default(),
         })
+    }
+
+    /// The conventional loads of a recording.
+    pub fn present_loads(&self, at: usize) -> PresentLoads<'_> {
+        PresentLoads {
+            map: &self.map,
+            recording: &self.entries[at].recording,
+            kept: self.loads.as_ref().map(|loads| loads[at].as_slice()),
+        }
+    }
+
+    /// As if there were too many to be kept.
+    #[cfg(test)]
+    pub fn with_loads_made(self) -> Self {
+        Self {
+            loads: None,
+            ..self
+        }
+    }
+
+    /// Those of all recordings, where they are kept.
+    pub fn kept_loads(&self) -> Option<&[Arc<Vec<f64>>]> {
+        self.loads.as_deref()
+    }
+
+    /// Every `each`-th sample of each recording, with the same conventional calibration and full scales.
+    pub fn thinned(&self, each: usize) -> Self {
+        let thinned = self.entries.par_iter().map(|entry| Entry {
+            recording: Arc::new(entry.recording.decimated(each)),
+            ..entry.clone()
+        });
+        let entries: Vec<Entry> = thinned.collect();
+        let loads = entries.par_iter();
+        let loads = loads.map(|entry| Arc::new(loads_from_gauges(&self.map, &entry.recording)));
+        Self {
+            key: self.key.clone(),
+            groups: self.groups.clone(),
+            conventional: self.conventional.clone(),
+            map: self.map.clone(),
+            loads: Some(loads.collect()),
+            full_scale: self.full_scale.clone(),
+            largest: self.largest.clone(),
+            gap_secs: self.gap_secs,
+            entries,
+            coverage: OnceLock::new(),
+            paths: Mutex::default(),
+        }
     }
 
     /// What loads the recordings hold on these axes.
@@ -183,10 +243,11 @@ impl Dataset {
         match &*newest {
             Some((own, paths)) if *own == key => Arc::clone(paths),
             _ => {
-                let paths = self.loads.par_iter().zip(&self.entries);
-                let paths = paths.map(|(loads, entry)| {
-                    let times = entry.recording.times();
-                    LoadPath::with_history_step(times, loads, &weights, step_secs)
+                let entries = self.entries.par_iter().enumerate();
+                let paths = entries.map(|(at, entry)| {
+                    let (times, loads) = (entry.recording.times(), self.present_loads(at));
+                    let load = |k, axis| loads.at(k, axis);
+                    LoadPath::with_history_step(times, &load, &weights, step_secs)
                 });
                 let paths: Paths = Arc::new(paths.collect());
                 *newest = Some((key, Arc::clone(&paths)));
@@ -284,7 +345,8 @@ impl Dataset {
         (self.entries.par_iter().zip(&*paths))
             .map(|(entry, path)| {
                 progress.check()?;
-                let past = past_samples(&calibration.features, path, &entry.recording);
+                let past = past_samples(&calibration.features, path, &entry.recording, progress);
+                progress.check()?;
                 progress.advance(1);
                 Ok(past)
             })
@@ -309,7 +371,10 @@ impl Dataset {
                 }
                 let compensated = calibration.compensated_loads(recording, &past[at]);
                 let rmse = |loads: &[f64]| metrics::rmse_of_loads(loads, recording.loads(), n_axes);
-                Some((rmse(&self.loads[at])?, rmse(&compensated)?))
+                let present = self.present_loads(at);
+                let made = || loads_from_gauges(present.map, recording);
+                let conventional = present.kept.map_or_else(|| made().into(), Cow::Borrowed);
+                Some((rmse(&conventional)?, rmse(&compensated)?))
             })
             .collect();
         let pooled = |role: Role, pick: fn(&Errors) -> &Vec<f64>| {
@@ -380,40 +445,17 @@ pub(super) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
         .collect()
 }
 
-/// The largest magnitude of each axis.
-fn largest(training: &[&Recording]) -> Vec<f64> {
-    let n_axes = training.first().map_or(0, |first| first.axes().len());
-    let mut largest = vec![0.0_f64; n_axes];
-    let rows = training
-        .iter()
-        .flat_map(|recording| recording.loads().chunks_exact(n_axes.max(1)));
-    for row in rows {
-        for (largest, load) in largest.iter_mut().zip(row) {
-            *largest = largest.max(load.abs());
-        }
-    }
-    largest
+/// The least and greatest load of each axis.
+fn load_ranges(training: &[&Recording]) -> Vec<(f64, f64)> {
+    let mut own = training.iter().map(|recording| recording.load_ranges());
+    let first = own.next().unwrap_or_default().to_vec();
+    own.fold(first, |all, own| {
+        let both = all.iter().zip(own);
+        both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
+    })
 }
 
 fn gap_secs(training: &[&Recording]) -> Option<f64> {
     let gaps = training.iter().map(|recording| recording.gap_secs());
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
-}
-
-/// What counts as full scale of each axis.
-fn full_scale(recordings: &[&Recording]) -> Vec<f64> {
-    let n_axes = recordings
-        .first()
-        .map_or(0, |recording| recording.axes().len());
-    (0..n_axes)
-        .map(|axis| {
-            let (low, high) = recordings
-                .iter()
-                .flat_map(|recording| recording.loads().iter().skip(axis).step_by(n_axes))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                    (low.min(*value), high.max(*value))
-                });
-            full_scale_of((low, high))
-        })
-        .collect()
 }

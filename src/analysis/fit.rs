@@ -12,6 +12,7 @@ use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::evaluation::metrics;
 use crate::evaluation::part_squares::PartSquares;
 use crate::features::Design;
+use crate::progress::{Cancelled, Progress};
 use crate::recording::{Recording, Role};
 
 /// The sums of all recordings on the columns of one design.
@@ -77,8 +78,8 @@ impl Dataset {
         }
     }
 
-    /// The one pass.
-    pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize) -> Sums {
+    /// The one pass; not all of it once somebody has asked to stop.
+    pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
         let pieces = self.pieces();
         let of_recordings: Vec<Vec<NormalEquations>> = self
             .entries
@@ -88,13 +89,8 @@ impl Dataset {
                 if !entry.recording.has_reference() {
                     return Vec::new();
                 }
-                recording_sums(
-                    &entry.recording,
-                    design,
-                    &self.loads[at],
-                    &past[at],
-                    &pieces[at],
-                )
+                let (loads, past, pieces) = (self.present_loads(at), &past[at], &pieces[at]);
+                recording_sums(design, loads, past, pieces, progress)
             })
             .collect();
         let empty = || NormalEquations::new(design.n_columns(), n_axes);
@@ -149,7 +145,8 @@ impl Dataset {
         ridge: RidgeChoice,
         past: &[Past],
         calibration: &mut Calibration,
-    ) -> LinearFit {
+        progress: &Progress,
+    ) -> Result<LinearFit, Cancelled> {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums {
@@ -157,7 +154,8 @@ impl Dataset {
             train,
             test,
             parts,
-        } = self.sums(&design, past, n_axes);
+        } = self.sums(&design, past, n_axes, progress);
+        progress.check()?;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
         // Only an automatic ridge asks for them: every slider step comes by here.
@@ -235,11 +233,11 @@ impl Dataset {
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
             .collect();
-        LinearFit {
+        Ok(LinearFit {
             errors,
             shares,
             left_out: left_out_squares,
-        }
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, Samples};
 use crate::calibration::{
     Calibration, EpochReport, FitSettings, Learned, LearnedError, Learner, LinearMap, Past, Piece,
-    learned_inputs, sample_row,
+    PresentLoads, learned_inputs, sample_row,
 };
 use crate::evaluation::metrics::root_mean;
 use crate::evaluation::part_squares::PartSquares;
@@ -127,7 +127,7 @@ pub(super) fn fit_all(
     let past = data.past(&calibration, progress)?;
     let LinearFit {
         shares, left_out, ..
-    } = data.fit(settings.ridge, &past, &mut calibration);
+    } = data.fit(settings.ridge, &past, &mut calibration, progress)?;
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
@@ -221,24 +221,21 @@ enum Target<'a> {
 struct Run<'a> {
     recording: &'a Arc<Recording>,
     past: &'a Past,
-    /// Conventional loads.
-    conventional: &'a [f64],
+    conventional: PresentLoads<'a>,
     pieces: Vec<Piece>,
 }
 
 impl<'a> TrainingRows<'a> {
     fn new(data: &'a Dataset, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
-        let entries = data.entries.iter().zip(past).zip(&data.loads);
+        let entries = data.entries.iter().zip(past).enumerate();
         let runs: Vec<Run<'_>> = (entries.zip(data.pieces()))
-            .filter(|(((entry, _), _), _)| entry.role == Role::Train)
-            .map(
-                |(((Entry { recording, .. }, past), conventional), pieces)| Run {
-                    recording,
-                    past,
-                    conventional,
-                    pieces,
-                },
-            )
+            .filter(|((_, (entry, _)), _)| entry.role == Role::Train)
+            .map(|((at, (Entry { recording, .. }, past)), pieces)| Run {
+                recording,
+                past,
+                conventional: data.present_loads(at),
+                pieces,
+            })
             .collect();
         Self {
             design,
@@ -363,7 +360,7 @@ impl Rows for TrainingRows<'_> {
                         Target::AfterStage(_) => {
                             self.design.standardise(&mut raw);
                             linear.extend(&raw);
-                            known.copy_from_slice(&conventional[of_sample.clone()]);
+                            conventional.row(k, &mut known);
                         }
                     }
                     let loads = recording.loads()[of_sample].iter();

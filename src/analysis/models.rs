@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::calibration::{Calibration, Estimator, FitSettings, Learner, Scores};
 use crate::evaluation::threshold_study::ScoreSet;
@@ -15,14 +15,20 @@ use crate::report::{Cell, Column, Table};
 const TIMED_STEPS: usize = 2_000;
 
 /// What a calibration costs where it runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Numbers that it consists of.
     pub coefficients: usize,
     /// Bytes of an export in single precision, its numbers and its state, at the rate of the recordings.
     pub bytes: usize,
     /// Time of a sample on this machine (µs).
+    #[serde(deserialize_with = "nan_if_null")]
     pub micros_a_sample: f64,
+}
+
+/// JSON has no other way to write what is not known.
+fn nan_if_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 /// Settings with what came of them.
@@ -133,7 +139,7 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
 }
 
 /// Whether a model of a search is the one to take.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
     /// It is not, or nobody has asked.
     #[default]

@@ -5,11 +5,15 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::analysis::dataset::Dataset;
 use crate::analysis::factory::Factory;
+use crate::analysis::trace_values::{Column, Columns, Made, MadeAxis, Segment, Table};
 use crate::calibration::{Calibration, Past};
 use crate::evaluation::Series;
+use crate::evaluation::series::Values;
 use crate::features::{Distance, Thresholds};
-use crate::recording::{Axis, Entry, Recording};
+use crate::progress::{Cancelled, Progress};
+use crate::recording::{Axis, Entry};
 use crate::report::Trace;
 
 /// Which recordings are on screen.
@@ -37,19 +41,6 @@ impl View {
             Self::All => 0..n_recordings,
         }
     }
-}
-
-/// One recording's place in the traces.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Segment {
-    /// Its index in the set.
-    pub recording: usize,
-    /// Its name.
-    pub name: String,
-    /// Its samples, counted over the traces.
-    pub samples: Range<usize>,
-    /// Added to a time on the axis, this gives the time on the recording's own clock (s).
-    pub clock_offset_secs: f64,
 }
 
 /// The traces of one axis.
@@ -105,9 +96,11 @@ pub struct TraceSet {
     /// The recordings in order of time.
     pub segments: Arc<[Segment]>,
     /// Time on the axis of each sample (s): the first recording starts at zero, each next follows after one step.
-    pub times: Arc<[f64]>,
-    /// The past sample of each sample by the first look-back, counted over the traces; without a look-back its own.
-    pub past: Arc<[u32]>,
+    pub times: Arc<Vec<f64>>,
+    /// By recording; see [`Self::past_of`].
+    past: Arc<Vec<Past>>,
+    /// Each of these past samples stands for so many samples: more than one in a preview.
+    each: usize,
     /// Stretches of samples that are their own past, where there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
     /// One entry per axis of the calibration.
@@ -127,6 +120,18 @@ impl TraceSet {
             .segments
             .partition_point(|segment| segment.samples.end <= k);
         self.segments.get(at)
+    }
+
+    /// The past sample of sample `k` by the first look-back, counted over the traces; without a look-back its own.
+    pub fn past_of(&self, k: usize) -> usize {
+        let past = self.segment_of(k).and_then(|segment| {
+            let first = segment.samples.start;
+            let past = self.past[segment.recording].first()?;
+            let at = (k - first) / self.each;
+            let own = *past.get(at)? as usize;
+            (own != at).then_some(first + own * self.each)
+        });
+        past.unwrap_or(k)
     }
 
     /// The sample nearest in time.
@@ -178,19 +183,28 @@ impl TraceSet {
 pub(super) struct FixedTraces {
     view: View,
     segments: Arc<[Segment]>,
-    times: Arc<[f64]>,
+    times: Arc<Vec<f64>>,
     axes: Vec<FixedAxis>,
 }
 
 #[derive(Debug)]
 struct FixedAxis {
     axis: Axis,
-    truth: Option<Arc<[f64]>>,
+    truth: Option<Arc<dyn Values>>,
     calculated: Option<Arc<Series>>,
     conventional: Arc<Series>,
     conventional_error: Option<Arc<Series>>,
     factory: Option<Arc<Series>>,
     factory_error: Option<Arc<Series>>,
+}
+
+/// Takes the next trace where there is one.
+fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
+    series
+        .by_ref()
+        .take(usize::from(is_there))
+        .next()
+        .map(Arc::new)
 }
 
 impl FixedTraces {
@@ -200,139 +214,232 @@ impl FixedTraces {
 
     pub(super) fn new(
         view: View,
-        entries: &[Entry],
-        loads: &[Vec<f64>],
-        axes: &[Axis],
+        data: &Dataset,
+        calibration: &Calibration,
         factory: Option<&Factory>,
-    ) -> Self {
+        progress: &Progress,
+    ) -> Result<Self, Cancelled> {
+        let (entries, axes) = (&data.entries, &calibration.axes);
         let shown = view.recordings(entries.len());
         let (segments, times) = end_to_end(shown.clone(), entries);
+        let segments: Arc<[Segment]> = segments.into();
+        let of = |columns: Vec<Column>| -> Arc<dyn Values> {
+            let segments = Arc::clone(&segments);
+            Arc::new(Columns { segments, columns })
+        };
+        let conventional = match data.kept_loads() {
+            Some(loads) => {
+                let table = |at: usize| Table::Loads(Arc::clone(&loads[at]));
+                tables(axes.len(), shown.clone().map(table), &of)
+            }
+            None => made(&segments, data, calibration, None),
+        };
+        let truths: Vec<Option<Arc<dyn Values>>> = (axes.iter())
+            .map(|axis| {
+                let columns = shown.clone().map(|at| {
+                    let recording = &entries[at].recording;
+                    let column = recording.axes().iter().position(|own| own == axis)?;
+                    let table = Table::Reference(Arc::clone(recording));
+                    Some((table, column, recording.axes().len()))
+                });
+                columns.collect::<Option<Vec<Column>>>().map(&of)
+            })
+            .collect();
+        let factories: Vec<Option<Arc<dyn Values>>> = (axes.iter())
+            .map(|axis| {
+                let loads = shown.clone().map(|at| factory?.load(at, *axis));
+                let loads: Option<Vec<_>> = loads.collect();
+                let values: Arc<[f64]> = loads?.into_iter().flatten().collect();
+                Some(Arc::new(values) as Arc<dyn Values>)
+            })
+            .collect();
+        let mut all = Vec::new();
+        for ((load, truth), factory) in conventional.iter().zip(&truths).zip(&factories) {
+            let loads = [Some(load), truth.as_ref(), factory.as_ref()];
+            all.extend(loads.into_iter().flatten().map(Arc::clone));
+            for load in [Some(load), factory.as_ref()].into_iter().flatten() {
+                let error = |truth| Series::difference(Arc::clone(load), Arc::clone(truth));
+                all.extend(truth.as_ref().map(error));
+            }
+        }
+        let mut series = Series::all_of(all, progress).into_iter();
+        progress.check()?;
+        let axes = axes.iter().zip(truths).zip(factories);
         let axes = axes
-            .iter()
-            .enumerate()
-            .map(|(column, &axis)| {
-                let column_in =
-                    |recording: &Recording| recording.axes().iter().position(|own| *own == axis);
-                let has_truth = shown
-                    .clone()
-                    .all(|at| column_in(&entries[at].recording).is_some());
-                let conventional = gathered(shown.clone(), |at| (&loads[at], column, axes.len()));
-                let truth = has_truth.then(|| {
-                    gathered(shown.clone(), |at| {
-                        let recording = &entries[at].recording;
-                        let column = column_in(recording).expect("every recording has the axis");
-                        (recording.loads(), column, recording.axes().len())
-                    })
-                });
-                let factory = factory.and_then(|factory| {
-                    let loads = shown.clone().map(|at| factory.load(at, axis));
-                    let loads: Option<Vec<_>> = loads.collect();
-                    Some(loads?.into_iter().flatten().collect::<Arc<[f64]>>())
-                });
-                let factory_error = factory.clone().zip(truth.clone());
+            .map(|((&axis, truth), factory)| {
+                let (has_truth, has_factory) = (truth.is_some(), factory.is_some());
                 FixedAxis {
                     axis,
-                    factory: factory.map(|factory| Arc::new(Series::new(factory))),
-                    factory_error: factory_error
-                        .map(|(load, truth)| Arc::new(Series::difference(load, truth))),
-                    calculated: truth.clone().map(|truth| Arc::new(Series::new(truth))),
-                    conventional_error: truth.clone().map(|truth| {
-                        Arc::new(Series::difference(Arc::clone(&conventional), truth))
-                    }),
+                    conventional: next(&mut series, true).expect("one for each axis"),
+                    calculated: next(&mut series, has_truth),
+                    factory: next(&mut series, has_factory),
+                    conventional_error: next(&mut series, has_truth),
+                    factory_error: next(&mut series, has_truth && has_factory),
                     truth,
-                    conventional: Arc::new(Series::new(conventional)),
                 }
             })
             .collect();
-        Self {
+        Ok(Self {
             view,
-            segments: segments.into(),
-            times: times.into(),
+            segments,
+            times,
             axes,
-        }
+        })
     }
 
     /// Adds what the past decides.
     pub(super) fn with_past(
         &self,
-        entries: &[Entry],
+        data: &Dataset,
         calibration: &Calibration,
-        past: &[Past],
-    ) -> TraceSet {
+        past: &Arc<Vec<Past>>,
+        progress: &Progress,
+    ) -> Result<TraceSet, Cancelled> {
+        let entries = &data.entries;
         let n_axes = self.axes.len();
-        let loads: Vec<Vec<f64>> = self
-            .segments
-            .par_iter()
-            .map(|segment| {
-                let at = segment.recording;
-                calibration.compensated_loads(&entries[at].recording, &past[at])
-            })
-            .collect();
-        let deviations: Option<Vec<Vec<f64>>> = self
-            .segments
-            .par_iter()
+        let is_made = data.kept_loads().is_none() && calibration.is_quick_anywhere();
+        let loads = match is_made {
+            true => made(&self.segments, data, calibration, Some(past)),
+            false => {
+                let tables_of: Vec<Table> = (self.segments.par_iter())
+                    .map(|segment| {
+                        let at = segment.recording;
+                        let recording = &entries[at].recording;
+                        let loads = calibration.compensated_loads(recording, &past[at]);
+                        Table::Loads(Arc::new(loads))
+                    })
+                    .collect();
+                tables(n_axes, tables_of.into_iter(), &|columns| {
+                    let segments = Arc::clone(&self.segments);
+                    Arc::new(Columns { segments, columns })
+                })
+            }
+        };
+        progress.check()?;
+        let deviations: Option<Vec<Vec<f64>>> = (self.segments.par_iter())
             .map(|segment| {
                 let at = segment.recording;
                 calibration.deviations(&entries[at].recording, &past[at])
             })
             .collect();
-        let column_of = |tables: &[Vec<f64>], column: usize| -> Arc<[f64]> {
-            let values = tables
-                .iter()
-                .flat_map(|table| table.iter().skip(column).step_by(n_axes));
-            values.copied().collect()
+        let band = |column: usize, load: &Arc<dyn Values>| {
+            let deviations = deviations.as_ref()?;
+            let deviations =
+                (deviations.iter()).flat_map(|table| table.iter().skip(column).step_by(n_axes));
+            let mut loads = vec![0.0; load.n_samples()];
+            load.read(0..loads.len(), &mut loads);
+            let edge = |factor: f64| {
+                let values = loads.iter().zip(deviations.clone());
+                let values = values.map(|(load, deviation)| load + factor * deviation);
+                Arc::new(Series::new(values.collect()))
+            };
+            Some([edge(-2.0), edge(2.0)])
         };
-        let axes =
-            self.axes
-                .par_iter()
-                .enumerate()
-                .map(|(column, fixed)| {
-                    let compensated = column_of(&loads, column);
-                    let band = deviations.as_ref().map(|deviations| {
-                        let deviations = column_of(deviations, column);
-                        [-2.0, 2.0].map(|factor| {
-                            let values = compensated.iter().zip(&*deviations);
-                            let edge = values.map(|(load, deviation)| load + factor * deviation);
-                            Arc::new(Series::new(edge.collect()))
-                        })
-                    });
-                    AxisTraces {
-                        axis: fixed.axis,
-                        calculated: fixed.calculated.clone(),
-                        conventional: Arc::clone(&fixed.conventional),
-                        compensated_error: fixed.truth.clone().map(|truth| {
-                            Arc::new(Series::difference(Arc::clone(&compensated), truth))
-                        }),
-                        compensated: Arc::new(Series::new(compensated)),
-                        conventional_error: fixed.conventional_error.clone(),
-                        factory: fixed.factory.clone(),
-                        factory_error: fixed.factory_error.clone(),
-                        band,
-                    }
-                })
-                .collect();
+        let bands: Vec<_> = loads
+            .iter()
+            .enumerate()
+            .map(|(at, load)| band(at, load))
+            .collect();
+        let mut all = Vec::new();
+        for (load, fixed) in loads.into_iter().zip(&self.axes) {
+            all.push(Arc::clone(&load));
+            let truth = fixed.truth.as_ref();
+            all.extend(truth.map(|truth| Series::difference(load, Arc::clone(truth))));
+        }
+        let mut series = Series::all_of(all, progress).into_iter();
+        progress.check()?;
+        let moving = self.axes.iter().zip(bands).map(|(fixed, band)| Moving {
+            compensated: next(&mut series, true).expect("one for each axis"),
+            error: next(&mut series, fixed.truth.is_some()),
+            band,
+        });
+        Ok(self.with_moving(moving, calibration, past, 1))
+    }
+
+    /// [`Self::with_past`] of every `each`-th sample of each recording, which stands for those after it.
+    pub(super) fn preview(
+        &self,
+        thinned: &Dataset,
+        calibration: &Calibration,
+        past: &Arc<Vec<Past>>,
+        each: usize,
+    ) -> TraceSet {
+        let n_axes = self.axes.len();
+        let loads: Vec<Vec<f64>> = (self.segments.par_iter())
+            .map(|segment| {
+                let at = segment.recording;
+                calibration.compensated_loads(&thinned.entries[at].recording, &past[at])
+            })
+            .collect();
+        let n = self.times.len();
+        // Of each run that a value is held for: the recording's place on screen, and its sample there.
+        let runs: Vec<(usize, usize)> = (0..n)
+            .step_by(each)
+            .map(|k| {
+                let at = self
+                    .segments
+                    .partition_point(|segment| segment.samples.end <= k);
+                (at, (k - self.segments[at].samples.start) / each)
+            })
+            .collect();
+        let held = |value: &dyn Fn(usize, usize) -> f64| {
+            let values = runs.iter().map(|(at, sample)| value(*at, *sample));
+            Arc::new(Series::held(values.collect(), each, n))
+        };
+        let moving = self.axes.iter().enumerate().map(|(column, fixed)| {
+            let load = |at: usize, sample: usize| loads[at][sample * n_axes + column];
+            let truth = fixed.truth.as_ref();
+            Moving {
+                compensated: held(&load),
+                error: truth.map(|_| {
+                    held(&|at, sample| {
+                        let recording = &thinned.entries[self.segments[at].recording].recording;
+                        let axes = recording.axes();
+                        let own = axes.iter().position(|axis| *axis == fixed.axis);
+                        let truth = own.map(|own| recording.loads()[sample * axes.len() + own]);
+                        load(at, sample) - truth.unwrap_or(f64::NAN)
+                    })
+                }),
+                band: None,
+            }
+        });
+        self.with_moving(moving, calibration, past, each)
+    }
+
+    fn with_moving(
+        &self,
+        moving: impl Iterator<Item = Moving>,
+        calibration: &Calibration,
+        past: &Arc<Vec<Past>>,
+        each: usize,
+    ) -> TraceSet {
+        let axes = self
+            .axes
+            .iter()
+            .zip(moving)
+            .map(|(fixed, moving)| AxisTraces {
+                axis: fixed.axis,
+                calculated: fixed.calculated.clone(),
+                conventional: Arc::clone(&fixed.conventional),
+                conventional_error: fixed.conventional_error.clone(),
+                compensated: moving.compensated,
+                compensated_error: moving.error,
+                factory: fixed.factory.clone(),
+                factory_error: fixed.factory_error.clone(),
+                band: moving.band,
+            });
         let thresholds = calibration.features.look_backs.first().copied();
-        let past: Arc<[u32]> = match thresholds {
-            None => (0..self.times.len() as u32).collect(),
-            Some(_) => self
-                .segments
-                .iter()
-                .flat_map(|segment| {
-                    let first = segment.samples.start as u32;
-                    past[segment.recording][0].iter().map(move |j| first + j)
-                })
-                .collect(),
-        };
         TraceSet {
             view: self.view,
             segments: Arc::clone(&self.segments),
             times: Arc::clone(&self.times),
             without_past: match thresholds {
-                Some(_) => stretches_without_past(&past, &self.segments),
+                Some(_) => stretches_without_past(past, each, &self.segments),
                 None => Arc::new([]),
             },
-            past,
-            axes,
+            past: Arc::clone(past),
+            each,
+            axes: axes.collect(),
             thresholds,
             distance: calibration.features.distance,
             weights: calibration.distance_weights(),
@@ -340,25 +447,71 @@ impl FixedTraces {
     }
 }
 
-/// One column of row-major tables `(values, column, width)`, table after table.
-fn gathered<'a>(
-    tables: Range<usize>,
-    table: impl Fn(usize) -> (&'a [f64], usize, usize),
-) -> Arc<[f64]> {
-    let mut gathered = Vec::new();
-    for at in tables {
-        let (values, column, width) = table(at);
-        gathered.extend(values.iter().skip(column).step_by(width));
-    }
-    gathered.into()
+/// What the past decides on one axis.
+struct Moving {
+    compensated: Arc<Series>,
+    error: Option<Arc<Series>>,
+    band: Option<[Arc<Series>; 2]>,
+}
+
+/// The columns of tables of loads.
+fn tables(
+    n_axes: usize,
+    tables: impl Iterator<Item = Table> + Clone,
+    of: &dyn Fn(Vec<Column>) -> Arc<dyn Values>,
+) -> Vec<Arc<dyn Values>> {
+    (0..n_axes)
+        .map(|column| {
+            of(tables
+                .clone()
+                .map(|table| (table, column, n_axes))
+                .collect())
+        })
+        .collect()
+}
+
+/// The axes of loads that are made where somebody looks.
+fn made(
+    segments: &Arc<[Segment]>,
+    data: &Dataset,
+    calibration: &Calibration,
+    past: Option<&Arc<Vec<Past>>>,
+) -> Vec<Arc<dyn Values>> {
+    let recordings = segments
+        .iter()
+        .map(|segment| &data.entries[segment.recording].recording);
+    let recordings = recordings.map(Arc::clone).collect();
+    let made = Arc::new(Made::new(
+        segments,
+        recordings,
+        calibration,
+        past.map(Arc::clone),
+    ));
+    let axes = (0..calibration.axes.len()).map(|axis| {
+        let made = Arc::clone(&made);
+        Arc::new(MadeAxis { made, axis }) as Arc<dyn Values>
+    });
+    axes.collect()
 }
 
 /// Lays recordings on one axis of time, each one step after the last.
-fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Vec<f64>) {
+fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<f64>>) {
     let mut segments = Vec::new();
-    let mut times = Vec::new();
+    let mut times = Arc::default();
+    let n_shown = shown.len();
     for at in shown {
         let recording = &entries[at].recording;
+        if n_shown == 1 && recording.times()[0] == 0.0 {
+            times = Arc::clone(recording.shared_times());
+            segments.push(Segment {
+                recording: at,
+                name: recording.name().to_owned(),
+                samples: 0..times.len(),
+                clock_offset_secs: 0.0,
+            });
+            break;
+        }
+        let times = Arc::make_mut(&mut times);
         let step = recording.rate_hz().map_or(0.0, |rate| 1.0 / rate);
         let start = times.last().map_or(0.0, |last: &f64| last + step);
         let clock_offset_secs = recording.times()[0] - start;
@@ -375,21 +528,20 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Vec<f64>
 }
 
 /// The runs of samples that are their own past, none of them across two recordings.
-fn stretches_without_past(past: &[u32], segments: &[Segment]) -> Arc<[Range<usize>]> {
+fn stretches_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {
-        let mut open: Option<usize> = None;
-        for k in segment.samples.clone() {
-            match (past[k] as usize == k, open) {
-                (true, None) => open = Some(k),
-                (false, Some(start)) => {
-                    intervals.push(start..k);
-                    open = None;
-                }
-                _ => {}
-            }
+        let over = |at: usize| (segment.samples.start + at * each).min(segment.samples.end);
+        let own = &past[segment.recording][0];
+        let mut from = 0;
+        let is_own = |at: &usize| own[*at] as usize == *at;
+        while let Some(start) = (from..own.len()).find(is_own) {
+            let end = (start..own.len())
+                .find(|at| !is_own(at))
+                .unwrap_or(own.len());
+            intervals.push(over(start)..over(end));
+            from = end;
         }
-        intervals.extend(open.map(|start| start..segment.samples.end));
     }
     intervals.into()
 }

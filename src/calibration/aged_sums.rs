@@ -7,9 +7,8 @@
 
 use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
 use crate::calibration::sums::{BLOCK, residual, sample_row};
-use crate::calibration::{NormalEquations, Piece};
+use crate::calibration::{NormalEquations, Piece, PresentLoads};
 use crate::features::{Design, FeatureStream};
-use crate::recording::Recording;
 
 /// The products of a look-back's columns with all columns, kept apart by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,12 +109,12 @@ pub struct ThresholdAges<'a> {
 /// # Panics
 /// If the recording has no reference, a piece reaches beyond it, or the design has no look-back.
 pub fn aged_sums(
-    recording: &Recording,
     design: &Design,
-    conventional: &[f64],
+    conventional: PresentLoads<'_>,
     ages: ThresholdAges<'_>,
     pieces: &[Piece],
 ) -> Vec<AgedSums> {
+    let recording = conventional.recording;
     assert!(!design.features.look_backs.is_empty(), "a look-back");
     let n_axes = recording.axes().len();
     let n_columns = design.n_columns();
@@ -142,7 +141,7 @@ pub fn aged_sums(
                     let age = times[k] - times[own as usize];
                     let class = ages.t_ths_secs.partition_point(|t_th| *t_th < age);
                     design.standardise(features);
-                    residual(recording, conventional, k, &mut targets[..n_axes]);
+                    residual(conventional, k, &mut targets[..n_axes]);
                     classes.push(class);
                 }
                 if classes.len() == BLOCK {
@@ -162,6 +161,7 @@ mod tests {
     use super::*;
     use crate::calibration::{Conventional, loads_from_gauges, recording_sums};
     use crate::features::{Blocks, Creep, FeatureSettings, LoadPath, Thresholds};
+    use crate::progress::Progress;
     use crate::recording::simulated;
 
     /// Sums in which the look-back is zero, plus classes in turn, against one pass for each t_th.
@@ -169,8 +169,13 @@ mod tests {
     fn classes_of_age_add_up_to_the_sums_of_each_t_th() {
         let set = simulated::recordings(3);
         let recording = set.entries()[1].recording.decimated(2);
-        let conventional = Conventional::fit(&[&recording], true);
+        let conventional = Conventional::fit(&[&recording], true, &Progress::default());
         let loads = loads_from_gauges(&conventional.map, &recording);
+        let conventional_loads = PresentLoads {
+            map: &conventional.map.clone(),
+            recording: &recording,
+            kept: Some(&loads),
+        };
         let path = LoadPath::new(&loads, &[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
         let past =
             |f_th, t_th_secs| path.past_samples(recording.times(), Thresholds { f_th, t_th_secs });
@@ -193,10 +198,16 @@ mod tests {
             further: &further,
             t_ths_secs: &t_ths_secs,
         };
-        let aged = aged_sums(&recording, &design, &loads, ages, &pieces);
+        let aged = aged_sums(&design, conventional_loads, ages, &pieces);
         let direct = |own: Vec<u32>| {
             let past = [own, further[0].clone()];
-            recording_sums(&recording, &design, &loads, &past, &pieces)
+            recording_sums(
+                &design,
+                conventional_loads,
+                &past,
+                &pieces,
+                &Progress::default(),
+            )
         };
         let mut running = direct((0..n as u32).collect());
         for (class, t_th_secs) in t_ths_secs.into_iter().enumerate() {

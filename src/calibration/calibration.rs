@@ -4,6 +4,7 @@
 //! read; applied to a recording it gives the numbers that the fit gave.
 
 use std::fmt;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,7 @@ use crate::calibration::{
     CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
+use crate::progress::Progress;
 use crate::recording::{Axis, RECORDING, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
@@ -384,13 +386,14 @@ impl Calibration {
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
         self.check_gauges(recording)?;
         let conventional = loads_from_gauges(&self.conventional, recording);
+        let n_axes = self.axes.len();
         let path = LoadPath::with_history_step(
             recording.times(),
-            &conventional,
+            &|k, axis| conventional[k * n_axes + axis],
             &self.distance_weights(),
             self.history_step_secs,
         );
-        let past = past_samples(&self.features, &path, recording);
+        let past = past_samples(&self.features, &path, recording, &Progress::default());
         let compensated = self.compensated_loads(recording, &past);
         Ok(AppliedLoads {
             conventional,
@@ -409,6 +412,33 @@ impl Calibration {
             self.loads_of_rows(raw, inputs, scratch, loads);
         });
         loads
+    }
+
+    /// Whether the load of any sample can be made without those before it, and quickly.
+    pub(crate) fn is_quick_anywhere(&self) -> bool {
+        self.learned.is_none() && !self.features.has_memory()
+    }
+
+    /// The compensated loads of some samples, `n × n_axes` row-major, where [`Self::is_quick_anywhere`].
+    pub(crate) fn compensated_loads_of(
+        &self,
+        design: &Design,
+        recording: &Recording,
+        past: &[Vec<u32>],
+        samples: Range<usize>,
+        loads: &mut [f64],
+    ) {
+        let (width, n_axes) = (design.n_columns(), self.axes.len());
+        let mut stream = FeatureStream::new(design);
+        let mut raw = vec![0.0; BLOCK * width];
+        let starts = samples.clone().step_by(BLOCK);
+        for (start, loads) in starts.zip(loads.chunks_mut(BLOCK * n_axes)) {
+            let raw = &mut raw[..loads.len() / n_axes * width];
+            for (k, row) in (start..).zip(raw.chunks_exact_mut(width)) {
+                sample_row(&mut stream, recording, |at| past[at][k], k, row);
+            }
+            self.loads_of_rows(raw, &[], &mut LearnedScratch::default(), loads);
+        }
     }
 
     /// The standard deviation of the load around the compensated one, `n × n_axes` row-major, where the regressor
@@ -467,10 +497,7 @@ impl Calibration {
         let n_axes = self.axes.len();
         match &self.compensated {
             Some(map) => {
-                let width = map.columns.len();
-                for (raw, load) in raw.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes)) {
-                    map.apply(raw, load);
-                }
+                map.apply_rows(raw, map.columns.len(), loads);
             }
             None => loads.fill(0.0),
         }
@@ -494,15 +521,16 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
 /// The past samples of a recording, one list for each look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// The past samples of each look-back.
+/// The past samples of each look-back; some are missing once somebody has asked to stop.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,
     recording: &Recording,
+    progress: &Progress,
 ) -> Past {
     features
         .look_backs
         .iter()
-        .map(|thresholds| path.past_samples(recording.times(), *thresholds))
+        .map(|thresholds| path.past_samples_until(recording.times(), *thresholds, progress))
         .collect()
 }

@@ -6,9 +6,10 @@
 use rayon::prelude::*;
 
 use crate::calibration::{
-    LinearMap, NormalEquations, Piece, Ridge, Terms, fit, loads_from_gauges, recording_sums,
+    LinearMap, NormalEquations, Piece, PresentLoads, Ridge, Terms, fit, recording_sums,
 };
 use crate::features::{Design, FeatureSettings, GaugeScale};
+use crate::progress::Progress;
 use crate::recording::Recording;
 
 /// The least-squares load from the present gauges, with the scale that all further columns share.
@@ -22,11 +23,11 @@ pub struct Conventional {
 
 impl Conventional {
     /// Fits the training recordings, then once more what that fit leaves over: the second round takes away the
-    /// rounding errors of the first.
+    /// rounding errors of the first. Once somebody has asked to stop, it means nothing.
     ///
     /// # Panics
     /// If there is no training recording, or they differ in their columns.
-    pub fn fit(training: &[&Recording], offset: bool) -> Self {
+    pub fn fit(training: &[&Recording], offset: bool, progress: &Progress) -> Self {
         let first = training.first().expect("there is a training recording");
         let n_axes = first.axes().len();
         let design = Design {
@@ -44,12 +45,16 @@ impl Conventional {
             let parts: Vec<_> = training
                 .par_iter()
                 .map(|recording| {
-                    let loads = loads_from_gauges(&map, recording);
+                    let loads = PresentLoads {
+                        map: &map,
+                        recording,
+                        kept: None,
+                    };
                     let whole = Piece {
                         samples: 0..recording.n_samples(),
                         fold: 0,
                     };
-                    recording_sums(recording, &design, &loads, &[], &[whole])
+                    recording_sums(&design, loads, &[], &[whole], progress)
                 })
                 .collect();
             let mut total = NormalEquations::new(n_columns, n_axes);
@@ -74,6 +79,7 @@ impl Conventional {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::loads_from_gauges;
     use crate::recording::{Axis, Source};
     use faer::Mat;
     use faer::linalg::solvers::SolveLstsq as _;
@@ -106,7 +112,7 @@ mod tests {
         let recording = recording();
         let n = recording.n_samples();
         for offset in [true, false] {
-            let map = Conventional::fit(&[&recording], offset).map;
+            let map = Conventional::fit(&[&recording], offset, &Progress::default()).map;
             let x = Mat::from_fn(n, 3 + usize::from(offset), |k, j| {
                 recording.gauges_at(k).get(j).copied().unwrap_or(1.0)
             });

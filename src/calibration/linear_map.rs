@@ -36,11 +36,29 @@ impl LinearMap {
     /// Writes the load of one sample (Eq. 7); of a row without its last column, that is taken for an offset of 1.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
-        for (load, row) in load.iter_mut().zip(&self.matrix) {
-            let (slopes, offset) = row.split_at(features.len());
-            let sum: f64 = slopes.iter().zip(features).map(|(a, b)| a * b).sum();
-            *load = sum + offset.first().unwrap_or(&0.0);
+        for (axis, load) in load.iter_mut().enumerate().take(self.matrix.len()) {
+            *load = self.load(features, axis);
         }
+    }
+
+    /// What [`Self::apply`] writes for each of these rows, to the last bit.
+    ///
+    /// **Shapes** `rows` is `n × n_features`, `loads` `n × n_axes`, both row-major.
+    pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
+        pulp::Arch::new().dispatch(ApplyRows {
+            map: self,
+            rows,
+            n_features,
+            loads,
+        });
+    }
+
+    /// What [`Self::apply`] writes for one axis.
+    #[inline]
+    pub fn load(&self, features: &[f64], axis: usize) -> f64 {
+        let (slopes, offset) = self.matrix[axis].split_at(features.len());
+        let sum: f64 = slopes.iter().zip(features).map(|(a, b)| a * b).sum();
+        sum + offset.first().unwrap_or(&0.0)
     }
 
     /// The coefficients of this map on gauges and offset, on the standardised columns of `design`.
@@ -84,13 +102,124 @@ impl LinearMap {
     }
 }
 
+/// Rows that are worked on at once.
+const LANES: usize = 8;
+
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct ApplyRows<'a> {
+    map: &'a LinearMap,
+    rows: &'a [f64],
+    n_features: usize,
+    loads: &'a mut [f64],
+}
+
+impl pulp::WithSimd for ApplyRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let (width, n_axes) = (self.n_features, self.map.matrix.len());
+        let mut columns = vec![[0.0; LANES]; width];
+        let loads = self.loads.chunks_mut(LANES * n_axes);
+        for (rows, loads) in self.rows.chunks(LANES * width).zip(loads) {
+            if rows.len() < LANES * width {
+                let each = rows.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes));
+                each.for_each(|(row, load)| self.map.apply(row, load));
+                continue;
+            }
+            for (lane, row) in rows.chunks_exact(width).enumerate() {
+                for (column, value) in columns.iter_mut().zip(row) {
+                    column[lane] = *value;
+                }
+            }
+            for (axis, row) in self.map.matrix.iter().enumerate() {
+                let (slopes, offset) = row.split_at(width);
+                let mut sums = [-0.0; LANES]; // what a sum begins with
+                for (slope, column) in slopes.iter().zip(&columns) {
+                    for lane in 0..LANES {
+                        sums[lane] += slope * column[lane];
+                    }
+                }
+                let offset = offset.first().unwrap_or(&0.0);
+                for (load, sum) in loads.chunks_exact_mut(n_axes).zip(sums) {
+                    load[axis] = sum + offset;
+                }
+            }
+        }
+    }
+}
+
 /// The load of every sample from its present gauges, `n × n_axes` row-major.
 pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {
     let n_axes = map.matrix.len();
     let mut loads = vec![0.0; recording.n_samples() * n_axes];
-    let samples = recording.gauges().chunks_exact(recording.n_gauges());
-    for (gauges, load) in samples.zip(loads.chunks_exact_mut(n_axes)) {
-        map.apply(gauges, load);
-    }
+    map.apply_rows(recording.gauges(), recording.n_gauges(), &mut loads);
     loads
+}
+
+/// The loads of a recording from its present gauges: kept, or made anew wherever one is asked for, the same to the last bit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PresentLoads<'a> {
+    pub map: &'a LinearMap,
+    pub recording: &'a Recording,
+    /// `n × n_axes`, row-major.
+    pub kept: Option<&'a [f64]>,
+}
+
+impl PresentLoads<'_> {
+    /// That of sample `k` on one axis.
+    #[inline]
+    pub fn at(&self, k: usize, axis: usize) -> f64 {
+        match self.kept {
+            Some(kept) => kept[k * self.map.matrix.len() + axis],
+            None => self.map.load(self.recording.gauges_at(k), axis),
+        }
+    }
+
+    /// Writes those of sample `k`.
+    #[inline]
+    pub fn row(&self, k: usize, out: &mut [f64]) {
+        match self.kept {
+            Some(kept) => out.copy_from_slice(&kept[k * out.len()..][..out.len()]),
+            None => self.map.apply(self.recording.gauges_at(k), out),
+        }
+    }
+
+    /// Those of every sample on one axis.
+    pub fn column(&self, axis: usize) -> Vec<f64> {
+        (0..self.recording.n_samples())
+            .map(|k| self.at(k, axis))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn many_rows_give_what_each_gives_to_the_last_bit() {
+        let mut random = Random::new(3, &[1]);
+        for (n_axes, width, is_offset) in [(6, 12, true), (1, 1, false), (3, 19, true)] {
+            let row = |random: &mut Random| -> Vec<f64> {
+                let n = width + usize::from(is_offset);
+                (0..n).map(|_| random.normal()).collect()
+            };
+            let map = LinearMap {
+                columns: Vec::new(),
+                matrix: (0..n_axes).map(|_| row(&mut random)).collect(),
+            };
+            for n in [0, 1, 8, 21] {
+                let rows: Vec<f64> = (0..n * width).map(|_| random.normal()).collect();
+                let mut loads = vec![0.0; n * n_axes];
+                map.apply_rows(&rows, width, &mut loads);
+                let mut each = vec![0.0; n * n_axes];
+                for (row, load) in rows.chunks_exact(width).zip(each.chunks_exact_mut(n_axes)) {
+                    map.apply(row, load);
+                }
+                assert_eq!(loads, each, "{n} rows of {width}");
+            }
+        }
+    }
 }

@@ -39,7 +39,7 @@ pub(crate) use learned::{Learned, LearnedError};
 pub use linear::{Fit, fit};
 pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
 pub(crate) use linear_map::LinearMap;
-pub(crate) use linear_map::loads_from_gauges;
+pub(crate) use linear_map::{PresentLoads, loads_from_gauges};
 pub(crate) use network::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED,
 };

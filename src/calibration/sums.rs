@@ -6,8 +6,11 @@
 
 use std::ops::Range;
 
-use crate::calibration::NormalEquations;
+use rayon::prelude::*;
+
+use crate::calibration::{NormalEquations, PresentLoads};
 use crate::features::{Design, FeatureStream};
+use crate::progress::Progress;
 use crate::recording::Recording;
 
 /// A run of samples whose sums are kept apart.
@@ -19,45 +22,73 @@ pub struct Piece {
     pub fold: usize,
 }
 
+/// Samples whose sums one thread makes at a time, however many threads there are.
+const RUN: usize = 1 << 18;
 /// Rows that are filled before they are multiplied.
 pub(super) const BLOCK: usize = 128;
 
 /// The sums of each piece of a recording, in the order of `pieces`, which must follow each other without a gap from
-/// the first sample on: the blocks' memory runs through them.
+/// the first sample on: the blocks' memory runs through them. Once somebody has asked to stop, samples are missing.
 ///
-/// **Shapes** `conventional` is `n × n_axes` row-major, `past` one index per sample for each look-back; targets are
-/// `L − conventional`.
+/// **Shapes** `past` holds one index per sample for each look-back; targets are `L − conventional`.
 ///
 /// # Panics
 /// If the recording has no reference, or a piece reaches beyond it.
 pub fn recording_sums(
-    recording: &Recording,
     design: &Design,
-    conventional: &[f64],
+    conventional: PresentLoads<'_>,
     past: &[Vec<u32>],
     pieces: &[Piece],
+    progress: &Progress,
 ) -> Vec<NormalEquations> {
+    let recording = conventional.recording;
     let n_axes = recording.axes().len();
     let n_columns = design.n_columns();
-    let mut stream = FeatureStream::of(design, recording);
-    let mut rows = Vec::new();
-    pieces
-        .iter()
-        .map(|piece| {
-            let mut sums = NormalEquations::new(n_columns, n_axes);
-            let stride = sums.stride();
-            rows.resize(BLOCK * stride, 0.0);
-            for start in piece.samples.clone().step_by(BLOCK) {
-                let samples = start..(start + BLOCK).min(piece.samples.end);
-                let rows = &mut rows[..samples.len() * stride];
-                for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
-                    let (features, targets) = row.split_at_mut(n_columns);
-                    sample_row(&mut stream, recording, |at| past[at][k], k, features);
-                    design.standardise(features);
-                    residual(recording, conventional, k, &mut targets[..n_axes]);
-                }
-                sums.add_rows(rows);
+    let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
+        let mut sums = NormalEquations::new(n_columns, n_axes);
+        let stride = sums.stride();
+        let mut rows = vec![0.0; BLOCK * stride];
+        if progress.is_cancelled() {
+            return sums;
+        }
+        for start in samples.clone().step_by(BLOCK) {
+            let samples = start..(start + BLOCK).min(samples.end);
+            let rows = &mut rows[..samples.len() * stride];
+            for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
+                let (features, targets) = row.split_at_mut(n_columns);
+                sample_row(stream, recording, |at| past[at][k], k, features);
+                design.standardise(features);
+                residual(conventional, k, &mut targets[..n_axes]);
             }
+            sums.add_rows(rows);
+        }
+        sums
+    };
+    if design.features.has_memory() {
+        let mut stream = FeatureStream::of(design, recording);
+        let pieces = pieces.iter();
+        return pieces
+            .map(|piece| add(&mut stream, piece.samples.clone()))
+            .collect();
+    }
+    // Nothing runs from sample to sample, so that threads can share even one long recording.
+    let runs_of = |piece: &Piece| {
+        let Range { start, end } = piece.samples;
+        (start..end.max(start + 1))
+            .step_by(RUN)
+            .map(move |from| from..(from + RUN).min(end).max(from))
+            .collect::<Vec<_>>()
+    };
+    pieces
+        .par_iter()
+        .map(|piece| {
+            let runs = runs_of(piece).into_par_iter();
+            let sums: Vec<NormalEquations> = runs
+                .map(|samples| add(&mut FeatureStream::new(design), samples))
+                .collect();
+            let (first, others) = sums.split_first().expect("a piece has one run at least");
+            let mut sums = first.clone();
+            others.iter().for_each(|run| sums.add(run));
             sums
         })
         .collect()
@@ -78,10 +109,10 @@ pub(crate) fn sample_row(
 
 /// Writes what `known` loads leave over of the reference at sample `k`.
 #[inline]
-pub(super) fn residual(recording: &Recording, known: &[f64], k: usize, out: &mut [f64]) {
-    let at = k * out.len();
-    let loads = &recording.loads()[at..];
-    for ((out, load), known) in out.iter_mut().zip(loads).zip(&known[at..]) {
-        *out = load - known;
+pub(super) fn residual(known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
+    known.row(k, out);
+    let loads = &known.recording.loads()[k * out.len()..];
+    for (out, load) in out.iter_mut().zip(loads) {
+        *out = load - *out;
     }
 }

@@ -10,27 +10,29 @@ use std::time::Duration;
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
 use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
 use crate::engine::live::{Current, Follow, Followed};
+use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
 };
-use crate::engine::recovery::{LeftSession, Recovery};
+use crate::engine::recovery::{LeftSession, Recovery, drop_left};
+use crate::engine::results::{KeptTraining, Results};
 use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
-use crate::engine::session::{KnownFiles, OpenedSession, Session, group_in, role_in};
+use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
-    Project,
+    Project, Row, Split,
 };
-use crate::evaluation::numbers::significant;
+use crate::evaluation::numbers::{file_size, significant};
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
-use crate::recording::{Recording, RecordingSet, Role, Tare};
+use crate::recording::{RecordingSet, Role, Tare};
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -86,11 +88,13 @@ pub enum Action {
     Restore(PathBuf),
     /// Forget it.
     DropLeft(PathBuf),
-    /// What other windows left is not to be asked about now; it stays where it is.
-    KeepLeft,
-    /// A file of the session that is not where it was is here.
-    Found(usize, PathBuf),
-    /// Go on without it.
+    /// Show what other windows left, or do not ask about it now: it stays where it is.
+    ShowLeft(bool),
+    /// This is one of the session's files that are not where they were, or the folder that they are in now.
+    Locate(PathBuf),
+    /// Whether sessions are to be saved with what took long to find.
+    KeepTrained(bool),
+    /// Go on without this one of them.
     Forget(usize),
     /// Close the window.
     Close,
@@ -121,6 +125,9 @@ pub enum Leaving {
     Restore(PathBuf, Box<OpenedSession>),
 }
 
+/// What tells results from those that were saved: the last training, and the rows with what is said of them.
+type ResultsId = (Option<usize>, Vec<(u64, String, bool)>);
+
 /// Everything behind the window.
 pub struct Engine {
     project: Project,
@@ -131,6 +138,12 @@ pub struct Engine {
     pub gesture: Option<u64>,
     /// The session's file, if it has one.
     pub session: Option<PathBuf>,
+    /// Whether it is saved with what took long to find.
+    pub keeps_trained: bool,
+    /// What was kept when it was saved last.
+    saved_results: ResultsId,
+    /// What the session that was opened kept, until its recordings are all there to prove it by.
+    unproven: Option<Arc<serde_json::Value>>,
     /// Where the panes stood in a session that was just opened.
     pub layout: Option<serde_json::Value>,
     /// What the thresholds begin with, of these recordings measured this way.
@@ -143,9 +156,13 @@ pub struct Engine {
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// The file whose columns are being said.
     pub importing: Option<Importing>,
-    /// Autosaved sessions of windows that did not end as they should.
+    /// Autosaved sessions of windows that did not end as they should, oldest first.
     pub recoverable: Vec<LeftSession>,
+    /// Whether they are on screen.
+    pub shows_left: bool,
     recovery: Recovery,
+    /// Those whose content is here now.
+    restored: Vec<PathBuf>,
     /// What is to be done, once somebody has said what becomes of what is not saved.
     pub leaving: Option<Leaving>,
     /// Whether the window is to close now.
@@ -171,8 +188,6 @@ pub struct Engine {
     current: Current,
     preview: Lane<Preview>,
     tasks: Vec<(bool, Lane<Task>)>,
-    /// Files of the session that were lost and are being read.
-    awaited: KnownFiles,
     /// What questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
@@ -187,6 +202,9 @@ impl Engine {
             saved: None,
             gesture: None,
             session: None,
+            keeps_trained: false,
+            saved_results: ResultsId::default(),
+            unproven: None,
             layout: None,
             default_thresholds: None,
             notices: Vec::new(),
@@ -194,7 +212,9 @@ impl Engine {
             replacing: None,
             importing: None,
             recoverable: Vec::new(),
+            shows_left: false,
             recovery: Recovery::default(),
+            restored: Vec::new(),
             leaving: None,
             closes: false,
             preferences: Preferences::default(),
@@ -211,7 +231,6 @@ impl Engine {
             current: Current::default(),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
-            awaited: KnownFiles::new(),
             datasets: Datasets::default(),
             notify,
         }
@@ -262,6 +281,13 @@ impl Engine {
         self.training.answer()
     }
 
+    /// The newest analysis that is no preview, with what it is of.
+    fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
+        self.analysis()?;
+        let (Analyse(request), analysis) = self.analysis.whole()?;
+        Some((request, analysis))
+    }
+
     /// What was trained for just these recordings and settings, be it cross-validated or not.
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
         let last = self.fitted_last();
@@ -269,12 +295,10 @@ impl Engine {
     }
 
     fn fitted_last(&self) -> Option<&Arc<Calibration>> {
-        let (Train(of), trained) = self.training.whole()?;
-        let mut settings = of.settings.clone();
+        let (settings, _, calibration) = self.last_training()?;
+        let mut settings = settings.clone();
         settings.network.cross_validate = self.project.settings.network.cross_validate;
-        let holds = Arc::ptr_eq(&of.recordings, &self.project.recordings)
-            && settings == self.project.settings;
-        trained.calibration.as_ref().filter(|_| holds)
+        (settings == self.project.settings).then_some(calibration)
     }
 
     /// Whether what is shown can be kept as a model: it was fitted to what is loaded, by the settings of now.
@@ -375,10 +399,42 @@ impl Engine {
     /// Whether something would be lost with the window.
     pub fn is_unsaved(&self) -> bool {
         let recordings = &self.project.recordings;
-        match &self.saved {
+        let is_changed = match &self.saved {
             Some(saved) => !saved.is_same(&self.project),
             None => !recordings.entries().is_empty() && !recordings.is_simulated(),
-        }
+        };
+        is_changed || (self.keeps_trained && self.results_id() != self.saved_results)
+    }
+
+    /// What took long to find and is of the recordings of now.
+    pub fn results(&self) -> Results {
+        let rows = self.models.kept(&self.project);
+        let training = self
+            .last_training()
+            .map(|(settings, trained, own)| KeptTraining {
+                settings: settings.clone(),
+                epochs: trained.epochs.clone(),
+                calibration: Arc::clone(own),
+            });
+        Results::new(training, rows, self.models.said.clone())
+    }
+
+    /// The last training, if it is of the recordings of now.
+    fn last_training(&self) -> Option<(&FitSettings, &Trained, &Arc<Calibration>)> {
+        let (Train(of), trained) = self.training.whole()?;
+        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
+        let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
+        Some((&of.settings, trained, calibration))
+    }
+
+    fn results_id(&self) -> ResultsId {
+        let fresh = self.models.rows.iter();
+        let fresh = fresh.filter(|row| row.model().is_some() && !row.is_stale(&self.project));
+        let training = self
+            .last_training()
+            .map(|(_, _, own)| Arc::as_ptr(own) as usize);
+        let row = |row: &Row| (row.id, row.name.clone(), row.is_pinned);
+        (training, fresh.map(row).collect())
     }
 
     /// The window's title: the session's name, and a star while it is not saved.
@@ -393,13 +449,20 @@ impl Engine {
 
     /// The session as a file's content; `layout` says where the panes stand.
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
-        let session = Session::of(&self.project, layout);
-        FileContent::Session(Box::new(session), Box::new(self.project.clone()))
+        let mut session = Session::of(&self.project, layout);
+        let mut results = None;
+        if self.keeps_trained {
+            match &self.unproven {
+                Some(kept) => session.trained = Some(serde_json::Value::clone(kept)),
+                None => results = Some(Box::new(self.results())),
+            }
+        }
+        FileContent::Session(Box::new(session), Box::new(self.project.clone()), results)
     }
 
     /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
     pub fn calibration_content(&self) -> Option<FileContent> {
-        let analysis = self.analysis()?;
+        let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
         let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
         let fitted_to = applied
@@ -415,11 +478,11 @@ impl Engine {
 
     /// The traces of this interval of their time as a file's content.
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
-        let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
+        let (of, analysis) = self.exact()?;
         Some(FileContent::Traces(Box::new(TracesToWrite {
             calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.0.recordings),
-            decimation: of.0.settings.decimation,
+            recordings: Arc::clone(&of.recordings),
+            decimation: of.settings.decimation,
             traces: Arc::clone(&analysis.traces),
             visible,
         })))
@@ -457,8 +520,8 @@ impl Engine {
             self.analysis.ask(Analyse(request));
         }
         let calibration = self
-            .analysis()
-            .map(|analysis| Arc::clone(&analysis.calibration));
+            .exact()
+            .map(|(_, analysis)| Arc::clone(&analysis.calibration));
         *self.current.lock().unwrap_or_else(PoisonError::into_inner) = calibration;
         if self.analysis().is_none() {
             self.loops.forget();
@@ -481,11 +544,11 @@ impl Engine {
     }
 
     fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookAt> {
-        let (analysis, of) = (self.analysis()?, self.analysis.answered()?);
+        let (of, analysis) = self.exact()?;
         Some(LookAt(LookRequest {
             calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.0.recordings),
-            decimation: of.0.settings.decimation,
+            recordings: Arc::clone(&of.recordings),
+            decimation: of.settings.decimation,
             traces: Arc::clone(&analysis.traces),
             visible: visible.filter(|_| question.follows_screen()),
             measuring: self.project.measuring.clone(),
@@ -635,19 +698,32 @@ impl Engine {
             }
             Action::Import(command) => self.import(command),
             Action::Restore(path) => self.start(Task::Restore(path)),
-            Action::DropLeft(path) => self.drop_left(&path),
-            Action::KeepLeft => self.recoverable.clear(),
-            Action::Found(at, path) if at < self.project.lost.len() => {
-                let lost = self.project.lost.remove(at);
-                let map = lost.columns.clone().map(|map| (path.clone(), map));
-                self.project.maps.extend(map);
-                self.awaited.insert(path.clone(), lost);
-                self.open(vec![path]);
+            Action::DropLeft(path) => {
+                self.recoverable.retain(|left| left.path != path);
+                drop_left(&path);
             }
-            Action::Forget(at) if at < self.project.lost.len() => {
-                self.project.lost.remove(at);
+            Action::ShowLeft(yes) => {
+                self.shows_left = yes;
+                if yes {
+                    // Others may have left, restored or dropped some meanwhile.
+                    self.recoverable = self.recovery.left();
+                    let restored = &self.restored;
+                    self.recoverable
+                        .retain(|left| !restored.contains(&left.path));
+                }
             }
-            Action::Found(..) | Action::Forget(_) => {}
+            Action::Locate(place) => {
+                let lost = self.project.lost.clone();
+                let open = self.project.files().map(Path::to_owned).collect();
+                self.start(Task::Locate(lost, place, open));
+            }
+            Action::Forget(at) => {
+                if at < self.project.lost.len() {
+                    self.project.lost.remove(at);
+                    self.prove();
+                }
+            }
+            Action::KeepTrained(yes) => self.keeps_trained = yes,
             Action::Close => self.leave_for(Leaving::Close),
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
@@ -754,23 +830,35 @@ impl Engine {
                     && self.saved.is_some()
                     && !self.is_unsaved();
                 let refused = self.change(|project| {
+                    // That of a session which was opened, and waits for its recordings.
+                    let waits = |split: &&Split| split.whole.entries().is_empty();
+                    let split = project.split.as_ref().filter(waits);
+                    let split = split.map(|split| Edit::Split(split.fraction));
                     let refused = project.take_set(set).err();
                     // A calibration that was opened meanwhile is there to be applied to it.
                     let applied = project.applied.take();
                     let fits = project.edit(Edit::Apply(applied)).err();
+                    let split = split.and_then(|split| project.edit(split).err());
                     project.show_first_test();
-                    refused.into_iter().chain(fits)
+                    refused.into_iter().chain(fits).chain(split)
                 });
                 refused.for_each(|error| self.tell(Level::Error, error.to_string()));
                 if is_saved {
                     self.saved = Some(self.project.clone());
                 }
+                self.prove();
             }
-            Done::Written(FileContent::Session(_, project), path, Ok(())) => {
+            Done::Written(FileContent::Session(_, project, results), path, Ok(())) => {
                 self.preferences.remember(&path);
-                self.tell(Level::Info, format!("Saved the session {}", path.display()));
+                let mut said = format!("Saved the session {}", path.display());
+                if results.is_some_and(|results| !results.is_empty()) {
+                    let bytes = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
+                    said.push_str(&format!(" with its trained results, {}", file_size(bytes)));
+                }
+                self.tell(Level::Info, said);
                 self.session = Some(path);
                 self.saved = Some(*project);
+                self.saved_results = self.results_id();
                 if !self.is_unsaved() {
                     self.leave();
                 }
@@ -801,6 +889,18 @@ impl Engine {
                 }
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
+            Done::Located(place, found) => self.take_located(&place, found),
+            Done::Proven(kept, recordings, proven) => {
+                // Another session may have been opened meanwhile, or the same thing been asked twice.
+                let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &kept);
+                if self.unproven.take_if(is_own).is_none() {
+                    return;
+                }
+                match proven {
+                    Ok(results) => self.take_results(*results, &recordings),
+                    Err(reason) => self.tell(Level::Warning, reason),
+                }
+            }
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
@@ -824,9 +924,7 @@ impl Engine {
         let mut session = None;
         let mut to_import = Vec::new();
         let mut by_remembered = Vec::new();
-        let mut known = KnownFiles::new();
         for (path, opened) in files {
-            known.extend(self.awaited.remove_entry(&path));
             if opened.is_ok() {
                 self.preferences.remember(&path);
             }
@@ -868,10 +966,8 @@ impl Engine {
             self.take_session(Some(path), opened);
         }
         if !recordings.is_empty() {
-            let role_of = |recording: &Recording| role_in(&known, recording);
-            let group_of = |recording: &Recording| group_in(&known, recording);
             let before = self.project.thresholds();
-            let refused = self.change(|project| project.add_known(recordings, role_of, group_of));
+            let refused = self.change(|project| project.add(recordings, |_| None));
             let now = self.project.thresholds();
             if now != before && self.project.settings.features.distance == Distance::Force {
                 let text = format!(
@@ -888,9 +984,66 @@ impl Engine {
         calibrations.into_iter().for_each(|edit| self.edit(edit));
     }
 
+    /// Takes files of the session that were found; those that cannot be read are still asked for.
+    fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
+        let mut parts = Vec::new();
+        for (file, part) in found {
+            let at = self.project.lost.iter().position(|lost| *lost == file);
+            // Somebody may have opened another session meanwhile.
+            let Some(at) = at else { continue };
+            if let Some(Ok(_)) = part.loaded {
+                self.project.lost.remove(at);
+            }
+            parts.push(part);
+        }
+        if parts.is_empty() {
+            let text = format!(
+                "{}: none of the missing files is there; they are known by their names, and where it was saved by what they hold",
+                place.display()
+            );
+            self.tell(Level::Error, text);
+            return;
+        }
+        let said = self.change(|project| add_parts(project, parts));
+        said.into_iter().for_each(|notice| self.say(notice));
+        self.prove();
+    }
+
+    /// Proves what the session kept, once its recordings are there.
+    fn prove(&mut self) {
+        let recordings = &self.project.recordings;
+        let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
+        if let Some(kept) = self.unproven.as_ref().filter(|_| is_whole) {
+            let task = Task::Prove(Arc::clone(recordings), Arc::clone(kept));
+            self.start(task);
+        }
+    }
+
+    /// Takes what a session kept of these recordings.
+    fn take_results(&mut self, results: Results, recordings: &Arc<RecordingSet>) {
+        if let Some(training) = results.training {
+            let request = Request {
+                datasets: self.datasets.clone(),
+                ..Request::fit(Arc::clone(recordings), training.settings)
+            };
+            let trained = Trained {
+                epochs: training.epochs,
+                step: None,
+                calibration: Some(training.calibration),
+            };
+            self.training.put(Train(request), trained);
+        }
+        self.models
+            .take_kept(results.rows, results.said, recordings);
+        self.saved_results = self.results_id();
+    }
+
     /// Puts a session in place of everything that is loaded; one without a path was recovered.
-    fn take_session(&mut self, path: Option<PathBuf>, opened: OpenedSession) {
+    fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
         self.layout.clone_from(&opened.session.layout);
+        self.unproven = opened.session.trained.take().map(Arc::new);
+        self.keeps_trained = self.unproven.is_some();
+        self.saved_results = ResultsId::default();
         let is_built_in = opened.session.built_in;
         let (project, notices) = opened.into_project();
         notices.into_iter().for_each(|notice| self.say(notice));
@@ -903,12 +1056,16 @@ impl Engine {
             let replaced = Arc::clone(&self.project.recordings);
             self.start(Task::Simulate(replaced));
         }
-        // What was recovered is not saved anywhere.
-        self.saved = path.is_some().then(|| self.project.clone());
+        // What was recovered is not saved anywhere, be it of the built-in sensor.
+        self.saved = Some(match &path {
+            Some(_) => self.project.clone(),
+            None => Project::default(),
+        });
         self.session = path;
         // Its file must not be saved over with what was loaded before.
         self.history = History::default();
         self.analysis.forget();
+        self.prove();
     }
 
     /// Does what takes everything away that is loaded, or asks first where something is not saved.
@@ -927,19 +1084,16 @@ impl Engine {
             Some(Leaving::Open(files)) => self.take_files(files),
             Some(Leaving::Restore(path, opened)) => {
                 self.take_session(None, *opened);
-                self.drop_left(&path);
+                self.recoverable.retain(|left| left.path != path);
+                self.restored.push(path);
             }
         }
     }
 
-    fn drop_left(&mut self, path: &Path) {
-        self.recoverable.retain(|left| left.path != path);
-        self.recovery.drop_left(path);
-    }
-
     /// Where to write down what is not saved, so that it survives a crash; offers what others left there.
     pub fn recover_in(&mut self, folder: &Path) {
-        (self.recovery, self.recoverable) = Recovery::begin(folder);
+        self.recovery = Recovery::begin(folder);
+        self.act(Action::ShowLeft(true));
     }
 
     /// Writes down what is not saved, if it is time on the window's clock; `layout` says where the panes stand. Tells in how
@@ -949,6 +1103,10 @@ impl Engine {
         now_secs: f64,
         layout: &dyn Fn() -> serde_json::Value,
     ) -> Option<f64> {
+        // While files are read or simulated the session is not whole yet.
+        if self.tasks.is_empty() {
+            self.recovery.take_over(std::mem::take(&mut self.restored));
+        }
         let session = || Session::of(&self.project, Some(layout()));
         let unsaved: Option<&dyn Fn() -> Session> = match self.is_unsaved() {
             true => Some(&session),
@@ -1109,7 +1267,12 @@ impl Engine {
     fn import(&mut self, command: ImportCommand) {
         match command {
             ImportCommand::Open(path) => return self.begin_import(vec![path]),
-            ImportCommand::CancelAll => self.importing = None,
+            ImportCommand::CancelAll => {
+                let not_read = self.importing.take().map(|own| own.not_read());
+                if let Some(said) = not_read {
+                    self.tell(Level::Info, said);
+                }
+            }
             ImportCommand::Cancel => {
                 let waiting = self.importing.take().map(|importing| importing.waiting);
                 return self.begin_import(waiting.unwrap_or_default());
@@ -1121,7 +1284,7 @@ impl Engine {
                 let Importing {
                     path, map, waiting, ..
                 } = importing;
-                importing::remember(&map, &mut self.preferences);
+                self.preferences.remember_map(&map);
                 self.project.maps.insert(path.clone(), map);
                 return self.open([vec![path], waiting].concat());
             }

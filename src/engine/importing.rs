@@ -11,8 +11,8 @@ use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
 
-/// So many maps are remembered.
-const MAX_MAPS: usize = 40;
+/// Of the files that were not read so many are named.
+const MAX_NAMED: usize = 8;
 
 /// What is known of a file before it is looked at.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,20 +126,6 @@ impl Importing {
     }
 }
 
-/// Remembers a map before those of other files.
-pub fn remember(map: &ColumnMap, preferences: &mut Preferences) {
-    let maps = &mut preferences.maps;
-    let is_other = |other: &ColumnMap| {
-        let (other, this) = (&other.table, &map.table);
-        // Without names, how it is cut is a part of what a file looks like.
-        let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
-        other.shape != this.shape || !is_cut_so
-    };
-    maps.retain(is_other);
-    maps.insert(0, map.clone());
-    maps.truncate(MAX_MAPS);
-}
-
 /// Says of files that nobody said anything about by which remembered maps they were read.
 pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
     let mut said = Vec::new();
@@ -192,6 +178,23 @@ pub(super) fn in_words(estimate: &WeightEstimate) -> String {
 }
 
 impl Importing {
+    /// Says that this file and all that wait are not read.
+    pub(super) fn not_read(&self) -> String {
+        let files = [&self.path].into_iter().chain(&self.waiting);
+        let names = files
+            .take(MAX_NAMED)
+            .map(|path| path.file_name().unwrap_or(path.as_os_str()));
+        let names = names.map(|name| name.to_string_lossy().into_owned());
+        let more = match (self.waiting.len() + 1).saturating_sub(MAX_NAMED) {
+            0 => String::new(),
+            n_more => format!(" and {n_more} more"),
+        };
+        format!(
+            "Not read, for what their columns are was not said: {}{more}",
+            names.collect::<Vec<_>>().join(", ")
+        )
+    }
+
     /// Changes what is said about the file; what is to be looked at then.
     pub(super) fn apply(
         &mut self,

@@ -8,7 +8,10 @@
 mod engine;
 mod files;
 mod importing;
+#[cfg(all(test, feature = "gui"))]
+mod killed;
 mod live;
+mod lost;
 mod models;
 mod notice;
 mod preferences;
@@ -16,6 +19,7 @@ mod project;
 pub(crate) mod query;
 mod questions;
 mod recovery;
+mod results;
 mod saving;
 mod session;
 mod task;
@@ -31,6 +35,8 @@ pub(crate) use importing::Importing;
 pub use live::{Followed, LiveTraces};
 pub use models::{ModelChange, Models, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
+#[cfg(feature = "gui")]
+pub(crate) use preferences::PreferencesFile;
 pub use preferences::{Preferences, Theme};
 pub use project::{Edit, Split};
 pub(crate) use project::{FromFile, Project};

@@ -1,10 +1,17 @@
 //! What the program remembers of a person, whatever is loaded.
+//!
+//! Guarantees: its file is whole at any time; what another window has written since stays, but for what this one changed.
 
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::export::{WriteError, write_atomically};
 use crate::import::map::ColumnMap;
+use crate::small_file::read_small;
 
 /// Light or dark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,6 +28,27 @@ pub enum Theme {
 
 /// So many recent files are remembered.
 const MAX_RECENT: usize = 12;
+/// So many maps are remembered.
+const MAX_MAPS: usize = 40;
+/// Preferences are short; whatever is longer is something else.
+const BYTES_LIMIT: u64 = 16 << 20;
+
+/// What stands in a file under one name, or the default where it cannot be understood: the rest stays.
+fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
+    from: D,
+) -> Result<T, D::Error> {
+    let value = serde_json::Value::deserialize(from)?;
+    Ok(serde_json::from_value(value).unwrap_or_default())
+}
+
+/// [`one_by_one`], for each of a list.
+fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T>, D::Error> {
+    let values: Vec<serde_json::Value> = one_by_one(from)?;
+    let values = values.into_iter();
+    Ok(values
+        .filter_map(|value| serde_json::from_value(value).ok())
+        .collect())
+}
 
 /// Remembered between runs; what an older or newer version does not know is left at its default.
 ///
@@ -36,16 +64,21 @@ const MAX_RECENT: usize = 12;
 #[serde(default)]
 pub struct Preferences {
     /// Light or dark.
+    #[serde(deserialize_with = "one_by_one")]
     pub theme: Theme,
     /// How large everything is.
+    #[serde(deserialize_with = "one_by_one")]
     pub text_scale: f32,
     /// Recordings, calibrations and sessions that were opened, newest first.
+    #[serde(deserialize_with = "each")]
     pub recent: Vec<PathBuf>,
     /// Column maps that files were read by, newest first.
+    #[serde(deserialize_with = "each")]
     pub maps: Vec<ColumnMap>,
     /// Where the panes stand.
     pub layout: Option<serde_json::Value>,
     /// Whether the tour was seen or skipped.
+    #[serde(deserialize_with = "one_by_one")]
     pub toured: bool,
 }
 
@@ -68,12 +101,16 @@ impl Preferences {
 
     /// Reads what was remembered; what cannot be read is as if it had never been.
     pub fn from_json(text: &str) -> Self {
-        let mut read: Self = serde_json::from_str(text).unwrap_or_default();
+        Self::understood(text.as_bytes()).unwrap_or_default()
+    }
+
+    fn understood(text: &[u8]) -> Option<Self> {
+        let mut read: Self = serde_json::from_slice(text).ok()?;
         if !Self::TEXT_SCALES.contains(&read.text_scale) {
             read.text_scale = 1.0;
         }
         read.recent.truncate(MAX_RECENT);
-        read
+        Some(read)
     }
 
     /// As JSON.
@@ -88,11 +125,122 @@ impl Preferences {
         self.recent.insert(0, path);
         self.recent.truncate(MAX_RECENT);
     }
+
+    /// Puts a map before those of other files.
+    pub fn remember_map(&mut self, map: &ColumnMap) {
+        let is_other = |other: &ColumnMap| {
+            let (other, this) = (&other.table, &map.table);
+            // Without names, how it is cut is a part of what a file looks like.
+            let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
+            other.shape != this.shape || !is_cut_so
+        };
+        self.maps.retain(is_other);
+        self.maps.insert(0, map.clone());
+        self.maps.truncate(MAX_MAPS);
+    }
+
+    /// Those of the file, with what is different here from what was `known`.
+    fn onto(&self, known: &Self, mut file: Self) -> Self {
+        fn take<T: Clone + PartialEq>(own: &T, known: &T, file: &mut T) {
+            if own != known {
+                file.clone_from(own);
+            }
+        }
+        take(&self.theme, &known.theme, &mut file.theme);
+        take(&self.text_scale, &known.text_scale, &mut file.text_scale);
+        take(&self.layout, &known.layout, &mut file.layout);
+        take(&self.toured, &known.toured, &mut file.toured);
+        let forgotten = forgotten(&self.recent, &known.recent, MAX_RECENT);
+        file.recent.retain(|path| !forgotten.contains(&path));
+        let newest = newest(&self.recent, &known.recent);
+        newest.iter().rev().for_each(|path| file.remember(path));
+        let forgotten = self::forgotten(&self.maps, &known.maps, MAX_MAPS);
+        file.maps.retain(|map| !forgotten.contains(&map));
+        let newest = self::newest(&self.maps, &known.maps);
+        newest.iter().rev().for_each(|map| file.remember_map(map));
+        file
+    }
+}
+
+/// What was put to the front since: the rest stands in the order of before.
+fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
+    let mut left = before.iter().rev();
+    let is_left = |item: &&T| left.any(|other| other == *item);
+    let n_old = now.iter().rev().take_while(is_left).count();
+    &now[..now.len() - n_old]
+}
+
+/// What was taken away since, rather than pushed out of a list that holds so many.
+fn forgotten<'a, T: PartialEq>(now: &[T], before: &'a [T], most: usize) -> Vec<&'a T> {
+    let is_gone = |item: &&T| now.len() < most && !now.contains(*item);
+    before.iter().filter(is_gone).collect()
+}
+
+/// The file in which all windows of a person keep them.
+#[derive(Debug)]
+pub struct PreferencesFile {
+    path: PathBuf,
+    /// What this window began with, or wrote last: what is different, it changed.
+    known: Preferences,
+}
+
+impl PreferencesFile {
+    fn path_in(folder: &Path) -> PathBuf {
+        folder.join("preferences.json")
+    }
+
+    fn read_at(path: &Path) -> Option<Preferences> {
+        let text = read_small(path, "preferences", BYTES_LIMIT).ok()?;
+        Preferences::understood(&text)
+    }
+
+    /// What is kept in `folder`, if anything that can be read.
+    pub fn read_in(folder: &Path) -> Option<Preferences> {
+        Self::read_at(&Self::path_in(folder))
+    }
+
+    /// That of a window which begins with `known`.
+    pub fn new(folder: &Path, known: Preferences) -> Self {
+        Self {
+            path: Self::path_in(folder),
+            known,
+        }
+    }
+
+    /// Writes what was changed here to what is kept.
+    ///
+    /// # Errors
+    /// [`WriteError`] if it cannot be written; it is tried again with the next.
+    pub fn write(&mut self, own: &Preferences) -> Result<(), WriteError> {
+        if *own == self.known {
+            return Ok(());
+        }
+        let at = |source: io::Error| WriteError {
+            path: self.path.clone(),
+            source,
+        };
+        if let Some(folder) = self.path.parent() {
+            std::fs::create_dir_all(folder).map_err(at)?;
+        }
+        let lock = File::options()
+            .create(true)
+            .append(true)
+            .open(self.path.with_extension("writing"))
+            .map_err(at)?;
+        // One window after another; where files cannot be locked, none waits. Its end ends the lock.
+        let _ = lock.lock();
+        let kept = Self::read_at(&self.path).unwrap_or_else(|| self.known.clone());
+        let merged = own.onto(&self.known, kept);
+        write_atomically(&self.path, |out| out.write_all(merged.to_json().as_bytes()))?;
+        self.known = own.clone();
+        Ok(())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::import::map::{ColumnKey, ColumnRole, ColumnRule};
 
     #[test]
     fn they_come_back_and_nonsense_is_as_if_never_said() {
@@ -111,7 +259,7 @@ mod tests {
                 "{nonsense}"
             );
         }
-        let newer = r#"{"toured": true, "what a later version adds": 1}"#;
+        let newer = r#"{"toured": true, "what a later version adds": 1, "theme": "sepia", "recent": 3, "maps": [{"version": 2}]}"#;
         assert!(Preferences::from_json(newer).toured);
     }
 
@@ -132,5 +280,88 @@ mod tests {
             .iter()
             .filter(|path| path.ends_with("15.csv"));
         assert_eq!(of_15.count(), 1);
+    }
+
+    /// A window that began with what is kept.
+    fn window(folder: &Path) -> (PreferencesFile, Preferences) {
+        let kept = PreferencesFile::read_in(folder).unwrap_or_default();
+        (PreferencesFile::new(folder, kept.clone()), kept)
+    }
+
+    #[test]
+    fn two_windows_keep_what_the_other_one_changed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut first, mut own) = window(folder.path());
+        own.remember(Path::new("/old.csv"));
+        own.remember(Path::new("/gone.csv"));
+        first.write(&own).unwrap();
+        let (mut a, mut of_a) = window(folder.path());
+        let (mut b, mut of_b) = window(folder.path());
+        of_a.theme = Theme::Light;
+        of_a.remember(Path::new("/a.csv"));
+        let map = |n_columns: usize| {
+            let mut map = ColumnMap::default();
+            map.table.shape.columns = n_columns;
+            let gauge = ColumnRule::new(ColumnKey::Number(1), ColumnRole::Gauge);
+            map.table.columns = vec![gauge];
+            map
+        };
+        of_a.remember_map(&map(1));
+        a.write(&of_a).unwrap();
+        of_b.text_scale = 1.5;
+        of_b.layout = Some(serde_json::json!({"b": 1}));
+        of_b.remember_map(&map(2));
+        of_b.remember(Path::new("/b.csv"));
+        of_b.recent.retain(|path| !path.ends_with("gone.csv"));
+        b.write(&of_b).unwrap();
+        // Nothing is new here: what the other one wrote since is not taken back.
+        a.write(&of_a).unwrap();
+        let kept = PreferencesFile::read_in(folder.path()).unwrap();
+        assert_eq!((kept.theme, kept.text_scale), (Theme::Light, 1.5));
+        assert_eq!(kept.layout, of_b.layout);
+        let expected = ["/b.csv", "/a.csv", "/old.csv"].map(PathBuf::from);
+        assert_eq!(kept.recent, expected);
+        assert_eq!(kept.maps, [map(2), map(1)]);
+    }
+
+    #[test]
+    fn what_was_pushed_out_of_a_full_list_was_not_taken_away() {
+        let names = |from: i32, to: i32| (from..to).rev().collect::<Vec<_>>();
+        assert_eq!(newest(&[9, 2, 5, 4, 1], &[5, 4, 3, 2, 1]), [9, 2]);
+        assert_eq!(newest(&names(3, 15), &names(0, 12)), [14, 13, 12]);
+        assert!(forgotten(&names(3, 15), &names(0, 12), 12).is_empty());
+        assert_eq!(forgotten(&[2], &[2, 1], 12), [&1]);
+    }
+
+    #[test]
+    fn windows_that_write_at_the_same_time_lose_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for writer in 0..4 {
+                let folder = folder.path();
+                scope.spawn(move || {
+                    let (mut file, mut own) = window(folder);
+                    for at in 0..3 {
+                        own.remember(Path::new(&format!("/{writer}-{at}.csv")));
+                        own.text_scale = 1.0 + 0.01 * at as f32;
+                        file.write(&own).unwrap();
+                    }
+                });
+            }
+        });
+        let kept = PreferencesFile::read_in(folder.path()).unwrap();
+        assert_eq!(kept.recent.len(), 12, "{:?}", kept.recent);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_replaced_by_what_is_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut known = Preferences::default();
+        known.remember(Path::new("/a.csv"));
+        let mut file = PreferencesFile::new(folder.path(), known.clone());
+        std::fs::write(&file.path, "{torn").unwrap();
+        known.toured = true;
+        file.write(&known).unwrap();
+        assert_eq!(PreferencesFile::read_in(folder.path()), Some(known));
     }
 }

@@ -343,10 +343,8 @@ impl Project {
         let n_axes = layout.axes.len().max(1);
         let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
         for entry in with_reference {
-            for load in entry.recording.loads().chunks_exact(n_axes) {
-                for ((low, high), value) in ranges.iter_mut().zip(load) {
-                    (*low, *high) = (low.min(*value), high.max(*value));
-                }
+            for ((low, high), own) in ranges.iter_mut().zip(entry.recording.load_ranges()) {
+                (*low, *high) = (low.min(own.0), high.max(own.1));
             }
         }
         let forces = layout

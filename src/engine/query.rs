@@ -18,6 +18,9 @@ use crate::progress::{Cancelled, Progress};
 /// A run this young is allowed to finish when a newer question arrives, so that a slider on the move shows something.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
+/// Parts of an answer are told of no oftener than this.
+const PARTS_INTERVAL: Duration = Duration::from_millis(90);
+
 /// Of 0 to 99; an idle processor works as fast as ever, a busy one draws the window first (niceness 10 on Linux).
 const BACKGROUND_PRIORITY: u8 = 25;
 
@@ -63,6 +66,9 @@ pub trait Query: Clone + Send + Sync + 'static {
     type Answer: Send + 'static;
     /// What the next question may find ready.
     type Cache: Default;
+
+    /// How long one that has shown a part is allowed to go on when a newer question arrives, see [`PATIENCE`].
+    const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
 
     /// What people see while it runs.
     fn title(&self) -> String;
@@ -174,6 +180,8 @@ struct Shared<Q> {
 struct Slot<Q> {
     waiting: Option<(u64, Q, Running)>,
     running: Option<Running>,
+    /// How long what runs is allowed to.
+    patience: Duration,
     closed: bool,
 }
 
@@ -193,6 +201,7 @@ impl<Q: Query> Lane<Q> {
                 slot: Mutex::new(Slot {
                     waiting: None,
                     running: None,
+                    patience: PATIENCE,
                     closed: false,
                 }),
                 wake: Condvar::new(),
@@ -232,7 +241,7 @@ impl<Q: Query> Lane<Q> {
         let mut slot = self.shared.lock();
         slot.waiting = Some((self.newest, question, begins));
         if let Some(running) = &slot.running
-            && running.since.elapsed() > PATIENCE
+            && running.since.elapsed() > slot.patience
         {
             running.progress.cancel();
         }
@@ -246,6 +255,17 @@ impl<Q: Query> Lane<Q> {
                 .spawn(move || answer_questions(&shared, &replies, &notify))
                 .expect("the system gives a thread");
         }
+    }
+
+    /// Takes an answer that was found elsewhere, as if the question had been asked here.
+    pub fn put(&mut self, question: Q, answer: Q::Answer) {
+        self.forget();
+        self.asked = Some(question.clone());
+        self.shown = Some(Shown {
+            question,
+            answer,
+            is_whole: true,
+        });
     }
 
     /// Takes what has been answered; what was heard, in order.
@@ -280,8 +300,16 @@ impl<Q: Query> Lane<Q> {
             answer,
             is_whole,
         });
-        let last = last.filter(|last| last.is_whole).or(self.before.take());
-        self.before = last.filter(|_| !is_whole);
+        let (whole, part) = match last {
+            Some(last) if last.is_whole => (Some(last), None),
+            part => (self.before.take(), part),
+        };
+        let_go(part);
+        if is_whole {
+            let_go(whole);
+        } else {
+            self.before = whole;
+        }
         Some(match is_whole {
             true => LaneEvent::Answer,
             false => LaneEvent::Part,
@@ -369,6 +397,11 @@ impl<Q: Query> Drop for Lane<Q> {
     }
 }
 
+/// Gives back the memory of what is not needed any more, elsewhere: for gigabytes the window would stand still.
+fn let_go(answer: impl Send + 'static) {
+    rayon::spawn(|| drop(answer));
+}
+
 fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, notify: &Notify) {
     stand_back();
     let mut cache = Q::Cache::default();
@@ -383,6 +416,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
                     let progress = begins.progress.clone();
                     let since = Instant::now();
                     slot.running = Some(Running { since, ..begins });
+                    slot.patience = PATIENCE;
                     break (number, question, progress);
                 }
                 slot = (shared.wake.wait(slot)).unwrap_or_else(PoisonError::into_inner);
@@ -397,9 +431,16 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
                 news,
             });
         };
+        let told = Mutex::new(None::<Instant>);
         let show = |answer| {
             reply(Payload::Part(answer));
-            notify();
+            shared.lock().patience = Q::PATIENCE_ONCE_SHOWN;
+            let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+            // Whoever watches something that runs looks now and then anyway.
+            if told.is_none_or(|told| told.elapsed() >= PARTS_INTERVAL) {
+                *told = Some(Instant::now());
+                notify();
+            }
         };
         let found = caught(|| {
             question.compute(Work {

@@ -1,6 +1,7 @@
 //! The questions that the window asks: each is a pure function of what it carries, made known to the lanes.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
@@ -57,6 +58,7 @@ pub struct Analyse(pub Request);
 impl Query for Analyse {
     type Answer = Arc<Analysis>;
     type Cache = Analyst;
+    const PATIENCE_ONCE_SHOWN: Duration = Duration::ZERO;
 
     fn title(&self) -> String {
         "Updating".to_owned()
@@ -70,9 +72,11 @@ impl Query for Analyse {
         let Work {
             cache: analyst,
             progress,
-            ..
+            show,
         } = work;
-        Ok(Arc::new(analyst.analyse(&self.0, progress)?))
+        let show = |preview| show(Arc::new(preview));
+        let analysis = analyst.analyse_showing(&self.0, progress, Some(&show))?;
+        Ok(Arc::new(analysis))
     }
 }
 

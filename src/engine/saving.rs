@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::analysis::{Request, TraceSet, intervals_on_screen, report};
 use crate::calibration::{Calibration, Undetermined};
+use crate::engine::results::Results;
 use crate::engine::{Project, Session};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
@@ -31,8 +32,8 @@ pub enum FileContent {
     Metrology(Arc<Metrology>),
     /// The map of thresholds with its curves.
     Thresholds(Arc<ThresholdMap>, Measure),
-    /// A session, with the document that it holds.
-    Session(Box<Session>, Box<Project>),
+    /// A session, with the document that it holds, and what is kept with it of what took long to find.
+    Session(Box<Session>, Box<Project>, Option<Box<Results>>),
     /// A finished file, such as a figure.
     Bytes(Arc<[u8]>),
 }
@@ -153,9 +154,13 @@ impl FileContent {
             Self::Metrology(table) => {
                 write_atomically(path, |out| figure_records(table).write_csv(out))
             }
-            Self::Session(session, _) => {
+            Self::Session(session, project, results) => {
                 let folder = path.parent().unwrap_or(Path::new(""));
-                let text = session.with_hashes().to_json(folder);
+                let mut session = session.with_hashes();
+                if let Some(results) = results {
+                    session.trained = results.in_file(&project.recordings);
+                }
+                let text = session.to_json(folder);
                 write_atomically(path, |out| out.write_all(&text))
             }
             Self::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),

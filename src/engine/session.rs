@@ -13,19 +13,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::View;
 use crate::calibration::{Calibration, FitSettings};
-use crate::engine::project::{Edit, FromFile, Project, SessionFile};
+use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
 use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Recording, Role, Source};
+use crate::recording::{Axis, Recording, Source};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
-/// A session is short; whatever is longer is something else.
-const BYTES_LIMIT: u64 = 16 << 20;
+/// A session is short, unless trained results are kept in it; whatever is longer is something else.
+const BYTES_LIMIT: u64 = 256 << 20;
 
 /// What a session's file holds.
 ///
@@ -41,6 +41,7 @@ const BYTES_LIMIT: u64 = 16 << 20;
 /// | `on_screen` | the name of the recording on screen; absent: all of them |
 /// | `hidden_axes` | axes that are not shown |
 /// | `layout` | where the panes stand |
+/// | `trained` | what took long to find, where that was asked for |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {
@@ -58,6 +59,8 @@ pub struct Session {
     pub on_screen: Option<String>,
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trained: Option<serde_json::Value>,
 }
 
 /// Why a file is no session.
@@ -105,7 +108,15 @@ impl Session {
                 Err(_) => file.absolute.clone(),
             };
         }
+        let trained = session.trained.take();
         let mut text = serde_json::to_vec_pretty(&session).unwrap_or_default();
+        if let Some(trained) = trained
+            && text.ends_with(b"\n}")
+        {
+            // Thousands of numbers, which nobody reads: on one line.
+            text.truncate(text.len() - b"\n}".len());
+            text.extend_from_slice(format!(",\n  \"trained\": {trained}\n}}").as_bytes());
+        }
         text.push(b'\n');
         text
     }
@@ -171,6 +182,8 @@ impl Session {
             }
             files[at].roles.insert(name, entry.role);
         }
+        // Whoever opens it again is asked for them again.
+        files.extend(project.lost.iter().cloned());
         let on_screen = match project.view {
             View::One(at) => project.recordings.entries().get(at),
             View::All => None,
@@ -189,18 +202,29 @@ impl Session {
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             hidden_axes: project.hidden_axes.clone(),
             layout,
+            trained: None,
         }
     }
 
-    /// The session with what its files hold now; a file that cannot be read goes without.
+    /// The session with what its files hold now; a file that cannot be read stays as it was known.
     pub fn with_hashes(&self) -> Self {
         let mut session = self.clone();
         for file in &mut session.files {
             let path: &PathBuf = &file.absolute;
-            file.bytes = fs::metadata(path).ok().map(|metadata| metadata.len());
-            file.sha256 = sha256(path).ok();
+            let bytes = fs::metadata(path).map(|metadata| metadata.len());
+            file.bytes = bytes.ok().or(file.bytes);
+            file.sha256 = sha256(path).ok().or(file.sha256.take());
         }
         session
+    }
+
+    /// Reads a session's file, and none of those that it names.
+    ///
+    /// # Errors
+    /// A sentence if it cannot be read, or is no session.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let text = text_of(path).map_err(|error| error.to_string())?;
+        Self::from_json(&text).map_err(|error| error.to_string())
     }
 
     /// Whether a file is a session.
@@ -219,9 +243,8 @@ impl OpenedSession {
     /// # Errors
     /// A sentence if there is no session; a file of it that cannot be read is a part without recordings.
     pub fn read(path: &Path, progress: &Progress) -> Result<Self, String> {
-        let with_path = |error: String| format!("{}: {error}", path.display());
-        let text = text_of(path).map_err(|error| with_path(error.to_string()))?;
-        let session = Session::from_json(&text).map_err(|error| with_path(error.to_string()))?;
+        let session = Session::read(path);
+        let session = session.map_err(|error| format!("{}: {error}", path.display()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         for file in &session.files {
             progress.add_total(file.bytes.unwrap_or(0));
@@ -242,51 +265,26 @@ impl OpenedSession {
     /// The document that it holds, and what there is to say of its files.
     pub fn into_project(self) -> (Project, Vec<Notice>) {
         let session = self.session;
-        let mut notices = Vec::new();
-        let mut say = |level, text: String| notices.push(Notice::new(level, text));
         let mut project = Project {
-            settings: session.settings.clone(),
+            settings: session.settings,
             hidden_axes: session.hidden_axes,
             notes: session.notes,
             ..Project::default()
         };
-        let (mut read, mut known) = (Vec::new(), BTreeMap::new());
-        for SessionPart {
-            file,
-            loaded,
-            changed,
-        } in self.parts
-        {
-            let found = file.absolute.clone();
-            if changed {
-                let text = "not the file that the session was saved with";
-                say(Level::Warning, format!("{}: {text}", found.display()));
-            }
-            match loaded {
-                Some(Ok(loaded)) => {
-                    for warning in loaded.warnings {
-                        say(Level::Warning, warning.to_string());
-                    }
-                    read.push(loaded.recordings);
-                    let map = file.columns.clone().map(|map| (found.clone(), map));
-                    project.maps.extend(map);
-                    known.insert(found, file);
-                }
-                Some(Err(error)) => say(Level::Error, error),
-                None => project.lost.push(file),
-            }
-        }
-        let role_of = |recording: &Recording| role_in(&known, recording);
-        let group_of = |recording: &Recording| group_in(&known, recording);
-        for refused in project.add_known(read, role_of, group_of) {
-            say(Level::Error, refused);
-        }
-        // What is loaded does not choose the settings anew.
-        project.settings = session.settings;
         project.measuring = session.measuring;
-        if let Some(fraction) = session.cut {
-            let cut = project.edit(Edit::Split(fraction));
-            cut.unwrap_or_else(|error| say(Level::Error, error.to_string()));
+        let mut notices = add_parts(&mut project, self.parts);
+        let mut say = |level, text: String| notices.push(Notice::new(level, text));
+        match session.cut {
+            // Those that are found will be split so.
+            Some(fraction) if project.recordings.entries().is_empty() => {
+                let whole = Arc::clone(&project.recordings);
+                project.split = Some(Split { whole, fraction });
+            }
+            Some(fraction) => {
+                let cut = project.edit(Edit::Split(fraction));
+                cut.unwrap_or_else(|error| say(Level::Error, error.to_string()));
+            }
+            None => {}
         }
         let mut entries = project.recordings.entries().iter();
         project.view = session.on_screen.map_or(View::All, |name| {
@@ -304,43 +302,85 @@ impl OpenedSession {
     }
 }
 
-/// Files of a session by where they are now.
-pub type KnownFiles = BTreeMap<PathBuf, SessionFile>;
-
-/// The role that a recording is to have, if one was said.
-pub fn role_in(files: &KnownFiles, recording: &Recording) -> Option<Role> {
-    file_of(files, recording)?
-        .roles
-        .get(recording.name())
-        .copied()
-}
-
-/// The group that a recording is to be in, if one was said.
-pub fn group_in(files: &KnownFiles, recording: &Recording) -> Option<String> {
-    file_of(files, recording)?
-        .groups
-        .get(recording.name())
-        .cloned()
-}
-
-fn file_of<'a>(files: &'a KnownFiles, recording: &Recording) -> Option<&'a SessionFile> {
-    match recording.source() {
-        Source::File(path) => files.get(path),
-        Source::Simulated => None,
+/// Adds files of a session to a document, with what the session says of them; what is loaded does not choose the settings
+/// anew. What there is to say of them comes back.
+pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> {
+    let mut notices = Vec::new();
+    let mut say = |level, text: String| notices.push(Notice::new(level, text));
+    let (mut read, mut known) = (Vec::new(), BTreeMap::<PathBuf, SessionFile>::new());
+    for SessionPart {
+        file,
+        loaded,
+        changed,
+    } in parts
+    {
+        let found = file.absolute.clone();
+        if changed {
+            let text = "not the file that the session was saved with";
+            say(Level::Warning, format!("{}: {text}", found.display()));
+        }
+        match loaded {
+            Some(Ok(loaded)) => {
+                for warning in loaded.warnings {
+                    say(Level::Warning, warning.to_string());
+                }
+                read.push(loaded.recordings);
+                let map = file.columns.clone().map(|map| (found.clone(), map));
+                project.maps.extend(map);
+                known.insert(found, file);
+            }
+            Some(Err(error)) => say(Level::Error, error),
+            None => project.lost.push(file),
+        }
     }
+    if read.is_empty() {
+        return notices;
+    }
+    let fraction = project.split.as_ref().map(|split| split.fraction);
+    // The whole recordings are what others are added to.
+    let mut failed = project.edit(Edit::Unsplit).err();
+    let (settings, measuring) = (project.settings.clone(), project.measuring.clone());
+    let file_of = |recording: &Recording| match recording.source() {
+        Source::File(path) => known.get(path),
+        Source::Simulated => None,
+    };
+    let role_of = |recording: &Recording| {
+        let roles = &file_of(recording)?.roles;
+        roles.get(recording.name()).copied()
+    };
+    let group_of = |recording: &Recording| {
+        let groups = &file_of(recording)?.groups;
+        groups.get(recording.name()).cloned()
+    };
+    for refused in project.add_known(read, role_of, group_of) {
+        say(Level::Error, refused);
+    }
+    (project.settings, project.measuring) = (settings, measuring);
+    if let Some(fraction) = fraction {
+        failed = failed.or(project.edit(Edit::Split(fraction)).err());
+    }
+    if let Some(error) = failed {
+        say(Level::Error, error.to_string());
+    }
+    notices
 }
 
 impl SessionPart {
     /// One file: beside the session if it is there, else where it was.
     fn read(file: &SessionFile, folder: &Path, progress: &Progress) -> Self {
         let candidates = [folder.join(&file.path), file.absolute.clone()];
-        let Some(found) = candidates.into_iter().find(|path| path.is_file()) else {
-            return Self {
+        match candidates.into_iter().find(|path| path.is_file()) {
+            Some(found) => Self::at(file, found, progress),
+            None => Self {
                 file: file.clone(),
                 loaded: None,
                 changed: false,
-            };
-        };
+            },
+        }
+    }
+
+    /// One file, which is here now.
+    pub fn at(file: &SessionFile, found: PathBuf, progress: &Progress) -> Self {
         let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
         let loaded = loaded.map_err(|error| error.to_string());
         Self {
@@ -366,7 +406,7 @@ fn tared(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
 }
 
 /// Whether the file holds something else than when the session was saved.
-fn is_another(file: &SessionFile, found: &Path) -> bool {
+pub fn is_another(file: &SessionFile, found: &Path) -> bool {
     let bytes = fs::metadata(found).ok().map(|metadata| metadata.len());
     let other_length = file.bytes.is_some() && bytes.is_some() && file.bytes != bytes;
     let other_content = || {
@@ -380,6 +420,7 @@ fn is_another(file: &SessionFile, found: &Path) -> bool {
 mod tests {
     use super::*;
     use crate::engine::tests::{add, of_file};
+    use crate::recording::Role;
 
     fn recordings(path: &str, names: &[&str]) -> Vec<Recording> {
         let named = |name: &&str| {
@@ -488,6 +529,11 @@ mod tests {
         };
         let (back, notices) = opened.into_project();
         assert_eq!(back.lost, session.files[..1]);
+        let again = Session::of(&back, None).with_hashes();
+        assert!(
+            again.files.contains(&session.files[0]),
+            "it is not forgotten"
+        );
         let torn = Notice::new(Level::Error, "/data/b.csv: torn");
         assert_eq!(notices, [torn]);
         assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);

@@ -6,9 +6,12 @@ use std::sync::Arc;
 use crate::analysis::Model;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{OpenedFile, open_all};
+use crate::engine::lost::find;
+use crate::engine::project::SessionFile;
 use crate::engine::query::{Answered, Query, Work};
+use crate::engine::results::Results;
 use crate::engine::saving::{Existing, FileContent};
-use crate::engine::session::OpenedSession;
+use crate::engine::session::{OpenedSession, SessionPart};
 use crate::export::{TargetError, check_targets};
 use crate::import;
 use crate::import::map::ColumnMap;
@@ -41,6 +44,10 @@ pub enum Task {
     FindWeight(PathBuf, Box<ColumnMap>),
     /// Read this autosaved session.
     Restore(PathBuf),
+    /// Find these files of the session, of which this is one or the folder that they are in, and read them; others are open.
+    Locate(Vec<SessionFile>, PathBuf, Vec<PathBuf>),
+    /// Whether what a session kept holds for these recordings.
+    Prove(Arc<RecordingSet>, Arc<serde_json::Value>),
     /// Find out what a calibration of these recordings costs, to list it with these settings.
     Keep(Arc<RecordingSet>, Box<FitSettings>, Arc<Calibration>),
 }
@@ -64,6 +71,14 @@ pub enum Done {
     Weight(PathBuf, Result<Box<WeightEstimate>, String>),
     /// The session was read.
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
+    /// Of the session's files those that were found at this place, each beside what was known of it.
+    Located(PathBuf, Vec<(SessionFile, SessionPart)>),
+    /// What a session kept, understood for these recordings, or why it does not hold.
+    Proven(
+        Arc<serde_json::Value>,
+        Arc<RecordingSet>,
+        Result<Box<Results>, String>,
+    ),
     /// The model of these recordings is there.
     Kept(Arc<RecordingSet>, Box<Model>),
 }
@@ -94,6 +109,8 @@ impl Query for Task {
             Self::ReadMap(_) => "Reading a column map".to_owned(),
             Self::FindWeight(..) => "Finding the weight".to_owned(),
             Self::Restore(_) => "Restoring".to_owned(),
+            Self::Prove(..) => "Reading trained results".to_owned(),
+            Self::Locate(..) => "Finding the session's files".to_owned(),
             Self::Keep(..) => "Keeping the model".to_owned(),
         }
     }
@@ -143,6 +160,20 @@ impl Query for Task {
                 let opened = OpenedSession::read(path, progress).map(Box::new);
                 progress.check()?;
                 Done::Restored(path.clone(), opened)
+            }
+            Self::Locate(lost, place, others) => {
+                let found = find(lost, place, others).into_iter();
+                let found = found.map(|(at, path)| {
+                    let part = SessionPart::at(&lost[at], path, progress);
+                    (lost[at].clone(), part)
+                });
+                let found = found.collect();
+                progress.check()?;
+                Done::Located(place.clone(), found)
+            }
+            Self::Prove(recordings, kept) => {
+                let proven = Results::proven(kept, recordings).map(Box::new);
+                Done::Proven(Arc::clone(kept), Arc::clone(recordings), proven)
             }
             Self::Keep(recordings, settings, calibration) => {
                 let model = Model::fitted(FitSettings::clone(settings), calibration, recordings);

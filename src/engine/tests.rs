@@ -900,6 +900,22 @@ fn files_that_wait_to_be_imported_come_one_after_another() {
     assert!(problem.starts_with("y"), "{problem}");
     engine.act(Action::Import(ImportCommand::CancelAll));
     assert_eq!(path(&engine), None);
+    last_notice(&engine, Level::Info, "not said: y, z");
+}
+
+#[test]
+fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_rest() {
+    let mut engine = engine_with_files();
+    let before = engine.project().recordings.clone();
+    let wants = |at| {
+        let path = format!("/data/{at}.dat").into();
+        (path, Ok(Opened::WantsMap("no names".to_owned())))
+    };
+    finish(&mut engine, Done::Opened((0..40).map(wants).collect()));
+    engine.act(Action::Import(ImportCommand::CancelAll));
+    last_notice(&engine, Level::Info, "0.dat, 1.dat");
+    last_notice(&engine, Level::Info, "7.dat and 32 more");
+    assert_eq!(engine.project().recordings, before, "what is loaded stays");
 }
 
 /// Few samples, few epochs.
@@ -1321,6 +1337,7 @@ fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
     let mut engine = engine();
     let session = Session {
         built_in: true,
+        cut: Some(0.75),
         ..Session::default()
     };
     finish(
@@ -1331,6 +1348,8 @@ fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
         !engine.project().recordings.entries().is_empty()
     });
     assert!(engine.project().recordings.is_simulated() && !engine.is_unsaved());
+    let split = engine.project().split.as_ref();
+    assert_eq!(split.map(|split| split.fraction), Some(0.75));
 }
 
 #[test]
@@ -1340,7 +1359,8 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
     let left = |name: &str| LeftSession {
         path: path(name),
         written: SystemTime::UNIX_EPOCH,
-        files: Vec::new(),
+        bytes: 4,
+        session: Err("torn".to_owned()),
     };
     let mut engine = engine();
     open(&mut engine, &["a"]);
@@ -1365,11 +1385,57 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
     assert_eq!(engine.recoverable.len(), 2);
     engine.act(Action::Discard);
     assert_eq!(engine.recoverable, [left("1")]);
-    assert!(!path("3").exists() && path("1").exists());
+    assert!(path("3").exists() && path("1").exists());
     assert_eq!(engine.project().notes, "what was left");
-    assert!(engine.session.is_none());
-    engine.act(Action::KeepLeft);
-    assert!(engine.recoverable.is_empty() && path("1").exists());
+    assert!(engine.session.is_none() && engine.is_unsaved());
+    save_session(&mut engine, &path("saved"));
+    engine.write_down(0.0, &|| serde_json::Value::Null);
+    assert!(!path("3").exists(), "its content is safe");
+    engine.act(Action::ShowLeft(false));
+    assert_eq!(engine.recoverable, [left("1")]);
+    assert!(path("1").exists());
+}
+
+#[test]
+fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("autosave-1.json");
+    let session = Session {
+        built_in: true,
+        notes: "what was left".to_owned(),
+        ..Session::default()
+    };
+    fs::write(&path, session.to_json(folder.path())).unwrap();
+    let mut engine = engine();
+    engine.recover_in(folder.path());
+    assert!(engine.shows_left && engine.recoverable.len() == 1);
+    engine.act(Action::ShowLeft(false));
+    engine.act(Action::ShowLeft(true));
+    engine.act(Action::Restore(engine.recoverable[0].path.clone()));
+    let deadline = Instant::now() + Duration::from_secs(60);
+    // Only what is whole may take the place of what was left.
+    for step in 0.. {
+        engine.take();
+        engine.write_down(f64::from(step), &|| serde_json::Value::Null);
+        if !path.exists() {
+            break;
+        }
+        assert!(Instant::now() < deadline, "it stays");
+        thread::sleep(Duration::from_millis(1));
+    }
+    assert!(engine.is_unsaved() && engine.recoverable.is_empty());
+    let [own] = &fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "json"))
+        .collect::<Vec<_>>()[..]
+    else {
+        panic!("one autosaved session")
+    };
+    let own = Session::read(own).unwrap();
+    assert!(own.built_in && own.notes == "what was left");
+    engine.end();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 fn lost(name: &str) -> SessionPart {
@@ -1400,10 +1466,14 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
     // Both are read at once, and so is one that was never lost.
     let [a, c, d] = ["a", "c", "d"].map(|name| write_recording(folder.path(), name, true));
     engine.act(Action::Open(vec![d]));
-    engine.act(Action::Found(0, a));
-    engine.act(Action::Found(0, c));
-    assert!(engine.project().lost.is_empty());
+    engine.act(Action::Locate(folder.path().join("gone")));
     settle(&mut engine);
+    last_notice(&engine, Level::Error, "none of the missing files");
+    assert_eq!(engine.project().lost.len(), 2);
+    // Naming one finds the other one beside it.
+    engine.act(Action::Locate(a));
+    settle(&mut engine);
+    assert!(engine.project().lost.is_empty() && c.exists());
     let entries = engine.project().recordings.entries();
     let role = |name: &str| {
         let entry = entries.iter().find(|entry| entry.recording.name() == name);
@@ -1413,6 +1483,206 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
         ["a", "b", "c", "d"].map(role),
         [Some(Role::Test), None, Some(Role::Test), Some(Role::Train)]
     );
+}
+
+/// The folder was moved as it is, but for one file that another was put in the place of.
+#[test]
+fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for day in ["old/day1", "old/day2"] {
+        fs::create_dir_all(at(day)).unwrap();
+    }
+    let files = ["old/day1", "old/day2"].map(|day| write_recording(&at(day), "run", true));
+    let mut engine = engine();
+    engine.act(Action::Open(files.to_vec()));
+    settle(&mut engine);
+    engine.act(Action::Tare(vec![0], Tare::Interval(0.0, 0.5)));
+    settle(&mut engine);
+    let mut settings = engine.project().settings.clone();
+    settings.full_scale = vec![Some(7.0)];
+    for own in [
+        Edit::Settings(settings),
+        Edit::Role(1, Role::Test),
+        Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
+    ] {
+        edit(&mut engine, own);
+    }
+    save_session(&mut engine, &at("s.json"));
+    let saved = engine.project().clone();
+    fs::rename(at("old"), at("new")).unwrap();
+    let changed = at("new/day2/run.csv");
+    let text = fs::read_to_string(&changed).unwrap();
+    let shorter: Vec<&str> = text.lines().take(30).collect();
+    fs::write(&changed, shorter.join("\n")).unwrap();
+
+    let mut engine = self::engine();
+    engine.act(Action::Open(vec![at("s.json")]));
+    settle(&mut engine);
+    assert_eq!(engine.project().lost.len(), 2);
+    engine.act(Action::Locate(at("new")));
+    settle(&mut engine);
+    last_notice(&engine, Level::Warning, "not the file that");
+    let back = engine.project();
+    assert!(back.lost.is_empty());
+    assert_eq!(back.settings, saved.settings);
+    let same = |at: usize| {
+        let [now, then] = [back, &saved].map(|project| &project.recordings.entries()[at]);
+        (now.role, &now.group) == (then.role, &then.group)
+            && now.recording.tare() == then.recording.tare()
+    };
+    assert!(same(0) && same(1));
+}
+
+#[test]
+fn a_split_comes_back_with_the_files_that_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("old")).unwrap();
+    let file = write_recording(&at("old"), "run", true);
+    let mut engine = opened_again(&file);
+    edit(&mut engine, Edit::Split(0.5));
+    save_session(&mut engine, &at("s.json"));
+    let names = names(engine.project());
+    assert_eq!(names.len(), 2);
+    fs::rename(at("old"), at("new")).unwrap();
+    let mut back = opened_again(&at("s.json"));
+    assert_eq!(n_notices(&back, Level::Error), 0);
+    save_session(&mut back, &at("s.json"));
+    let mut back = opened_again(&at("s.json"));
+    back.act(Action::Locate(at("new")));
+    settle(&mut back);
+    assert_eq!(self::names(back.project()), names);
+    let split = back.project().split.as_ref();
+    assert_eq!(split.map(|split| split.fraction), Some(0.5));
+}
+
+/// An engine with two recordings of files and a trained network, kept as a model, which is saved in the folder.
+fn saved_with_results(folder: &Path) -> Engine {
+    let files = ["a", "b"].map(|name| write_recording(folder, name, true));
+    let mut engine = engine();
+    engine.act(Action::Open(files.to_vec()));
+    settle(&mut engine);
+    edit(&mut engine, Edit::Settings(network(3)));
+    engine.act(Action::Train);
+    settle(&mut engine);
+    engine.act(Action::KeepTrained(true));
+    save_session(&mut engine, &folder.join("trained.json"));
+    last_notice(&engine, Level::Info, "with its trained results");
+    assert!(!engine.is_unsaved());
+    analysed(&mut engine);
+    engine.act(Action::KeepModel);
+    settle(&mut engine);
+    assert!(engine.is_unsaved(), "a model more");
+    let unsure = engine.models.rows[0].id;
+    engine.act(Action::Model(unsure, ModelChange::Name("mine".to_owned())));
+    save_session(&mut engine, &folder.join("s.json"));
+    assert!(!engine.is_unsaved());
+    engine
+}
+
+#[track_caller]
+fn opened_again(path: &Path) -> Engine {
+    let mut engine = engine();
+    engine.act(Action::Open(vec![path.to_owned()]));
+    settle(&mut engine);
+    engine
+}
+
+#[test]
+fn trained_results_come_back_with_the_session_where_that_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut before = saved_with_results(folder.path());
+    let trained = before.fitting().unwrap().clone();
+    for name in ["trained.json", "s.json"] {
+        let mut engine = opened_again(&folder.path().join(name));
+        assert_eq!(engine.fitting(), Some(&trained), "{name}");
+        assert_eq!(analysed(&mut engine).calibration.learned, trained.learned);
+        assert!(engine.keeps_trained && !engine.is_unsaved());
+        assert_eq!(n_notices(&engine, Level::Warning), 0);
+        let epochs = engine.trained().map(|trained| trained.epochs.len());
+        assert_eq!(epochs, Some(3), "{name}");
+    }
+    let engine = opened_again(&folder.path().join("s.json"));
+    let sets = [ScoreSet::Train];
+    let [back, then] = [&engine, &before].map(|own| own.models.table(own.project(), &sets));
+    assert_eq!(back, then);
+    assert_eq!(engine.models.rows[0].name, "mine");
+    before.act(Action::KeepTrained(false));
+    save_session(&mut before, &folder.path().join("s.json"));
+    let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    assert!(!text.contains("trained\""), "{text}");
+    assert!(
+        opened_again(&folder.path().join("s.json"))
+            .fitting()
+            .is_none()
+    );
+}
+
+#[test]
+fn trained_results_of_something_else_are_left_away_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    saved_with_results(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    let session = fs::read_to_string(at("s.json")).unwrap();
+    let data = fs::read_to_string(at("b.csv")).unwrap();
+    let check = |session: &str, reason: &str| {
+        fs::write(at("s.json"), session).unwrap();
+        let engine = opened_again(&at("s.json"));
+        let notices = engine.notices.iter();
+        let said: Vec<_> = notices.map(|notice| notice.text.as_str()).collect();
+        let is_said =
+            |text: &&str| text.contains("without its trained results") && text.contains(reason);
+        assert!(said.iter().any(is_said), "{reason} in {said:?}");
+        assert!(engine.fitting().is_none() && engine.models.rows.is_empty());
+        assert_eq!(engine.project().recordings.entries().len(), 2);
+    };
+    let start = session.find("\"trained\": ").unwrap();
+    let with = |trained: &str| format!("{}\"trained\": {trained}}}", &session[..start]);
+    check(&with("5"), "invalid type");
+    check(&with("{}"), "a was not among the recordings then");
+    check(&with(r#"{"rows": [{"name": 3}]}"#), "invalid type");
+    for (own, other, reason) in [
+        (
+            r#""gauges":["S1","S2","S3"]"#,
+            r#""gauges":["S1","S2"]"#,
+            "",
+        ),
+        (
+            r#""role":"train""#,
+            r#""role":"off""#,
+            "a had another role then",
+        ),
+        (r#""axes":["#, r#""axes":["Mz","#, ""),
+        (r#""train_rmse":["#, r#""train_rmse":[1,1,1,1,1,"#, ""),
+        (r#""matrix":[["#, r#""matrix":[[],["#, ""),
+        (r#""weights":["#, r#""weights":[null,"#, ""),
+    ] {
+        let changed = session.replace(own, other);
+        assert_ne!(changed, session, "{own}");
+        check(&changed, reason);
+    }
+    let (first, last) = data.trim_end().rsplit_once('\n').unwrap();
+    let cells = last.rsplit_once(',').unwrap().0;
+    fs::write(at("b.csv"), format!("{first}\n{cells},0.125\n")).unwrap();
+    check(&session, "b holds other samples than then");
+}
+
+/// What cannot be proved yet stays in the session's file, and comes back when its recordings do.
+#[test]
+fn trained_results_wait_for_files_that_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let trained = saved_with_results(folder.path()).fitting().unwrap().clone();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("moved")).unwrap();
+    fs::rename(at("b.csv"), at("moved/b.csv")).unwrap();
+    let mut engine = opened_again(&at("s.json"));
+    assert!(engine.fitting().is_none());
+    save_session(&mut engine, &at("t.json"));
+    let mut engine = opened_again(&at("t.json"));
+    engine.act(Action::Locate(at("moved")));
+    settle(&mut engine);
+    assert_eq!(engine.fitting(), Some(&trained));
 }
 
 #[test]

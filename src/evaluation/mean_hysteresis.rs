@@ -37,13 +37,13 @@ pub struct MeanHysteresis {
 
 /// One recording, as far as hysteresis goes.
 ///
-/// **Shapes** `n × n_axes` each, row-major.
-#[derive(Clone, Copy, Debug)]
+/// **Shapes** `reference` is `n × n_axes`, row-major.
+#[derive(Clone, Copy)]
 pub struct HysteresisRun<'a> {
     /// The load that was really applied.
     pub reference: &'a [f64],
-    /// What the conventional calibration makes of it.
-    pub conventional: &'a [f64],
+    /// What the conventional calibration makes of it on the axis of this number, sample by sample.
+    pub conventional: &'a dyn Fn(usize) -> Vec<f64>,
 }
 
 /// Measures the mean hysteresis.
@@ -87,18 +87,17 @@ fn of_axis(
     axis: Axis,
     weight: f64,
 ) -> AxisHysteresis {
-    let column = |values: &[f64]| -> Vec<f64> {
-        let own = values.iter().skip(at).step_by(n_axes);
-        own.copied().collect()
-    };
-    let references: Vec<Vec<f64>> = runs.iter().map(|run| column(run.reference)).collect();
+    let references: Vec<Vec<f64>> = runs
+        .iter()
+        .map(|run| column(run.reference, at, n_axes))
+        .collect();
     let dead_band = default_dead_band(references.iter().map(Vec::as_slice));
     let loops = Loops::of(references.iter().map(Vec::as_slice), dead_band);
     let cycles = loops.full_cycles();
     let mut widths = Vec::with_capacity(cycles.len());
     for of_recording in cycles.chunk_by(|a, b| a.recording == b.recording) {
         let recording = of_recording[0].recording;
-        let outputs = column(runs[recording].conventional);
+        let outputs = (runs[recording].conventional)(at);
         widths.extend(
             of_recording.iter().map(|cycle| {
                 weight * Loop::of(cycle, &references[recording], &outputs).mean_width()
@@ -111,6 +110,11 @@ fn of_axis(
         n_reversals: widths.len(),
         dead_band,
     }
+}
+
+fn column(values: &[f64], at: usize, n_axes: usize) -> Vec<f64> {
+    let own = values.iter().skip(at).step_by(n_axes);
+    own.copied().collect()
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
@@ -152,7 +156,7 @@ mod tests {
         let (reference, conventional) = run(cycles);
         let run = HysteresisRun {
             reference: &reference,
-            conventional: &conventional,
+            conventional: &|at| column(&conventional, at, 2),
         };
         mean_hysteresis(&[run, run], &[Axis::Fz, Axis::Mx], &weights)
     }

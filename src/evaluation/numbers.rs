@@ -16,6 +16,15 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
+/// The length of a file.
+pub fn file_size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} B"),
+        1000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
 /// The least of 1, 2, 2.5 and 5 times a power of ten that is not below `step`, which must be above zero.
 pub fn round_step(step: f64) -> f64 {
     let power = step.log10().floor() as i32;
@@ -146,5 +155,13 @@ mod tests {
         assert!(ticks((0.0, 0.0), 0.0).1.is_empty());
         assert_eq!(tick_text(-0.0, 0.05), "0.00");
         assert_eq!(tick_text(20.0, 10.0), "20");
+    }
+
+    #[test]
+    fn a_length_is_told_in_few_digits() {
+        assert_eq!(
+            [999, 1500, 2_500_000].map(file_size),
+            ["999 B", "1.5 kB", "2.5 MB"]
+        );
     }
 }

@@ -214,27 +214,6 @@ impl Target {
         format!("{}{name}-", TEMPORARY.0)
     }
 
-    /// Takes away what programs that are gone left of this file; a living one holds its lock.
-    fn clean_up(&self) {
-        let prefix = self.prefix();
-        let Ok(entries) = fs::read_dir(self.directory()) else {
-            return;
-        };
-        for entry in entries.flatten() {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            let is_temporary = name.starts_with(&prefix) && name.ends_with(TEMPORARY.1);
-            if !is_temporary || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
-                continue;
-            }
-            if let Ok(left) = OpenOptions::new().write(true).open(entry.path())
-                && left.try_lock().is_ok()
-            {
-                let _ = fs::remove_file(entry.path());
-            }
-        }
-    }
-
     /// A new file beside it, which is forgotten once it is gone or has its name.
     fn temporary(&self) -> io::Result<(Forget, tempfile::NamedTempFile)> {
         let prefix = self.prefix();
@@ -247,6 +226,31 @@ impl Target {
             Ok(file)
         })?;
         Ok((Forget(file.path().to_owned()), file))
+    }
+}
+
+/// Takes away what programs that are gone left in a folder of their own, whatever it was to become.
+pub(crate) fn clean_up_in(folder: &Path) {
+    clean_up(folder, TEMPORARY.0);
+}
+
+/// Takes away what programs that are gone left under names that begin so; a living one holds its lock.
+fn clean_up(folder: &Path, prefix: &str) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_temporary = name.starts_with(prefix) && name.ends_with(TEMPORARY.1);
+        if !is_temporary || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            continue;
+        }
+        if let Ok(left) = OpenOptions::new().write(true).open(entry.path())
+            && left.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
+        }
     }
 }
 
@@ -282,7 +286,7 @@ fn whole(
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<(Target, tempfile::NamedTempFile, Forget)> {
     let target = Target::of(path)?;
-    target.clean_up();
+    clean_up(target.directory(), &target.prefix());
     let (forget, temporary) = target.temporary()?;
     // The file itself: the messages of the temporary one say its name, which nobody asked for.
     let file = temporary.as_file();

@@ -25,11 +25,22 @@ pub fn sha256(path: &Path) -> io::Result<String> {
             n => hasher.update(&block[..n]),
         }
     }
+    Ok(digits_of(hasher))
+}
+
+/// The SHA-256 of numbers, in hexadecimal digits.
+pub(crate) fn sha256_of(numbers: impl Iterator<Item = f64>) -> String {
+    let mut hasher = Sha256::new();
+    numbers.for_each(|number| hasher.update(number.to_le_bytes()));
+    digits_of(hasher)
+}
+
+fn digits_of(hasher: Sha256) -> String {
     let mut text = String::new();
     for byte in hasher.finalize() {
         write!(text, "{byte:02x}").expect("a string takes everything");
     }
-    Ok(text)
+    text
 }
 
 #[cfg(test)]

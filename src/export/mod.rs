@@ -21,7 +21,7 @@ mod traces;
 mod writable;
 
 pub use atomic::clean_up_when_asked_to_end;
-pub(crate) use atomic::{Together, WriteError, write_atomically};
+pub(crate) use atomic::{Together, WriteError, clean_up_in, write_atomically};
 pub(crate) use calibration_file::ReadCalibrationError;
 pub(crate) use calibration_file::{add_calibration, caution, read_with_notes};
 pub use calibration_file::{read_calibration, write_calibration};
@@ -29,6 +29,7 @@ pub use code::Footprint;
 pub(crate) use code::bytes_in_float;
 pub(crate) use format::FileFormat;
 pub use hash::sha256;
+pub(crate) use hash::sha256_of;
 pub(crate) use report::{ReportCurves, ReportErrors, utc};
 pub use report::{ReportData, ReportRecording, write_report};
 pub(crate) use sources::used_recordings;

@@ -201,6 +201,11 @@ impl FeatureSettings {
         self.n_histories() > 0
     }
 
+    /// Whether blocks remember samples before the present one, beside the look-backs.
+    pub fn has_memory(&self) -> bool {
+        self.blocks.n_histories > 0
+    }
+
     /// How many sets of gauges the history blocks append.
     pub fn n_histories(&self) -> usize {
         self.look_backs.len() + self.blocks.n_histories

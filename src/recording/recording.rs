@@ -38,6 +38,7 @@ pub struct Recording {
     gauges: Arc<Vec<f64>>,
     axes: Vec<Axis>,
     loads: Vec<f64>,
+    load_ranges: Vec<(f64, f64)>,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
     /// Where somebody knows better than the steps.
@@ -139,6 +140,7 @@ impl Recording {
             gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
             gauges: Arc::new(gauges),
+            load_ranges: ranges(&loads, axes.len()),
             axes,
             loads,
         })
@@ -214,6 +216,11 @@ impl Recording {
         &self.times
     }
 
+    /// They themselves, to be kept.
+    pub(crate) fn shared_times(&self) -> &Arc<Vec<f64>> {
+        &self.times
+    }
+
     /// From the first sample to the last (s).
     pub fn duration_secs(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
@@ -265,6 +272,11 @@ impl Recording {
     /// The reference load, `n × n_axes` row-major.
     pub fn loads(&self) -> &[f64] {
         &self.loads
+    }
+
+    /// The least and greatest reference load of each axis.
+    pub fn load_ranges(&self) -> &[(f64, f64)] {
+        &self.load_ranges
     }
 
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
@@ -320,6 +332,7 @@ impl Recording {
                 .collect()
         };
         let times = rows(&self.times, 1);
+        let loads = rows(&self.loads, self.axes.len());
         Self {
             name,
             source: self.source.clone(),
@@ -332,7 +345,8 @@ impl Recording {
             gauge_units: self.gauge_units.clone(),
             gauges: Arc::new(rows(&self.gauges, self.n_gauges())),
             axes: self.axes.clone(),
-            loads: rows(&self.loads, self.axes.len()),
+            load_ranges: ranges(&loads, self.axes.len()),
+            loads,
         }
     }
 }
@@ -340,6 +354,16 @@ impl Recording {
 fn rate_hz(times: &[f64]) -> Option<f64> {
     let step = median(times.windows(2).map(|pair| pair[1] - pair[0]))?;
     (step > 0.0).then(|| 1.0 / step)
+}
+
+fn ranges(loads: &[f64], n_axes: usize) -> Vec<(f64, f64)> {
+    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
+    for row in loads.chunks_exact(n_axes.max(1)) {
+        for ((low, high), value) in ranges.iter_mut().zip(row) {
+            (*low, *high) = (low.min(*value), high.max(*value));
+        }
+    }
+    ranges
 }
 
 #[cfg(test)]

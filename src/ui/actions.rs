@@ -6,6 +6,7 @@ use std::time::Duration;
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
+use crate::evaluation::numbers::file_size;
 use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
@@ -94,6 +95,13 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             Do::OpenBuiltIn.into(),
         ),
         action(
+            "Recover sessions…",
+            "What windows that did not close as they should had not saved; listed until it is restored or discarded",
+            None,
+            Do::ShowLeft(true).into(),
+        )
+        .only_if(!engine.recoverable.is_empty()),
+        action(
             "Close all recordings",
             "The files themselves stay as they are",
             None,
@@ -143,7 +151,31 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
             ctrl_shift(Key::S),
             Command::SaveSessionAs,
         ),
+        keep_trained(engine),
     ]
+}
+
+/// Whether sessions keep what took long to find, with how much that is now.
+fn keep_trained(engine: &Engine) -> Action {
+    let results = engine.results();
+    let size = match results.is_empty() {
+        true => "nothing yet".to_owned(),
+        false => format!("about {}", file_size(results.size() as u64)),
+    };
+    let (name, explanation) = match engine.keeps_trained {
+        true => (
+            "Save sessions without trained results",
+            format!("They are saved with them: {size}. Without, a session is a few kilobytes"),
+        ),
+        false => (
+            "Save sessions with trained results",
+            format!(
+                "The last training and the list of models, {size}: opened again they are shown at once, where the recordings are the same"
+            ),
+        ),
+    };
+    let command = Do::KeepTrained(!engine.keeps_trained);
+    action(name, explanation, None, command.into())
 }
 
 /// What leaves.

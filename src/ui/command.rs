@@ -190,6 +190,8 @@ pub enum Command {
     ChooseImport,
     /// Ask which file to follow.
     ChooseFollowed,
+    /// Ask in which folder the session's files are now.
+    ChooseLost,
     /// Ask where to write the calibration.
     ChooseExport,
     /// Ask where to write a report.

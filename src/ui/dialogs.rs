@@ -68,6 +68,14 @@ pub trait Dialogs {
             Some(Action::Follow(file.path().to_owned()).into())
         });
     }
+    /// Asks for the folder in which files of the session are now.
+    fn locate(&mut self, reply: Reply) {
+        let dialog = rfd::AsyncFileDialog::new().set_title("The folder of the session's files");
+        asked(reply, no_dialog(), || {
+            let folder = pollster::block_on(dialog.pick_folder())?;
+            Some(Action::Locate(folder.path().to_owned()).into())
+        });
+    }
     /// Asks for a file to write.
     fn save(&mut self, content: FileContent, reply: Reply);
 }

@@ -6,6 +6,7 @@ use crate::evaluation::threshold_study::ScoreSet;
 use crate::report::{Shown, Table, errors};
 use crate::ui::command::{Kind, Pane};
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::status_line::preview_of;
 use crate::ui::table;
 
 /// The pane.
@@ -44,6 +45,9 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
         if !analysis.fitted {
             ui.weak("of the applied calibration on these recordings");
             return;
+        }
+        if let Some(each) = analysis.preview_of {
+            ui.colored_label(ui.visuals().warn_fg_color, preview_of(each));
         }
         let quality = &analysis.calibration.quality;
         if let Some(how) = &quality.cross_validation

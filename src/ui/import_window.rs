@@ -14,6 +14,7 @@ use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats;
 use crate::import::inspect::{Inspection, TableReport};
 use crate::ui::command::Command;
+use crate::ui::status_line::busy;
 
 /// What stands in the window's text fields.
 #[derive(Debug)]
@@ -42,8 +43,9 @@ pub fn import_window(
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Whatever is open within the window, or is being typed, ends first.
+    // Whatever is open within the window or over it, or is being typed, ends first.
     let ends_by_key = !egui::Popup::is_any_open(context)
+        && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
         && context.input(|input| input.key_pressed(egui::Key::Escape));
     let mut open = !ends_by_key;
@@ -69,7 +71,7 @@ pub fn import_window(
             }
             let Some(inspection) = importing.inspection.as_deref() else {
                 if importing.problem.is_none() {
-                    ui.spinner();
+                    busy(ui);
                 }
                 return;
             };

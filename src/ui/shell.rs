@@ -6,7 +6,6 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
 
 use crate::engine::query::{Notify, let_window_go_first};
 use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_calibration};
@@ -28,8 +27,6 @@ use crate::ui::workspace::Workspace;
 use crate::ui::{actions, appearance, live_pane, menu, setting, settings_panel, status_line};
 use questions::Questions;
 
-/// How often progress bars move while something runs.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 /// One step of the text's size.
 const TEXT_STEP: f32 = 0.1;
 
@@ -178,7 +175,7 @@ impl Shell {
             ui.request_repaint();
         }
         if self.is_busy() {
-            ui.request_repaint_after(PROGRESS_INTERVAL);
+            ui.request_repaint_after(status_line::PROGRESS_INTERVAL);
         }
     }
 
@@ -224,6 +221,7 @@ impl Shell {
             Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
             Command::ChooseImport => self.dialogs.import(self.reply.clone()),
             Command::ChooseFollowed => self.dialogs.follow(self.reply.clone()),
+            Command::ChooseLost => self.dialogs.locate(self.reply.clone()),
             Command::ChooseExport => {
                 let content = self.engine.calibration_content();
                 self.ask_where(content, "There is no calibration to export yet");
@@ -364,8 +362,9 @@ impl Shell {
             });
         });
         let engine = &self.engine;
-        import_window(ui.ctx(), engine, &mut self.import_fields, out);
+        // Escape closes the help before an import.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
+        import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
         self.notices.show(ui.ctx(), engine, out);
         self.tour.show(ui.ctx(), &places, out);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 
-use crate::engine::Preferences;
+use crate::engine::{Preferences, PreferencesFile};
 use crate::panicked::panic_message;
 use crate::ui::{NativeDialogs, Shell};
 
@@ -14,22 +14,29 @@ const WITHOUT_DISPLAY: &str =
 
 /// What desktops and folders call the program.
 const APP_ID: &str = "loopscope";
-/// What the preferences are stored under.
-const PREFERENCES: &str = "preferences";
+/// Under this name earlier versions stored them among what the last window that closes writes anew.
+const STORED_BEFORE: &str = "preferences";
 
-struct Window(Shell);
+struct Window {
+    shell: Shell,
+    preferences: Option<PreferencesFile>,
+}
 
 impl eframe::App for Window {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        self.0.frame(ui);
+        self.shell.frame(ui);
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        self.0.end();
+        self.shell.end();
     }
 
-    fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        storage.set_string(PREFERENCES, self.0.preferences().to_json());
+    fn save(&mut self, _storage: &mut dyn eframe::Storage) {
+        if let Some(file) = &mut self.preferences
+            && let Err(error) = file.write(&self.shell.preferences())
+        {
+            log::warn!("preferences: {error}");
+        }
     }
 }
 
@@ -51,17 +58,20 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     };
     let create: eframe::AppCreator<'_> = Box::new(move |creation| {
         let context = creation.egui_ctx.clone();
-        let stored = creation
-            .storage
-            .and_then(|storage| storage.get_string(PREFERENCES));
-        let preferences =
-            stored.map_or_else(Preferences::default, |text| Preferences::from_json(&text));
+        let folder = eframe::storage_dir(APP_ID);
+        let kept = folder.as_deref().and_then(PreferencesFile::read_in);
+        let of_before = || {
+            let stored = creation.storage?.get_string(STORED_BEFORE)?;
+            Some(Preferences::from_json(&stored))
+        };
         let shell = Shell::new(&context, files, Box::new(NativeDialogs));
-        let mut shell = shell.with_preferences(preferences);
-        if let Some(folder) = eframe::storage_dir(APP_ID) {
+        let mut shell = shell.with_preferences(kept.or_else(of_before).unwrap_or_default());
+        let mut preferences = None;
+        if let Some(folder) = folder {
+            preferences = Some(PreferencesFile::new(&folder, shell.preferences()));
             shell = shell.with_recovery(&folder);
         }
-        Ok(Box::new(Window(shell)))
+        Ok(Box::new(Window { shell, preferences }))
     });
     // The window system's libraries are found at run time, and one that is missing panics deep inside; one line says it
     // better than a backtrace. What panics on our own threads is shown in the window and needs no line.

@@ -16,8 +16,8 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         let refit = engine.refit();
         let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
         // First in the line, so that it stays in its place while bars come and go.
-        let busy = !running.is_empty() || refit.is_some();
-        if busy {
+        let runs = !running.is_empty() || refit.is_some();
+        if runs {
             let cancel = ui.button("Cancel");
             let cancel = cancel.on_hover_text("Ends what runs; what is loaded stays as it is");
             if cancel.clicked() {
@@ -27,7 +27,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         for running in &running {
             let (title, fraction) = (&*running.title, running.progress.fraction());
             let time_left = running.time_left();
-            ui.spinner();
+            busy(ui);
             ui.label(title);
             if let Some(fraction) = fraction {
                 bar(ui, title, fraction);
@@ -58,6 +58,11 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             let condition = quality
                 .condition
                 .map_or_else(|| "none".to_owned(), |value| significant(value, 3));
+            if let Some(each) = analysis.preview_of {
+                ui.colored_label(ui.visuals().warn_fg_color, preview_of(each))
+                    .on_hover_text("What all samples give takes its place as soon as it is there");
+                return;
+            }
             let verb = if analysis.fitted { "Refit" } else { "Applied" };
             ui.label(format!(
                 "{verb} in {} ms · {} training and {} test samples · rank {} of {} · condition {condition}",
@@ -73,6 +78,33 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             );
         }
     });
+}
+
+/// How often what tells of progress is drawn again: whatever is drawn, all of the window is.
+pub(super) const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
+
+/// Draws that something runs, in a picture that changes no oftener than progress does.
+pub(super) fn busy(ui: &mut egui::Ui) {
+    const DOTS: usize = 8;
+    let size = ui.spacing().interact_size.y;
+    let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(size), egui::Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::new(egui::Role::ProgressIndicator));
+    let steps = ui.input(|input| input.time) / PROGRESS_INTERVAL.as_secs_f64();
+    let head = steps as usize % DOTS;
+    let color = ui.visuals().strong_text_color();
+    for dot in 0..DOTS {
+        let angle = std::f32::consts::TAU * dot as f32 / DOTS as f32;
+        let age = (head + DOTS - dot) % DOTS;
+        let at = rect.center() + 0.32 * size * egui::Vec2::angled(angle);
+        let shade = color.gamma_multiply(1.0 - age as f32 / DOTS as f32);
+        ui.painter().circle_filled(at, 0.08 * size, shade);
+    }
+    ui.request_repaint_after(PROGRESS_INTERVAL);
+}
+
+/// That what is shown is a preview.
+pub(super) fn preview_of(each: usize) -> String {
+    format!("Preview: every {each}th sample")
 }
 
 fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {

@@ -17,6 +17,7 @@ use crate::ui::choice::choice;
 use crate::ui::command::{Command, ImageTo, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::status_line::busy;
 
 pub use map::MapTexture;
 
@@ -310,7 +311,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
             }
         }
         if choosing {
-            ui.spinner();
+            busy(ui);
         } else if let Some(chosen) = engine.choice.answer() {
             ui.label(format!(
                 "{}: {}; cross-validation {}, without {} ({} lists tried)",

@@ -43,7 +43,7 @@ pub enum Kind {
 #[derive(Debug)]
 pub struct TimeView {
     /// The time axis that the rest was chosen on.
-    on: Option<Arc<[f64]>>,
+    on: Option<Arc<Vec<f64>>>,
     pub(super) shown: Shown,
     /// What was shown before, and after.
     zooms: Undoer<Shown>,

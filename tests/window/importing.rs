@@ -178,16 +178,27 @@ fn a_row_of_imports_ends_at_once() {
         click(&mut window, Role::Button, "Cancel import");
         assert!(has(&window, "Import bare1"));
         if ends == 0 {
-            click(&mut window, Role::Button, "Cancel all");
+            click(&mut window, Role::Button, "Cancel all (2 left)");
         } else {
             type_into(&mut window, "Column map", "other.json");
             window.key_press(Key::Escape);
             settle(&mut window);
             assert!(has(&window, "Import bare1"), "the field alone was left");
+            for command in [Command::ToggleHelp, Command::ShowPalette] {
+                window.state_mut().as_mut().unwrap().send(command);
+                settle(&mut window);
+                window.key_press(Key::Escape);
+                settle(&mut window);
+                assert!(has(&window, "Import bare1"), "what lay over it was left");
+            }
             window.key_press(Key::Escape);
             settle(&mut window);
         }
         assert!(state(&window).importing.is_none());
+        told(&window, Level::Info, "not said: bare1.dat, bare2.dat");
+        let send = window.state_mut().as_mut().unwrap();
+        send.send(Action::DismissAll);
+        settle(&mut window);
     }
     assert_eq!(names(&window), ["a", "b", "test_c"]);
 }

@@ -69,8 +69,13 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     );
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
-    type_into(&mut window, "It is now at", moved.to_str().unwrap());
-    click(&mut window, Role::Button, "Read it there");
+    assert!(has(&window, "A file of the session is not there"));
+    type_into(&mut window, "Now in the folder", "/nowhere");
+    click(&mut window, Role::Button, "Look there");
+    told(&window, Level::Error, "/nowhere: none of the missing files");
+    type_into(&mut window, "Now in the folder", moved.to_str().unwrap());
+    window.key_press(Key::Enter);
+    settle(&mut window);
     assert_eq!(names(&window), ["a", "test_c", "moved"]);
     assert!(state(&window).project().lost.is_empty());
 }
@@ -150,12 +155,38 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     *window.state_mut() = Some(shell);
     settle(&mut window);
     assert!(has(&window, "a.csv, b.csv, test_c.csv"));
-    assert!(has(&window, "UTC"));
+    assert!(has(&window, "UTC") && has(&window, "2 B") && has(&window, "kB"));
+    assert!(has(&window, "It cannot be read: not a session"));
+    click(&mut window, Role::Button, "Later");
+    assert!(!has(&window, "a.csv, b.csv, test_c.csv"));
+    menu(&mut window, "File", "Recover sessions…");
     click_first(&mut window, Role::Button, "Discard");
     click_first(&mut window, Role::Button, "Discard");
     assert!(exists(1) && !exists(2) && !exists(3));
     click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
-    assert!(!exists(1));
+    // Once it is written down here.
+    until(&mut window, |_| !exists(1));
+}
+
+#[test]
+fn trained_results_are_saved_where_the_menu_says_so() {
+    let files = Files::new();
+    let choices = Choices::default();
+    let path = files.path("trained.json");
+    choices.export.replace(Some(path.clone()));
+    let mut window = window_with(files.three(), choices);
+    let mut settings = state(&window).project().settings.clone();
+    settings.regressor = Regressor::Kernel;
+    send(&mut window, Edit::Settings(settings));
+    send(&mut window, Action::Train);
+    menu(&mut window, "File", "Save sessions with trained results");
+    menu(&mut window, "File", "Save session as…");
+    told(&window, Level::Info, "with its trained results, ");
+    let scores = train_rmse(&window);
+    let window = self::window(vec![path]);
+    assert!(state(&window).fitting().is_some());
+    assert_eq!(train_rmse(&window), scores);
+    assert!(state(&window).notices.is_empty());
 }

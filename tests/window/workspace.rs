@@ -65,8 +65,20 @@ fn arrangements_come_by_menu_and_key_and_are_remembered() {
         assert!(on_screen(&window, pane), "{pane:?}");
     }
     let remembered = Preferences::from_json(&shell(&window).preferences().to_json());
+    let layout = remembered.layout.clone();
     let again = window_of(files.three(), Choices::default(), remembered);
     assert_eq!(shell(&again).on_screen(), shell(&window).on_screen());
+    assert_eq!(shell(&again).preferences().layout, layout);
+}
+
+/// What nobody changed is not written over what another window keeps.
+#[test]
+fn drawing_alone_changes_no_preferences() {
+    let files = Files::new();
+    let (context, dialogs) = (egui::Context::default(), Box::new(Choices::default()));
+    let begun = Shell::new(&context, files.three(), dialogs).preferences();
+    let drawn = shell(&window(files.three())).preferences();
+    assert_eq!(drawn.layout, begun.layout);
 }
 
 /// Three labels 12 points apart have room on 48 points, whatever the numbers are.

@@ -77,7 +77,7 @@ impl Study {
     ) -> Result<BlockSuggestion, AnalysisError> {
         let search = block.search();
         let candidates = search.map_or_else(Vec::new, |search| self.candidates(block, search));
-        let bench = Bench::prepare(self, block, &candidates, measure)?;
+        let bench = Bench::prepare(self, block, &candidates, measure, progress)?;
         progress.check()?;
         let without = bench.try_one(Vec::new())?;
         let (best, n_tried) = match search.map(|search| search.lists) {
@@ -142,6 +142,7 @@ impl Bench {
         block: HistoryBlock,
         candidates: &[f64],
         measure: Measure,
+        progress: &Progress,
     ) -> Result<Self, AnalysisError> {
         let (data, blank) = (&study.data, &study.blank);
         let weights = measure
@@ -152,13 +153,14 @@ impl Bench {
             .check_columns(blank.gauges.len())
             .map_err(crate::calibration::SettingsError::from)?;
         let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
-            .map(|(entry, path)| past_samples(&features, path, &entry.recording))
+            .map(|(entry, path)| past_samples(&features, path, &entry.recording, progress))
             .collect();
         let design = Design {
             features,
             ..blank.design()
         };
-        let sums = data.sums(&design, &past, blank.axes.len());
+        let sums = data.sums(&design, &past, blank.axes.len(), progress);
+        progress.check()?;
         let own = design.sets_of(block);
         let is_other = |at: &usize| own.iter().all(|set| !set.contains(at));
         let others: Vec<usize> = design.all().into_iter().filter(is_other).collect();

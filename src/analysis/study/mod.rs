@@ -113,10 +113,17 @@ impl Study {
 
     /// The mean hysteresis of the training recordings.
     pub fn mean_hysteresis(&self) -> MeanHysteresis {
-        let runs: Vec<HysteresisRun<'_>> = (self.data.entries.iter().zip(&self.data.loads))
-            .filter(|(entry, _)| entry.role == Role::Train)
-            .map(|(entry, conventional)| HysteresisRun {
-                reference: entry.recording.loads(),
+        let training = self.data.entries.iter().enumerate();
+        let training: Vec<_> = training
+            .filter(|(_, entry)| entry.role == Role::Train)
+            .map(|(at, entry)| {
+                let loads = self.data.present_loads(at);
+                (entry.recording.loads(), move |axis| loads.column(axis))
+            })
+            .collect();
+        let runs: Vec<HysteresisRun<'_>> = (training.iter())
+            .map(|(reference, conventional)| HysteresisRun {
+                reference,
                 conventional,
             })
             .collect();

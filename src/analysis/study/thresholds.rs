@@ -157,7 +157,8 @@ impl<'a> Rows<'a> {
             test,
             of_recordings,
             ..
-        } = data.sums(&design, &unmoved, n_axes);
+        } = data.sums(&design, &unmoved, n_axes, progress);
+        progress.check()?;
         let scorer = Scorer::new(&design, &data.map, parts, test, study.settings.ridge)
             .with_ridge_by(data.recordings_left_out(&of_recordings));
         check_parts(
@@ -188,20 +189,18 @@ impl<'a> Rows<'a> {
                 if !takes_part(entry) {
                     return Ok(Vec::new());
                 }
-                let past = self.study.paths[at].past_samples(entry.recording.times(), thresholds);
+                let past = self.study.paths[at].past_samples_until(
+                    entry.recording.times(),
+                    thresholds,
+                    progress,
+                );
                 let ages = ThresholdAges {
                     past: &past,
                     further: &self.further[at],
                     t_ths_secs,
                 };
-                let (loads, pieces) = (&data.loads[at], &self.pieces[at]);
-                Ok(aged_sums(
-                    &entry.recording,
-                    &self.design,
-                    loads,
-                    ages,
-                    pieces,
-                ))
+                let loads = data.present_loads(at);
+                Ok(aged_sums(&self.design, loads, ages, &self.pieces[at]))
             })
             .collect::<Result<_, Cancelled>>()?;
         let (mut parts, mut test, mut n_training) = (Vec::new(), Vec::new(), 0);
@@ -232,7 +231,9 @@ fn further_past(
             progress.check()?;
             let further = features.look_backs[1..].iter();
             Ok(further
-                .map(|thresholds| path.past_samples(entry.recording.times(), *thresholds))
+                .map(|thresholds| {
+                    path.past_samples_until(entry.recording.times(), *thresholds, progress)
+                })
                 .collect())
         })
         .collect()

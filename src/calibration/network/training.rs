@@ -6,6 +6,8 @@
 
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 use super::epochs::{Losses, Training};
 use super::{Network, NetworkError, NetworkSettings, Samples};
 use crate::progress::Progress;
@@ -14,7 +16,7 @@ use crate::progress::Progress;
 ///
 /// **Units** losses are squared errors of the standardised targets, summed over the axes, mean per sample: a network
 /// that always predicts the mean has the number of axes as its loss.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
     /// Epochs done, this one included.
     pub epoch: usize,

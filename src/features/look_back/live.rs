@@ -177,7 +177,8 @@ mod tests {
                 (0.0, 15.0, 0.3),
             ] {
                 let weights = vec![1.0; dimensions];
-                let path = LoadPath::with_history_step(&times, &rows.concat(), &weights, step_secs);
+                let load = |k: usize, axis: usize| rows[k][axis];
+                let path = LoadPath::with_history_step(&times, &load, &weights, step_secs);
                 let thresholds = Thresholds { f_th, t_th_secs };
                 let past = path.past_samples(&times, thresholds);
                 let mut live = LiveLookBack::new(&vec![1.0; dimensions], t_th_secs, 1, step_secs);

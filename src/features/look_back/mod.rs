@@ -14,10 +14,12 @@
 
 mod live;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::features::kept::Kept;
 use crate::features::{Range, Setting, Unit};
+use crate::progress::Progress;
 use crate::recording::Axis;
 
 pub(crate) use live::LiveLookBack;
@@ -174,6 +176,8 @@ impl Distance {
 
 /// Samples measured at once.
 const LANES: usize = 8;
+/// Samples that one thread takes at a time, a multiple of [`LANES`].
+const RUN: usize = 1 << 15;
 /// Groups of samples in the smallest box, and boxes in the next larger one.
 const FAN_OUT: usize = 4;
 
@@ -202,38 +206,43 @@ impl LoadPath {
     /// # Panics
     /// If more than six weights are not zero, or `loads` is not a whole number of rows.
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
-        Self::thinned(loads, weights, None)
+        let width = weights.len().max(1);
+        assert_eq!(loads.len() % width, 0, "loads must be whole rows");
+        let load = |k: usize, axis: usize| loads[k * width + axis];
+        Self::thinned(loads.len() / width, &load, weights, None)
     }
 
-    /// [`new`](Self::new), where of samples closer than `step_secs` only the first is kept to be looked back at.
+    /// [`new`](Self::new) for one sample at each of these times, with `load(k, axis)`, where of samples closer than `step_secs`
+    /// only the first is kept to be looked back at.
     ///
     /// # Panics
-    /// As [`new`](Self::new); or if there are not as many times as loads.
+    /// If more than six weights are not zero.
     pub fn with_history_step(
         times: &[f64],
-        loads: &[f64],
+        load: &(dyn Fn(usize, usize) -> f64 + Sync),
         weights: &[f64],
         step_secs: f64,
     ) -> Self {
         let kept = kept_samples(times, step_secs);
-        let kept = (kept.len() < times.len()).then_some(kept);
-        Self::thinned(loads, weights, kept)
+        Self::thinned(times.len(), load, weights, kept)
     }
 
-    fn thinned(loads: &[f64], weights: &[f64], kept: Option<Vec<u32>>) -> Self {
+    fn thinned(
+        n: usize,
+        load: &(dyn Fn(usize, usize) -> f64 + Sync),
+        weights: &[f64],
+        kept: Option<Vec<u32>>,
+    ) -> Self {
         let used: Vec<(usize, f64)> = weights
             .iter()
             .copied()
             .enumerate()
             .filter(|(_, weight)| *weight != 0.0)
             .collect();
-        let width = weights.len().max(1);
-        assert_eq!(loads.len() % width, 0, "loads must be whole rows");
         let row = |k: usize, dimension: usize| {
             let (axis, weight) = used[dimension];
-            loads[k * width + axis] * weight
+            load(k, axis) * weight
         };
-        let n = loads.len() / width;
         Self(match used.len() {
             0 => PathKind::D0(n),
             1 => PathKind::D1(Path::new(n, row, kept)),
@@ -255,29 +264,40 @@ impl LoadPath {
     /// # Panics
     /// If `times` has another length.
     pub fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
+        self.past_samples_until(times, thresholds, &Progress::default())
+    }
+
+    /// [`past_samples`](Self::past_samples), of which some are missing once somebody has asked to stop.
+    ///
+    /// # Panics
+    /// As [`past_samples`](Self::past_samples).
+    pub fn past_samples_until(
+        &self,
+        times: &[f64],
+        thresholds: Thresholds,
+        progress: &Progress,
+    ) -> Vec<u32> {
         match &self.0 {
             PathKind::D0(n) => {
                 assert_eq!(times.len(), *n, "one time per sample");
                 (0..times.len() as u32).collect()
             }
-            PathKind::D1(path) => path.past_samples(times, thresholds),
-            PathKind::D2(path) => path.past_samples(times, thresholds),
-            PathKind::D3(path) => path.past_samples(times, thresholds),
-            PathKind::D4(path) => path.past_samples(times, thresholds),
-            PathKind::D5(path) => path.past_samples(times, thresholds),
-            PathKind::D6(path) => path.past_samples(times, thresholds),
+            PathKind::D1(path) => path.past_samples(times, thresholds, progress),
+            PathKind::D2(path) => path.past_samples(times, thresholds, progress),
+            PathKind::D3(path) => path.past_samples(times, thresholds, progress),
+            PathKind::D4(path) => path.past_samples(times, thresholds, progress),
+            PathKind::D5(path) => path.past_samples(times, thresholds, progress),
+            PathKind::D6(path) => path.past_samples(times, thresholds, progress),
         }
     }
 }
 
-/// The samples that are kept: the first, and each that comes at least a step after the last one kept.
-fn kept_samples(times: &[f64], step_secs: f64) -> Vec<u32> {
+/// The samples that are kept: the first, and each that comes at least a step after the last one kept; `None` where all are.
+fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     let mut kept = Kept::new(step_secs);
-    let samples = times
-        .iter()
-        .enumerate()
-        .filter(|(_, time)| kept.take(**time));
-    samples.map(|(k, _)| k as u32).collect()
+    let dropped = times.iter().position(|time| !kept.take(*time))?;
+    let later = (dropped + 1..times.len()).filter(|k| kept.take(times[*k]));
+    Some((0..dropped).chain(later).map(|k| k as u32).collect())
 }
 
 /// Points in `D` dimensions with boxes over them.
@@ -299,10 +319,12 @@ struct Bounds<const D: usize> {
 }
 
 impl<const D: usize> Path<D> {
-    fn new(n: usize, value: impl Fn(usize, usize) -> f64, kept: Option<Vec<u32>>) -> Self {
+    fn new(n: usize, value: impl Fn(usize, usize) -> f64 + Sync, kept: Option<Vec<u32>>) -> Self {
         let n_kept = kept.as_ref().map_or(n, Vec::len);
         let sample = |at: usize| kept.as_ref().map_or(at, |kept| kept[at] as usize);
         let groups: Vec<[Lanes; D]> = (0..n_kept.div_ceil(LANES))
+            .into_par_iter()
+            .with_min_len(RUN / LANES)
             .map(|group| {
                 std::array::from_fn(|dimension| {
                     std::array::from_fn(|lane| {
@@ -315,7 +337,8 @@ impl<const D: usize> Path<D> {
             let point = |k| std::array::from_fn(|dimension| value(k, dimension));
             (kept, (0..n).map(point).collect())
         });
-        let mut levels = vec![groups.iter().map(Bounds::of_group).collect::<Vec<_>>()];
+        let boxes = groups.par_iter().with_min_len(RUN / LANES);
+        let mut levels = vec![boxes.map(Bounds::of_group).collect::<Vec<_>>()];
         while let Some(below) = levels.last()
             && below.len() >= FAN_OUT
         {
@@ -329,14 +352,19 @@ impl<const D: usize> Path<D> {
         }
     }
 
-    fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
+    fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
         assert_eq!(times.len(), self.n, "one time per sample");
         let mut past = vec![0; self.n];
-        pulp::Arch::new().dispatch(Search {
-            path: self,
-            times,
-            thresholds,
-            past: &mut past,
+        let runs = past.par_chunks_mut(RUN).enumerate();
+        let wanted = runs.filter(|_| !progress.is_cancelled());
+        wanted.for_each(|(run, past)| {
+            pulp::Arch::new().dispatch(Search {
+                path: self,
+                times,
+                thresholds,
+                first: run * RUN,
+                past,
+            });
         });
         past
     }
@@ -348,11 +376,17 @@ impl<const D: usize> Path<D> {
         (kept, points): &(Vec<u32>, Vec<[f64; D]>),
         times: &[f64],
         thresholds: Thresholds,
+        from: usize,
         past: &mut [u32],
     ) {
         let least = thresholds.f_th * thresholds.f_th;
-        let (mut oldest, mut end) = (0, 0);
-        for (k, (point, past)) in points.iter().zip(past).enumerate() {
+        let Some(now) = times.get(from) else {
+            return;
+        };
+        let mut end = kept.partition_point(|k| (*k as usize) < from);
+        let is_old = |k: &u32| now - times[*k as usize] > thresholds.t_th_secs;
+        let mut oldest = kept[..end].partition_point(is_old);
+        for (k, (point, past)) in (from..).zip(points[from..].iter().zip(past)) {
             while end < kept.len() && kept[end] as usize <= k {
                 end += 1;
             }
@@ -375,19 +409,21 @@ impl<const D: usize> Path<D> {
     }
 
     #[inline(always)]
-    fn search(&self, times: &[f64], thresholds: Thresholds, past: &mut [u32]) {
+    fn search(&self, times: &[f64], thresholds: Thresholds, from: usize, past: &mut [u32]) {
         if let Some(thinned) = &self.thinned {
-            return self.search_kept(thinned, times, thresholds, past);
+            return self.search_kept(thinned, times, thresholds, from, past);
         }
         let least = thresholds.f_th * thresholds.f_th;
-        let mut oldest = 0;
+        // The times never go back, so that what is too old now is one run of samples.
+        let is_old = |time: &f64| times[from] - time > thresholds.t_th_secs;
+        let mut oldest = times[..from].partition_point(is_old);
         // `while`, not a subtraction from t_k: the rule compares t_k − t_j as rounded.
         let advance = |oldest: &mut usize, k: usize| {
             while *oldest < k && times[k] - times[*oldest] > thresholds.t_th_secs {
                 *oldest += 1;
             }
         };
-        for (group, past) in past.chunks_mut(LANES).enumerate() {
+        for (group, past) in (from / LANES..).zip(past.chunks_mut(LANES)) {
             let first = group * LANES;
             // Neighbours in time are near each other, so most boxes can be skipped for all of a group at once.
             let around = self.levels[0][group];
@@ -468,6 +504,8 @@ struct Search<'a, const D: usize> {
     path: &'a Path<D>,
     times: &'a [f64],
     thresholds: Thresholds,
+    /// The first sample to search for.
+    first: usize,
     past: &'a mut [u32],
 }
 
@@ -476,7 +514,8 @@ impl<const D: usize> pulp::WithSimd for Search<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        self.path.search(self.times, self.thresholds, self.past);
+        self.path
+            .search(self.times, self.thresholds, self.first, self.past);
     }
 }
 
@@ -628,9 +667,10 @@ mod tests {
                 let (times, rows) = walk(n, dimensions, 3 + n as u64);
                 for step_secs in [0.03, 0.2, 5.0] {
                     let kept = kept_samples(&times, step_secs);
+                    let kept = kept.unwrap_or_else(|| (0..n as u32).collect());
                     let weights = vec![1.0; dimensions];
-                    let path =
-                        LoadPath::with_history_step(&times, &rows.concat(), &weights, step_secs);
+                    let load = |k: usize, axis: usize| rows[k][axis];
+                    let path = LoadPath::with_history_step(&times, &load, &weights, step_secs);
                     for (f_th, t_th_secs) in [(0.0, 15.0), (0.2, 1.0), (2.0, 15.0), (1.0, 0.0)] {
                         let thresholds = Thresholds { f_th, t_th_secs };
                         let plain = (0..n).map(|k| {

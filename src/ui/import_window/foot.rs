@@ -7,6 +7,7 @@ use crate::engine::{ImportCommand, Importing};
 use crate::import::inspect::Inspection;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
+use crate::ui::status_line::busy;
 
 pub(super) fn foot(
     ui: &mut egui::Ui,
@@ -42,13 +43,19 @@ pub(super) fn foot(
             send(out, ImportCommand::Load);
         }
         let cancel = ui.button("Cancel import");
-        let cancel = cancel.on_hover_text("Nothing is loaded, nothing is lost");
+        let next = match importing.waiting.is_empty() {
+            true => "Nothing is loaded, nothing is lost",
+            false => "This file is not loaded; the next that wants a map comes",
+        };
+        let cancel = cancel.on_hover_text(next);
         if cancel.clicked() {
             send(out, ImportCommand::Cancel);
         }
         if !importing.waiting.is_empty() {
-            let cancel = ui.button("Cancel all");
-            let explanation = "None of the files that want a map is loaded";
+            let n_left = importing.waiting.len() + 1;
+            let cancel = ui.button(format!("Cancel all ({n_left} left)"));
+            let explanation =
+                "None of the files that still want a map is loaded, what is loaded stays; Escape does the same";
             if cancel.on_hover_text(explanation).clicked() {
                 send(out, ImportCommand::CancelAll);
             }
@@ -72,7 +79,7 @@ pub(super) fn foot(
             send(out, ImportCommand::ReadMap(path.into()));
         }
         if importing.looking {
-            ui.spinner();
+            busy(ui);
         }
     });
     ui.add_space(4.0);

@@ -1,11 +1,16 @@
 //! What the window asks a person, in front of everything else.
 
-use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession};
+use std::path::Path;
+
+use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::export::utc;
 use crate::ui::command::Command;
+use crate::ui::numbers::{elided, file_size};
 
-/// Height of the list of sessions that windows left.
-const LEFT_HEIGHT: f32 = 320.0;
+/// Height of a list of sessions or files.
+const LIST_HEIGHT: f32 = 320.0;
+/// Of the path of a file that is lost so many characters have room.
+const LOST_CHARS: usize = 70;
 /// So many files of each are named.
 const LEFT_FILES: usize = 4;
 
@@ -21,7 +26,7 @@ struct Naming {
 #[derive(Default)]
 pub struct Questions {
     naming: Option<Naming>,
-    /// Where a file of the session is now.
+    /// Where files of the session are now.
     found: String,
 }
 
@@ -175,7 +180,7 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
 
 /// Offers what windows left that did not close as they should, the newest first.
 fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
-    if engine.recoverable.is_empty() {
+    if engine.recoverable.is_empty() || !engine.shows_left {
         return;
     }
     let mut say = |command: Command| out.push(command);
@@ -187,38 +192,49 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
         .resizable(false)
         .show(context, |ui| {
             ui.set_width(460.0);
-            ui.label("LoopScope did not close as it should. What was not saved then was written down; closing this keeps it for the next start.");
-            egui::ScrollArea::vertical().max_height(LEFT_HEIGHT).show(ui, |ui| {
+            ui.label("LoopScope did not close as it should. What was not saved then was written down, and stays until it is discarded.");
+            egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
                 for (at, left) in engine.recoverable.iter().enumerate().rev() {
                     ui.separator();
                     ui.push_id(at, |ui| one_left(ui, left, &mut say));
                 }
             });
+            ui.separator();
+            let later = ui.button("Later");
+            let later = later.on_hover_text("They stay; File > Recover sessions lists them again");
+            if later.clicked() {
+                say(Action::ShowLeft(false).into());
+            }
         });
     if !open {
-        say(Action::KeepLeft.into());
+        say(Action::ShowLeft(false).into());
     }
 }
 
-/// When it was written, its files, and what can be done with it.
+/// When it was written, how large it is, its files, and what can be done with it.
 fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
-    ui.strong(utc(left.written));
-    let names = left.files.iter().take(LEFT_FILES).map(|path| {
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        name.to_string_lossy().into_owned()
-    });
-    let mut files = names.collect::<Vec<_>>().join(", ");
-    match left.files.len() {
-        0 => files.push_str("no files"),
-        n if n > LEFT_FILES => files.push_str(&format!(" and {} more", n - LEFT_FILES)),
-        _ => {}
-    }
-    let paths = left.files.iter().map(|path| path.display().to_string());
-    ui.label(files)
-        .on_hover_text(paths.collect::<Vec<_>>().join("\n"));
     ui.horizontal(|ui| {
-        let restore = ui.button("Restore");
-        let restore = restore.on_hover_text("Opens its files with every choice of then");
+        ui.strong(utc(left.written));
+        ui.weak(file_size(left.bytes));
+    });
+    match &left.session {
+        Ok(session) => {
+            let paths = session.files.iter().map(|file| &file.absolute);
+            let paths = paths.map(|path| path.display().to_string());
+            let paths = paths.collect::<Vec<_>>().join("\n");
+            ui.label(files_of(session)).on_hover_text(paths);
+        }
+        Err(reason) => {
+            let reason = format!("It cannot be read: {reason}");
+            ui.colored_label(ui.visuals().warn_fg_color, reason)
+                .on_hover_text(left.path.display().to_string());
+        }
+    }
+    ui.horizontal(|ui| {
+        let restore = ui.add_enabled(left.session.is_ok(), egui::Button::new("Restore"));
+        let restore = restore
+            .on_hover_text("Opens its files with every choice of then; the others stay listed")
+            .on_disabled_hover_text("There is nothing in it that can be read");
         if restore.clicked() {
             say(Action::Restore(left.path.clone()).into());
         }
@@ -230,41 +246,86 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
     });
 }
 
+/// The names of a session's files, as many as have room.
+fn files_of(session: &Session) -> String {
+    let names = session.files.iter().take(LEFT_FILES).map(|file| {
+        let path = &file.absolute;
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    });
+    let built_in = session.built_in.then(|| "built-in sensor".to_owned());
+    let names: Vec<String> = built_in.into_iter().chain(names).collect();
+    match session.files.len() {
+        0 if names.is_empty() => "no files".to_owned(),
+        n if n > LEFT_FILES => format!("{} and {} more", names.join(", "), n - LEFT_FILES),
+        _ => names.join(", "),
+    }
+}
+
 /// Asks where files of the session are that are not where they were.
 fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut Vec<Command>) {
-    let Some(file) = engine.project().lost.first() else {
+    let lost = &engine.project().lost;
+    if lost.is_empty() {
         return;
+    }
+    let title = match lost.len() {
+        1 => "A file of the session is not there".to_owned(),
+        n => format!("{n} files of the session are not there"),
     };
-    egui::Window::new("A file of the session is not there")
+    egui::Window::new(title)
+        .id(egui::Id::unique("lost"))
         .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
         .collapsible(false)
         .resizable(false)
         .show(context, |ui| {
-            ui.set_width(460.0);
-            ui.label(file.absolute.display().to_string());
-            if engine.project().lost.len() > 1 {
-                ui.weak(format!("and {} more", engine.project().lost.len() - 1));
-            }
+            ui.set_width(520.0);
+            let list = egui::ScrollArea::vertical().max_height(LIST_HEIGHT);
+            list.show(ui, |ui| {
+                for (at, file) in lost.iter().enumerate() {
+                    ui.push_id(at, |ui| one_lost(ui, at, &file.absolute, out));
+                }
+            });
+            ui.separator();
             ui.horizontal(|ui| {
-                let label = ui.label("It is now at");
-                let field = egui::TextEdit::singleline(found).desired_width(340.0);
-                ui.add(field)
-                    .labelled_by(label.id)
-                    .on_hover_text("The path of the file that was moved");
+                let label = ui.label("Now in the folder");
+                let field = egui::TextEdit::singleline(found).desired_width(380.0);
+                let field = ui.add(field).labelled_by(label.id);
+                let field = field.on_hover_text(
+                    "The folder that they are in now, or one of them: the others are found by their names, and by the folders that they had among each other",
+                );
+                let entered =
+                    field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+                let look = ui.button("Look there");
+                let look = look.on_hover_text("Reads those that are found; Enter does the same");
+                let path = found.trim().to_owned();
+                if (look.clicked() || entered) && !path.is_empty() {
+                    out.push(Action::Locate(path.into()).into());
+                }
             });
             ui.horizontal(|ui| {
-                let path = found.trim().to_owned();
-                let read = ui.button("Read it there");
-                let read = read.on_hover_text("Takes the file from this path");
-                if read.clicked() && !path.is_empty() {
-                    found.clear();
-                    out.push(Action::Found(0, path.into()).into());
+                let choose = ui.button("Choose a folder…");
+                let choose = choose.on_hover_text("Asks for the folder, and looks there");
+                if choose.clicked() {
+                    out.push(Command::ChooseLost);
                 }
-                let leave = ui.button("Go on without it");
-                let leave = leave.on_hover_text("The session is opened without this file");
+                let leave = ui.button("Go on without");
+                let leave = leave.on_hover_text("The session goes on without what is not found");
                 if leave.clicked() {
-                    out.push(Action::Forget(0).into());
+                    out.extend(lost.iter().map(|_| Action::Forget(0).into()));
                 }
             });
         });
+}
+
+/// Where a file was, and going on without it.
+fn one_lost(ui: &mut egui::Ui, at: usize, path: &Path, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let leave = ui.small_button("×");
+        let leave = leave.on_hover_text("Goes on without this file");
+        if leave.clicked() {
+            out.push(Action::Forget(at).into());
+        }
+        let path = path.display().to_string();
+        ui.label(elided(&path, LOST_CHARS)).on_hover_text(path);
+    });
 }

@@ -11,6 +11,7 @@ use crate::evaluation::Series;
 use crate::report::{Cell, Column, Table};
 use crate::ui::numbers::significant;
 use crate::ui::palette::{self, Trace};
+use crate::ui::status_line::busy;
 
 /// So many values are added up in one frame: a frame must not wait for millions.
 const VALUES_PER_FRAME: usize = 400_000;
@@ -91,9 +92,10 @@ impl Span {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
         let end = (self.next + n).min(self.samples.end);
         for row in &mut self.rows {
-            for k in self.next..end {
-                row.figures.add(row.series.value(k));
-            }
+            let Row {
+                series, figures, ..
+            } = row;
+            series.each(self.next..end, |value| figures.add(value));
         }
         self.next = end;
         end == self.samples.end
@@ -222,7 +224,7 @@ impl Cursors {
                         ui.copy_text(figures.tab_separated());
                     }
                     if !complete {
-                        ui.spinner();
+                        busy(ui);
                     }
                 });
                 ui.separator();

@@ -53,7 +53,7 @@ pub fn samples(
         return;
     };
     let color = palette::look_back(visuals);
-    let past = traces.past[k] as usize;
+    let past = traces.past_of(k);
     let line = |at: usize, color: Color32, style: LineStyle| {
         VLine::new("", traces.times[at])
             .color(color)
@@ -163,7 +163,7 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     };
     let (outer, _) = ui.allocate_exact_size(STRIP, egui::Sense::hover());
     let plot = outer.shrink2(egui::vec2(2.0, STRIP_TEXT + 3.0));
-    let past = traces.past[k] as usize;
+    let past = traces.past_of(k);
     let points = going_back(traces, thresholds.t_th_secs, segment.samples.start, k);
     let reaches = points.iter().fold(0.0, |most: f64, (_, d)| most.max(*d));
     let top = 1.15 * reaches.max(thresholds.f_th).max(f64::MIN_POSITIVE);
@@ -247,7 +247,7 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
 fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> String {
     let shown = ShownFTh::of(traces.distance);
     let amount = |d: f64| format!("{} {}", significant(shown.factor * d, 3), shown.unit);
-    let past = traces.past[k] as usize;
+    let past = traces.past_of(k);
     if past == k {
         return format!(
             "no past sample found: nothing differs by {} within {} s",

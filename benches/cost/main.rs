@@ -1,0 +1,88 @@
+//! What the first fit and a step of a slider cost, over the number of samples, with all of them on screen; and what memory they take.
+//!
+//! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples; numbers behind `--` are taken instead.
+
+#[path = "../frame/long_recording.rs"]
+mod long_recording;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use loopscope::analysis::{Analyst, Request, View};
+use loopscope::calibration::FitSettings;
+use loopscope::progress::Progress;
+
+use long_recording::long_recording;
+
+/// Steps of which the middle one counts.
+const STEPS: usize = 5;
+/// Numbers in a sample: a time, six gauges, six loads.
+const WIDTH: usize = 13;
+
+fn main() {
+    let asked: Vec<usize> = std::env::args()
+        .filter_map(|argument| argument.parse().ok())
+        .collect();
+    // Cargo's tests of benches do without.
+    if !std::env::args().any(|argument| argument == "--bench") {
+        return;
+    }
+    let sizes = match asked.is_empty() {
+        true => vec![
+            100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000,
+        ],
+        false => asked,
+    };
+    println!(
+        "{:>12} {:>12} {:>12} {:>12} {:>10} {:>10}",
+        "samples", "first [ms]", "step [ms]", "[ns/sample]", "memory [x]", "peak [x]"
+    );
+    for n in sizes {
+        report(n);
+    }
+}
+
+fn report(n: usize) {
+    let mut request = Request {
+        view: View::All,
+        ..Request::fit(Arc::new(long_recording(n)), FitSettings::default())
+    };
+    let mut analyst = Analyst::default();
+    let begin = Instant::now();
+    let mut shown = analyst.analyse(&request, &Progress::default());
+    let first = begin.elapsed();
+    let mut steps: Vec<_> = (0..STEPS)
+        .map(|at| {
+            request.settings.features.look_backs[0].f_th = 3.0 + 0.01 * (at + 1) as f64;
+            let begin = Instant::now();
+            let next = analyst.analyse(&request, &Progress::default());
+            let elapsed = begin.elapsed();
+            // What was on screen stays until there is something newer.
+            shown = next;
+            elapsed
+        })
+        .collect();
+    steps.sort_unstable();
+    let step = steps[STEPS / 2].as_secs_f64();
+    assert!(shown.is_ok(), "{shown:?}");
+    let times_the_numbers = |bytes: Option<f64>| {
+        let ratio = bytes.map(|bytes| bytes / (n * WIDTH * size_of::<f64>()) as f64);
+        ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"))
+    };
+    println!(
+        "{n:>12} {:>12.1} {:>12.1} {:>12.1} {:>10} {:>10}",
+        1e3 * first.as_secs_f64(),
+        1e3 * step,
+        1e9 * step / n as f64,
+        times_the_numbers(memory("VmRSS")),
+        times_the_numbers(memory("VmHWM")),
+    );
+}
+
+/// What this process has in memory, where the system tells (bytes).
+fn memory(what: &str) -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(what))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(1024.0 * kilobytes)
+}

@@ -1,0 +1,124 @@
+//! Programs that are killed while they write lose nothing.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::engine::recovery::Recovery;
+use crate::engine::{FileContent, PreferencesFile, Project, Session};
+use crate::progress::Progress;
+
+/// Names the folder for the program that is killed.
+const FOLDER: &str = "LOOPSCOPE_TEST_WRITES_INTO";
+const KILLS: usize = 50;
+/// So often a session repeats its number, so that half of one would show.
+const REPEATED: usize = 4000;
+
+fn session(round: u64) -> Session {
+    Session {
+        notes: format!("{round} ").repeat(REPEATED),
+        ..Session::default()
+    }
+}
+
+/// The number of a session that is whole.
+fn round_of(read: &Session) -> u64 {
+    let first = read.notes.split(' ').next().unwrap_or_default();
+    let round = first.parse().expect("a number");
+    assert_eq!(*read, session(round), "it is of one piece");
+    round
+}
+
+/// The number that the preferences hold.
+fn round_in(folder: &Path) -> u64 {
+    let kept = PreferencesFile::read_in(folder).expect("they can be read");
+    let round = kept.layout.and_then(|layout| layout["round"].as_u64());
+    round.expect("it was written by a program that is gone")
+}
+
+fn n_temporary(folder: &Path) -> usize {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let names = entries.map(|entry| entry.file_name().into_string().unwrap());
+    names.filter(|name| name.ends_with(".part")).count()
+}
+
+#[test]
+#[ignore = "writes until it is killed, by the test below"]
+fn writes_until_it_is_killed() {
+    let Some(folder) = std::env::var_os(FOLDER) else {
+        return;
+    };
+    let folder = Path::new(&folder);
+    let mut recovery = Recovery::begin(folder);
+    let begun = PreferencesFile::read_in(folder).unwrap_or_default();
+    let mut preferences = PreferencesFile::new(folder, begun.clone());
+    let round = begun.layout.as_ref().and_then(|own| own["round"].as_u64());
+    let first = round.map_or(0, |round| round + 1);
+    let mut own = begun;
+    let mut now_secs = 0.0;
+    for round in first.. {
+        own.layout = Some(serde_json::json!({ "round": round }));
+        preferences.write(&own).unwrap();
+        let project = Box::new(Project::default());
+        let saved = FileContent::Session(Box::new(session(round)), project, None);
+        let path = folder.join("saved").join("s.json");
+        saved.write(&path, &Progress::default()).unwrap();
+        // Every look is an hour after the one before.
+        let mut waits = Some(0.0);
+        while waits.is_some_and(|secs| secs < 1.0) {
+            now_secs += 3600.0;
+            waits = recovery.follow(now_secs, Some(&|| session(round)));
+        }
+        fs::write(folder.join("begun"), "").unwrap();
+    }
+}
+
+#[test]
+fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("saved")).unwrap();
+    let mut last = [0; 2];
+    for kill in 1..=KILLS {
+        let mut program = Command::new(std::env::current_exe().unwrap())
+            .args(["--ignored", "--exact"])
+            .arg("engine::killed::writes_until_it_is_killed")
+            .env(FOLDER, folder.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while !at("begun").exists() {
+            assert!(program.try_wait().unwrap().is_none(), "it ended by itself");
+            assert!(Instant::now() < deadline);
+            thread::sleep(Duration::from_millis(1));
+        }
+        // Another moment of a round each time.
+        thread::sleep(Duration::from_micros((kill as u64 * 7919) % 20_000));
+        program.kill().unwrap();
+        program.wait().unwrap();
+        fs::remove_file(at("begun")).unwrap();
+
+        let now = [
+            round_of(&Session::read(&at("saved/s.json")).unwrap()),
+            round_in(folder.path()),
+        ];
+        let goes_on = now.iter().zip(&last).all(|(now, last)| now >= last);
+        assert!(goes_on, "{now:?} after {last:?}");
+        last = now;
+        assert!(n_temporary(&at("saved")) <= 1 && n_temporary(folder.path()) <= 2);
+        let mut next = Recovery::begin(folder.path());
+        assert_eq!(n_temporary(folder.path()), 0);
+        let left = next.left();
+        assert_eq!(left.len(), kill, "each of them left one");
+        let newest = left[kill - 1].session.as_ref().unwrap();
+        assert!(round_of(newest) <= now[1]);
+        next.end();
+    }
+    for left in Recovery::begin(folder.path()).left() {
+        round_of(&left.session.unwrap());
+    }
+}

@@ -1,0 +1,186 @@
+//! Files of a session that are not where they were: which of those in a folder they are.
+//!
+//! Guarantees: a file is taken for one of them at most, and for none where it might as well be another.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use crate::engine::project::SessionFile;
+use crate::engine::session::is_another;
+
+/// A file that may be one that is lost: the better, the greater.
+struct Claim {
+    /// Which of those that are lost.
+    of: usize,
+    path: PathBuf,
+    /// Whether it is known to hold the same, and how many folders from its name up are called the same.
+    fits: (bool, usize),
+}
+
+/// Where files are now, of which `place` is one or the folder that they are in: by their names and the folders that they had
+/// among each other. Those in `others` are not meant.
+pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usize, PathBuf)> {
+    let place = std::path::absolute(place).unwrap_or_else(|_| place.to_owned());
+    let folder = match place.is_file() {
+        true => place.parent().unwrap_or(Path::new("")),
+        false => &place,
+    };
+    let parents = lost.iter().filter_map(|file| file.absolute.parent());
+    let parents: BTreeSet<&Path> = parents.collect();
+    let mut places: Vec<(usize, PathBuf)> = Vec::new();
+    for (of, file) in lost.iter().enumerate() {
+        let old = &file.absolute;
+        for root in old.ancestors().skip(1) {
+            places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
+        }
+        // The folder of another one bears the name that it had: what stood beside it stands beside it now.
+        for other in &parents {
+            let n_same = common_tail(other, folder);
+            let roots = other.ancestors().nth(n_same);
+            if let Some((before, now)) = roots.zip(folder.ancestors().nth(n_same))
+                && let Ok(inside) = old.strip_prefix(before)
+            {
+                places.push((of, now.join(inside)));
+            }
+        }
+    }
+    if place.is_file() && !places.iter().any(|(_, path)| *path == place) {
+        // It bears another name.
+        let is_same = |of: &usize| lost.len() == 1 || holds_the_same(&lost[*of], &place);
+        places.extend((0..lost.len()).find(is_same).map(|of| (of, place.clone())));
+    }
+    places.sort();
+    places.dedup();
+    places.retain(|(_, path)| path.is_file() && !others.contains(path));
+    let claim = |(of, path): (usize, PathBuf)| Claim {
+        of,
+        fits: (false, common_tail(&lost[of].absolute, &path)),
+        path,
+    };
+    choose(lost, places.into_iter().map(claim).collect())
+}
+
+/// The best for each, where that can be told.
+fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)> {
+    let meets = |a: &Claim, b: &Claim| a.of == b.of || a.path == b.path;
+    for at in 0..claims.len() {
+        let own = &claims[at];
+        // What is alone need not be read for it.
+        if claims.iter().filter(|other| meets(own, other)).count() > 1 {
+            claims[at].fits.0 = holds_the_same(&lost[own.of], &own.path);
+        }
+    }
+    claims.sort_by_key(|claim| std::cmp::Reverse(claim.fits));
+    let mut found: Vec<(usize, PathBuf)> = Vec::new();
+    for claim in &claims {
+        let is_free = |other: &Claim| {
+            let met = |(of, path): &(usize, PathBuf)| *of == other.of || *path == other.path;
+            !found.iter().any(met)
+        };
+        let rivals = |other: &&Claim| {
+            other.path == claim.path && other.of != claim.of && other.fits == claim.fits
+        };
+        if is_free(claim) && !claims.iter().filter(rivals).any(is_free) {
+            found.push((claim.of, claim.path.clone()));
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Whether the file is known to hold what the one that is lost held.
+fn holds_the_same(lost: &SessionFile, path: &Path) -> bool {
+    lost.sha256.is_some() && !is_another(lost, path)
+}
+
+/// How many parts at the end of both paths are the same.
+fn common_tail(one: &Path, other: &Path) -> usize {
+    let names = |path: &Path| {
+        let names = path.iter().map(ToOwned::to_owned);
+        names.rev().collect::<Vec<_>>()
+    };
+    let both = names(one).into_iter().zip(names(other));
+    both.take_while(|(one, other)| one == other).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::export::sha256;
+
+    fn lost(path: &str) -> SessionFile {
+        SessionFile {
+            absolute: path.into(),
+            ..SessionFile::default()
+        }
+    }
+
+    /// A folder with these files, each holding its own path.
+    fn folder(files: &[&str]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for name in files {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, name).unwrap();
+        }
+        folder
+    }
+
+    /// What is found at `place` in the folder.
+    fn found(lost: &[SessionFile], folder: &Path, place: &str) -> Vec<(usize, String)> {
+        let found = find(lost, &folder.join(place), &[]).into_iter();
+        let inside = |path: PathBuf| path.strip_prefix(folder).unwrap().to_str().unwrap().into();
+        found.map(|(of, path)| (of, inside(path))).collect()
+    }
+
+    #[test]
+    fn one_folder_or_one_file_finds_all_of_them() {
+        let all = ["day1/a.csv", "day1/b.csv", "day2/c.csv"];
+        let folder = folder(&["new/day1/a.csv", "new/day1/b.csv", "new/day2/c.csv"]);
+        let lost: Vec<_> = all.map(|name| lost(&format!("/old/{name}"))).into();
+        let expected: Vec<_> = all
+            .iter()
+            .enumerate()
+            .map(|(of, name)| (of, format!("new/{name}")))
+            .collect();
+        for place in ["new", "new/day1", "new/day1/b.csv", "new/day2/c.csv"] {
+            assert_eq!(found(&lost, folder.path(), place), expected, "{place}");
+        }
+        assert!(found(&lost, folder.path(), "gone").is_empty());
+        let others = [folder.path().join("new/day1/a.csv")];
+        let left = find(&lost, &folder.path().join("new"), &others);
+        assert_eq!(left.len(), 2, "one of them is open already");
+    }
+
+    #[test]
+    fn files_of_one_name_are_told_apart_by_their_folders_or_their_content() {
+        let folder = folder(&["run.csv", "day1/run.csv", "day2/run.csv", "flat/run.csv"]);
+        let mut both = ["/old/day1/run.csv", "/old/day2/run.csv"].map(lost);
+        let expected = [0, 1].map(|of| (of, format!("day{}/run.csv", of + 1)));
+        assert_eq!(found(&both, folder.path(), ""), expected);
+        assert_eq!(found(&both, folder.path(), "day2"), expected);
+        assert!(found(&both, folder.path(), "flat").is_empty());
+        // The hash tells what the folders do not, and against them.
+        both[1].sha256 = sha256(&folder.path().join("flat/run.csv")).ok();
+        let by_hash = [(1, "flat/run.csv".to_owned())];
+        assert_eq!(found(&both, folder.path(), "flat"), by_hash);
+        both[0].sha256 = sha256(&folder.path().join("run.csv")).ok();
+        assert!(found(&both, folder.path(), "").contains(&(0, "run.csv".to_owned())));
+    }
+
+    #[test]
+    fn a_file_that_was_renamed_is_found_where_it_alone_is_missing_or_by_its_content() {
+        let folder = folder(&["moved.csv", "b.csv"]);
+        let mut two = ["/old/a.csv", "/old/b.csv"].map(lost);
+        let own = |of| (of, "moved.csv".to_owned());
+        assert_eq!(found(&two[..1], folder.path(), "moved.csv"), [own(0)]);
+        let beside = (1, "b.csv".to_owned());
+        let only = std::slice::from_ref(&beside);
+        assert_eq!(found(&two, folder.path(), "moved.csv"), only);
+        two[0].sha256 = sha256(&folder.path().join("moved.csv")).ok();
+        let expected = [own(0), beside];
+        assert_eq!(found(&two, folder.path(), "moved.csv"), expected);
+    }
+}
