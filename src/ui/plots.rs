@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use egui::{
-    AsIdSalt, Color32, ColorImage, EventFilter, Key, Modifiers, Shape, Stroke, TextureFilter,
-    TextureHandle, TextureOptions,
+    AsIdSalt, Color32, ColorImage, EventFilter, Key, Modifiers, Pos2, Rect, Shape, Stroke,
+    TextureFilter, TextureHandle, TextureOptions,
 };
 use egui_plot::{
     AxisHints, CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry,
@@ -405,6 +405,73 @@ pub fn add<'a>(plot: &mut PlotUi<'a>, line: &'a Line<'a>) {
     plot.add(Pieces::of(line));
 }
 
+/// A dashed line as far as it can be seen: where a plot is zoomed into, most of it lies outside, a million screens long, and each
+/// dash is a shape.
+fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) -> Vec<Shape> {
+    let period = dash + gap;
+    let seen = frame.expand(period + stroke.width);
+    let mut shapes = Vec::new();
+    // A part that is seen, and where in it the first dash begins: as if the line before it were there.
+    let (mut part, mut offset): (Vec<Pos2>, f32) = (Vec::new(), 0.0);
+    let mut end = |part: &mut Vec<Pos2>, offset| {
+        if part.len() > 1 {
+            let own = Shape::dashed_line_with_offset(part, stroke, &[dash], &[gap], offset);
+            shapes.extend(own);
+        }
+        part.clear();
+    };
+    let mut length = 0.0;
+    for ends in points.windows(2) {
+        if let Some([from, to]) = within(seen, [ends[0], ends[1]]) {
+            if part.is_empty() || from != ends[0] {
+                end(&mut part, offset);
+                let before = length + f64::from(ends[0].distance(from));
+                offset = (-before).rem_euclid(f64::from(period)) as f32;
+                part.push(from);
+            }
+            part.push(to);
+            if to != ends[1] {
+                end(&mut part, offset);
+            }
+        } else {
+            end(&mut part, offset);
+        }
+        length += f64::from(ends[0].distance(ends[1]));
+    }
+    end(&mut part, offset);
+    shapes
+}
+
+/// The part of a line that lies in a rectangle (Liang and Barsky 1984).
+fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
+    // Its ends may be so far away that single precision would miss the rectangle.
+    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let [at, end, low, high] =
+            [from[axis], to[axis], rect.min[axis], rect.max[axis]].map(f64::from);
+        let way = end - at;
+        if way == 0.0 {
+            if !(low..=high).contains(&at) {
+                return None;
+            }
+            continue;
+        }
+        let (one, other) = ((low - at) / way, (high - at) / way);
+        enters = enters.max(one.min(other));
+        leaves = leaves.min(one.max(other));
+    }
+    let place = |share: f64| {
+        let [x, y] = [0, 1].map(|axis| {
+            let [at, end] = [from[axis], to[axis]].map(f64::from);
+            (at + share * (end - at)) as f32
+        });
+        Pos2::new(x, y)
+    };
+    let from = if enters == 0.0 { from } else { place(enters) };
+    let to = if leaves == 1.0 { to } else { place(leaves) };
+    (enters <= leaves).then_some([from, to])
+}
+
 /// All pieces of a line as one item: a plot with thousands of items is slow.
 struct Pieces<'a> {
     base: PlotItemBase,
@@ -430,9 +497,7 @@ impl PlotItem for Pieces<'_> {
                 .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
                 .collect();
             match self.line.dash {
-                Some([dash, gap]) => {
-                    shapes.extend(Shape::dashed_line(&points, self.stroke, dash, gap));
-                }
+                Some(dash) => shapes.extend(dashes(&points, self.stroke, dash, transform.frame())),
                 None => shapes.push(Shape::line(points, self.stroke)),
             }
         }
@@ -462,5 +527,50 @@ impl PlotItem for Pieces<'_> {
 
     fn base_mut(&mut self) -> &mut PlotItemBase {
         &mut self.base
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::pos2;
+
+    use super::*;
+
+    #[test]
+    fn a_dashed_line_is_cut_to_what_is_seen_and_no_further() {
+        let (stroke, dash) = (Stroke::new(1.0, Color32::WHITE), [6.0, 4.0]);
+        let frame = Rect::from_min_max(pos2(0.0, 0.0), pos2(500.0, 300.0));
+        let seen = [pos2(10.0, 10.0), pos2(400.0, 200.0), pos2(90.0, 250.0)];
+        let all = Shape::dashed_line(&seen, stroke, dash[0], dash[1]);
+        assert_eq!(dashes(&seen, stroke, dash, &frame), all);
+        // Zoomed into a thousand million times.
+        let far = [
+            pos2(-1e9, 0.0),
+            pos2(1e9, 200.0),
+            pos2(3.0, 1e12),
+            pos2(-4.0, -1e12),
+        ];
+        let own = dashes(&far, stroke, dash, &frame);
+        assert!((20..200).contains(&own.len()), "{}", own.len());
+        // Where a line comes in, its dashes stand as if they had been counted from its beginning.
+        let long = [pos2(-1000.0, 50.0), pos2(2000.0, 50.0)];
+        let whole = Shape::dashed_line(&long, stroke, dash[0], dash[1]);
+        let own = dashes(&long, stroke, dash, &frame);
+        let is_seen = |shape: &&Shape| frame.intersects(shape.visual_bounding_rect());
+        let starts = |shapes: &[Shape]| -> Vec<f32> {
+            let seen = shapes.iter().filter(is_seen);
+            seen.map(|shape| shape.visual_bounding_rect().left().round())
+                .collect()
+        };
+        assert_eq!(starts(&own), starts(&whole));
+        assert!(
+            dashes(
+                &[pos2(-9.0, -99.0), pos2(600.0, -99.0)],
+                stroke,
+                dash,
+                &frame
+            )
+            .is_empty()
+        );
     }
 }

@@ -381,6 +381,16 @@ impl Watch {
     fn soak(&mut self, seed: u64, moves: u64) {
         let mut random = Random::new(seed);
         self.rest(HANGS);
+        let shell = self
+            .window
+            .state()
+            .as_ref()
+            .expect("made in the first frame");
+        let recordings = &shell.engine().project().recordings;
+        assert!(
+            !recordings.entries().is_empty(),
+            "nothing was loaded: files must name their columns"
+        );
         for at in 0..moves {
             let name = if random.chance(0.5) { "F_th" } else { "t_th" };
             let slider = self.window.get_by_role_and_label(Role::Slider, name);

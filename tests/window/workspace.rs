@@ -407,6 +407,31 @@ fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
 }
 
 #[test]
+fn a_plot_that_is_zoomed_into_far_draws_no_more_than_is_seen() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Command::ShowPane(named("loops")));
+    settle(&mut window);
+    let before = window.output().shapes.len();
+    let plot = window.get_by(|node| {
+        node.role() == Role::GraphicsObject
+            && node
+                .label()
+                .is_some_and(|label| label.contains("over Fz Calc."))
+    });
+    plot.focus();
+    wait(&mut window, 2);
+    for _ in 0..45 {
+        window.key_press(Key::Plus);
+        window.step();
+    }
+    settle(&mut window);
+    let after = window.output().shapes.len();
+    assert!(after < 2 * before, "{before} shapes, then {after}");
+}
+
+#[test]
 fn panes_are_moved_by_the_palette() {
     let files = Files::new();
     let mut window = window(files.three());

@@ -97,8 +97,7 @@ fn column_row(
         let button = ComboBox::from_id_salt((id, number))
             .selected_text(rule.is.name())
             .width(112.0);
-        let items = ColumnRole::all();
-        let items = items.map(|role| (role, role.name().into(), ""));
+        let items = ColumnRole::all().map(|role| (role, role.name().into(), ""));
         let button = choice(ui, button, &mut rule.is, items);
         (button.on_hover_text("What the column holds")).widget_info(|| {
             let name = format!("Role of {column}");
