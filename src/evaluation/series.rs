@@ -72,6 +72,8 @@ pub struct Series {
     values: Arc<dyn Values>,
     /// Samples in a run of the finest level.
     finest: usize,
+    /// Whether the samples of such a run are alike.
+    is_held: bool,
     /// `levels[l]` holds the extremes of runs of `finest · FAN_OUT^l` samples; the last run may be short.
     levels: Vec<Vec<Extremes>>,
 }
@@ -176,7 +178,10 @@ impl Series {
         assert_eq!(values.len(), n.div_ceil(each), "a value for each run");
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
         let level = level.collect();
-        Self::with_level(Arc::new(Held { values, each, n }), each, level)
+        Self {
+            is_held: true,
+            ..Self::with_level(Arc::new(Held { values, each, n }), each, level)
+        }
     }
 
     fn with_level(values: Arc<dyn Values>, finest: usize, mut level: Vec<Extremes>) -> Self {
@@ -191,6 +196,7 @@ impl Series {
         Self {
             values,
             finest,
+            is_held: false,
             levels,
         }
     }
@@ -242,8 +248,14 @@ impl Series {
         mut point: impl FnMut(f64, f64),
     ) {
         assert_eq!(times.len(), self.len(), "one time for each sample");
-        let end = samples.end.min(self.len());
-        let mut start = samples.start;
+        self.draw_in(&Columns::of(times, samples, column_secs), times, &mut point);
+    }
+
+    /// [`Self::draw`] in columns that several traces share.
+    ///
+    /// # Panics
+    /// If the columns are of more samples than there are.
+    pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
         // Where the line is, and the column of many samples that it is still to leave, with what that holds.
         let mut before = f64::NAN;
         let mut open: Option<(f64, (f64, f64))> = None;
@@ -252,78 +264,53 @@ impl Series {
                 point(at, value);
             }
         };
-        while start < end {
-            // Columns stand at multiples of their width, so that they stay the same while the view moves.
-            let edge = ((times[start] / column_secs).floor() + 1.0) * column_secs;
-            let n = before_edge(&times[start..end], edge);
-            // Without a width, or with one that times cannot tell, each sample is a column.
-            let exact = start + n.max(1);
-            let next = self.end_of_run(times, (start, exact, end), (edge, column_secs));
-            let of_many = next - start >= MANY;
-            // A line over a pause begins and ends where samples do.
-            let is_joined = |k: usize| {
-                let is_inside = samples.start < k && k < end;
-                of_many && is_inside && times[k] - times[k - 1] < column_secs
-            };
-            let first = (!is_joined(start)).then(|| self.value(start));
-            let range = match next - start > FEW {
-                true => self.run(start..next),
-                false => NOTHING,
+        for column in &columns.0 {
+            let Range { start, end } = column.samples;
+            let n = end - start;
+            let first = (!column.is_joined[0]).then(|| self.value(start));
+            let range = if n > FEW {
+                self.run(start..end)
+            } else {
+                NOTHING
             };
             if let Some((at, own)) = open.take() {
                 // Through what both hold, or where they are nearest.
                 before = own.0.max(first.unwrap_or(range.0)).min(own.1);
                 finite(at, before);
             }
-            if next - start <= FEW {
-                let mut at = times[start..next].iter();
-                self.each(start..next, |value| {
+            if n <= FEW {
+                let mut at = times[start..end].iter();
+                self.each(start..end, |value| {
                     at.next().into_iter().for_each(|time| finite(*time, value));
                     before = value;
                 });
-            } else {
-                let (low, high) = range;
-                let middle = 0.5 * (times[start] + times[next - 1]);
-                let last = (!is_joined(next)).then(|| self.value(next - 1));
-                let (at, from) = match first {
-                    Some(first) => (times[start], first),
-                    None => (middle, before.max(low).min(high)),
-                };
-                let rises = match last {
-                    Some(last) => from <= last,
-                    None => from - low <= high - from,
-                };
-                finite(at, from);
-                let inner = if rises { [low, high] } else { [high, low] };
-                for value in inner {
-                    if value != from && last != Some(value) {
-                        finite(middle, value);
-                    }
-                }
-                match last {
-                    Some(last) => finite(times[next - 1], last),
-                    None => open = Some((middle, range)),
-                }
-                before = last.unwrap_or(inner[1]);
+                continue;
             }
-            start = next;
+            let (low, high) = range;
+            let [from_secs, to_secs] = column.secs;
+            let middle = 0.5 * (from_secs + to_secs);
+            let last = (!column.is_joined[1]).then(|| self.value(end - 1));
+            let (at, from) = match first {
+                Some(first) => (from_secs, first),
+                None => (middle, before.max(low).min(high)),
+            };
+            let rises = match last {
+                Some(last) => from <= last,
+                None => from - low <= high - from,
+            };
+            finite(at, from);
+            let inner = if rises { [low, high] } else { [high, low] };
+            for value in inner {
+                if value != from && last != Some(value) {
+                    finite(middle, value);
+                }
+            }
+            match last {
+                Some(last) => finite(to_secs, last),
+                None => open = Some((middle, range)),
+            }
+            before = last.unwrap_or(inner[1]);
         }
-    }
-
-    /// Where a column of samples from `start` to `exact` ends that is to end with a run of the finest level: there, if it has many
-    /// samples and no moment is moved far for it.
-    fn end_of_run(
-        &self,
-        times: &[f64],
-        (start, exact, end): (usize, usize, usize),
-        (edge, column_secs): (f64, f64),
-    ) -> usize {
-        if exact - start < MANY.max(4 * self.finest) || exact == end {
-            return exact;
-        }
-        let rounded = exact.next_multiple_of(self.finest);
-        let is_near = rounded < end && times[rounded - 1] - edge <= MOVED * column_secs;
-        if is_near { rounded } else { exact }
     }
 
     /// The least and greatest value in `samples`, to a millionth of a per cent; `None` without a finite one.
@@ -340,6 +327,11 @@ impl Series {
             all
         };
         let finest = self.finest;
+        if self.is_held && !self.levels.is_empty() && !samples.is_empty() {
+            // All of a run is alike.
+            let runs = self.runs(samples.start / finest..samples.end.div_ceil(finest));
+            return (f64::from(runs.low), f64::from(runs.high));
+        }
         // Whole runs of the finest level, and what lies beside them.
         let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
         if self.levels.is_empty() || first >= end {
@@ -388,6 +380,52 @@ impl Values for Held {
         for (k, out) in samples.zip(out) {
             *out = self.values[k / self.each];
         }
+    }
+}
+
+/// How samples lie in columns of a width in time.
+#[derive(Clone, Debug, Default)]
+pub struct Columns(Vec<ColumnOf>);
+
+#[derive(Clone, Debug)]
+struct ColumnOf {
+    samples: Range<usize>,
+    /// When the first and the last of them were.
+    secs: [f64; 2],
+    /// Whether there are many, and the line goes on beyond the first, and beyond the last, without a pause.
+    is_joined: [bool; 2],
+}
+
+impl Columns {
+    /// Those of these samples; their ends are moved a little to where runs end, where they hold many samples and nothing is moved far
+    /// for it.
+    pub fn of(times: &[f64], samples: Range<usize>, column_secs: f64) -> Self {
+        let (mut start, end) = (samples.start, samples.end.min(times.len()));
+        let mut columns = Vec::new();
+        while start < end {
+            // Columns stand at multiples of their width, so that they stay the same while the view moves.
+            let edge = ((times[start] / column_secs).floor() + 1.0) * column_secs;
+            let n = before_edge(&times[start..end], edge);
+            // Without a width, or with one that times cannot tell, each sample is a column.
+            let exact = start + n.max(1);
+            let rounded = exact.next_multiple_of(FINEST);
+            let is_moved = exact - start >= MANY
+                && rounded < end
+                && times[rounded - 1] - edge <= MOVED * column_secs;
+            let next = if is_moved { rounded } else { exact };
+            // A line over a pause begins and ends where samples do.
+            let goes_on = |k: usize| {
+                let is_inside = samples.start < k && k < end;
+                next - start >= MANY && is_inside && times[k] - times[k - 1] < column_secs
+            };
+            columns.push(ColumnOf {
+                samples: start..next,
+                secs: [times[start], times[next - 1]],
+                is_joined: [start, next].map(goes_on),
+            });
+            start = next;
+        }
+        Self(columns)
     }
 }
 

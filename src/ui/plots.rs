@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use egui::{
-    AsIdSalt, Color32, ColorImage, EventFilter, Key, Modifiers, Pos2, Rect, Shape, Stroke,
+    AsIdSalt, Color32, ColorImage, EventFilter, Key, Mesh, Modifiers, Pos2, Rect, Shape, Stroke,
     TextureFilter, TextureHandle, TextureOptions,
 };
 use egui_plot::{
@@ -405,6 +405,66 @@ pub fn add<'a>(plot: &mut PlotUi<'a>, line: &'a Line<'a>) {
     plot.add(Pieces::of(line));
 }
 
+/// Whether a line goes from left to right with several points to a pixel.
+fn is_dense(points: &[Pos2], pixel: f32) -> bool {
+    const POINTS_PER_PIXEL: f32 = 1.5;
+    const LEAST_POINTS: usize = 16;
+    let ends = points.first().zip(points.last());
+    ends.is_some_and(|(first, last)| {
+        let across = last.x - first.x;
+        points.len() >= LEAST_POINTS
+            && points.is_sorted_by(|a, b| a.x <= b.x)
+            && points.len() as f32 * pixel >= POINTS_PER_PIXEL * across
+    })
+}
+
+/// What a line covers that goes from left to right with several points to a pixel: from the lowest to the highest of each. The line
+/// itself, corner by corner, would be several times as many triangles.
+fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Mesh {
+    let mut bars: Vec<(f32, f32, f32)> = Vec::new();
+    let same_pixel = |a: &Pos2, b: &Pos2| (a.x / pixel).floor() == (b.x / pixel).floor();
+    let mut before: Option<Pos2> = None;
+    for column in points.chunk_by(same_pixel) {
+        let (first, last) = (column[0], column[column.len() - 1]);
+        if let Some(before) = before.filter(|before| first.x - before.x > 2.0 * pixel) {
+            bars.extend([before, first].map(|end| (end.x, end.y, end.y)));
+        }
+        let low = column
+            .iter()
+            .map(|point| point.y)
+            .fold(f32::INFINITY, f32::min);
+        let high = column
+            .iter()
+            .map(|point| point.y)
+            .fold(f32::NEG_INFINITY, f32::max);
+        bars.push((0.5 * (first.x + last.x), low, high));
+        before = Some(last);
+    }
+    // Half of the line, and beyond it the pixel in which it fades.
+    let half = 0.5 * (stroke.width - pixel).max(0.0);
+    let mut mesh = Mesh::default();
+    mesh.reserve_vertices(4 * bars.len());
+    mesh.reserve_triangles(6 * bars.len());
+    for (at, (x, low, high)) in bars.into_iter().enumerate() {
+        let faded = Color32::TRANSPARENT;
+        for (y, color) in [
+            (low - half - pixel, faded),
+            (low - half, stroke.color),
+            (high + half, stroke.color),
+            (high + half + pixel, faded),
+        ] {
+            mesh.colored_vertex(Pos2::new(x, y), color);
+        }
+        if let Some(left) = (4 * at as u32).checked_sub(4) {
+            for edge in left..left + 3 {
+                mesh.add_triangle(edge, edge + 1, edge + 4);
+                mesh.add_triangle(edge + 1, edge + 4, edge + 5);
+            }
+        }
+    }
+    mesh
+}
+
 /// A dashed line as far as it can be seen: where a plot is zoomed into, most of it lies outside, a million screens long, and each
 /// dash is a shape.
 fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) -> Vec<Shape> {
@@ -491,13 +551,17 @@ impl<'a> Pieces<'a> {
 }
 
 impl PlotItem for Pieces<'_> {
-    fn shapes(&self, _ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
+    fn shapes(&self, ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
+        let pixel = ui.pixels_per_point().recip();
         for piece in &self.line.pieces {
             let points: Vec<egui::Pos2> = (piece.iter())
                 .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
                 .collect();
             match self.line.dash {
                 Some(dash) => shapes.extend(dashes(&points, self.stroke, dash, transform.frame())),
+                None if is_dense(&points, pixel) => {
+                    shapes.push(Shape::mesh(strip(&points, self.stroke, pixel)));
+                }
                 None => shapes.push(Shape::line(points, self.stroke)),
             }
         }
@@ -535,6 +599,41 @@ mod tests {
     use egui::pos2;
 
     use super::*;
+
+    #[test]
+    fn a_dense_line_covers_what_its_points_do_and_narrows_over_a_pause() {
+        let wave = |k: i32| pos2(0.25 * k as f32, 50.0 + 20.0 * ((k * 7) % 5) as f32);
+        let mut points: Vec<Pos2> = (0..400).map(wave).collect();
+        // Nothing for a hundred pixels, then more.
+        points.extend((800..1000).map(wave));
+        assert!(is_dense(&points, 1.0));
+        assert!(!is_dense(&points[..12], 1.0), "few points stay a line");
+        let mesh = strip(&points, Stroke::new(2.0, Color32::WHITE), 1.0);
+        assert!(mesh.is_valid());
+        let solid = mesh
+            .vertices
+            .iter()
+            .filter(|own| own.color == Color32::WHITE);
+        let solid: Vec<Pos2> = solid.map(|own| own.pos).collect();
+        for point in &points {
+            let near = solid.iter().filter(|own| (own.x - point.x).abs() <= 1.0);
+            let (low, high) = near.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), own| {
+                (low.min(own.y), high.max(own.y))
+            });
+            assert!(low < point.y && point.y < high, "{point:?}");
+            assert!(
+                low >= 49.0 && high <= 131.0,
+                "half a line beyond the points at most"
+            );
+        }
+        let last = points[399];
+        let narrow: Vec<f32> = (solid.iter())
+            .filter(|own| own.x == last.x)
+            .map(|own| own.y - last.y)
+            .collect();
+        assert_eq!(narrow, [-0.5, 0.5]);
+        assert!(solid.len() < 2 * 160);
+    }
 
     #[test]
     fn a_dashed_line_is_cut_to_what_is_seen_and_no_further() {

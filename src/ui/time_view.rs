@@ -9,6 +9,7 @@ use std::sync::Arc;
 use egui::util::undoer::{Settings, Undoer};
 
 use crate::analysis::TraceSet;
+use crate::evaluation::series::Columns;
 use crate::recording::Axis;
 use crate::ui::command::TimeMove;
 use crate::ui::palette::Trace;
@@ -54,6 +55,7 @@ pub struct TimeView {
     /// The sample that is pointed at elsewhere.
     pub(super) pointed: Option<usize>,
     pub(super) hidden: Vec<Trace>,
+    pub(super) columns: SharedColumns,
     pub(super) cursors: Cursors,
     pub(super) playing: Playing,
 }
@@ -68,9 +70,37 @@ impl Default for TimeView {
             drawn_in: 0,
             pointed: None,
             hidden: Vec::new(),
+            columns: SharedColumns::default(),
             cursors: Cursors::default(),
             playing: Playing::default(),
         }
+    }
+}
+
+/// The columns that all panes draw in: they show the same time, and are as wide as each other.
+#[derive(Debug, Default)]
+pub(super) struct SharedColumns {
+    /// The time axis, what is shown of it, and in how many columns.
+    of: Option<(Arc<Vec<f64>>, (f64, f64), usize)>,
+    columns: Arc<Vec<Columns>>,
+}
+
+impl SharedColumns {
+    /// Those that were made last, if they are of the same, else new ones.
+    pub(super) fn take(
+        &mut self,
+        (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
+        make: impl FnOnce() -> Vec<Columns>,
+    ) -> Arc<Vec<Columns>> {
+        let of = self.of.as_ref();
+        let holds = |(own, at, columns): &(Arc<Vec<f64>>, (f64, f64), usize)| {
+            Arc::ptr_eq(own, times) && *at == time && *columns == n
+        };
+        if !of.is_some_and(holds) {
+            self.columns = Arc::new(make());
+            self.of = Some((Arc::clone(times), time, n));
+        }
+        Arc::clone(&self.columns)
     }
 }
 

@@ -6,6 +6,7 @@ use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine}
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::evaluation::Series;
+use crate::evaluation::series::Columns;
 use crate::recording::Axis;
 use crate::report::figure::{self, Figure, Scale};
 use crate::ui::command::Command;
@@ -97,7 +98,9 @@ fn pane(
         .allow_drag([true, false]);
     let hovered = panes.hovered;
     let lie_apart = visible.samples.len() < columns;
-    let mut drawn = lines(&shown, traces, &visible, columns, &visuals);
+    let make = || columns_of(traces, &visible, columns);
+    let shared = (panes.columns).take((&traces.times, visible.time, columns), make);
+    let mut drawn = lines(&shown, traces, &shared, &visuals);
     for line in &mut drawn {
         // Dashes of a line that goes up and down within a pixel would be noise.
         line.dash = line.dash.filter(|_| lie_apart);
@@ -131,8 +134,7 @@ fn pane(
         lines: lines(
             &shown,
             traces,
-            &visible,
-            columns.max(PRINTED_COLUMNS),
+            &columns_of(traces, &visible, columns.max(PRINTED_COLUMNS)),
             &egui::Visuals::light(),
         ),
         ..Figure::default()
@@ -230,30 +232,31 @@ fn visible_segments<'a>(
 
 /// What is drawn of a series in columns of a pixel: a line for each recording, so that none is joined to the next, while they are
 /// wide enough to be seen.
-fn polylines(
-    series: &Series,
-    traces: &TraceSet,
-    visible: &Visible,
-    columns: usize,
-) -> Vec<Vec<[f64; 2]>> {
-    let column_secs = visible.column_secs(columns);
-    let line = |run: Range<usize>| {
+fn polylines(series: &Series, traces: &TraceSet, columns: &[Columns]) -> Vec<Vec<[f64; 2]>> {
+    let lines = columns.iter().map(|columns| {
         let mut points = Vec::new();
-        series.draw(&traces.times, run, column_secs, |time, value| {
+        series.draw_in(columns, &traces.times, |time, value| {
             points.push([time, value]);
         });
         points
-    };
+    });
+    lines.collect()
+}
+
+/// The columns of each line.
+fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Columns> {
+    let column_secs = visible.column_secs(columns);
+    let of = |samples: Range<usize>| Columns::of(&traces.times, samples, column_secs);
     let samples = &visible.samples;
     let segments = visible_segments(traces, samples);
     if segments.len() > columns {
-        return vec![line(samples.clone())];
+        return vec![of(samples.clone())];
     }
     segments
         .iter()
         .map(|segment| {
             let own = &segment.samples;
-            line(own.start.max(samples.start)..own.end.min(samples.end))
+            of(own.start.max(samples.start)..own.end.min(samples.end))
         })
         .collect()
 }
@@ -262,12 +265,11 @@ fn polylines(
 fn lines(
     shown: &[(Trace, &Series)],
     traces: &TraceSet,
-    visible: &Visible,
-    columns: usize,
+    columns: &[Columns],
     visuals: &egui::Visuals,
 ) -> Vec<figure::Line<'static>> {
     let line = |(trace, series): &(Trace, &Series)| {
-        let pieces = polylines(series, traces, visible, columns);
+        let pieces = polylines(series, traces, columns);
         figure::Line {
             width: trace.stroke(visuals).width,
             dash: trace.is_dashed().then_some(figure::DASHED),
