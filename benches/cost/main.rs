@@ -5,8 +5,9 @@
 #[path = "../frame/long_recording.rs"]
 mod long_recording;
 
+use std::cell::Cell;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use loopscope::analysis::{Analyst, Request, View};
 use loopscope::calibration::FitSettings;
@@ -34,8 +35,14 @@ fn main() {
         false => asked,
     };
     println!(
-        "{:>12} {:>12} {:>12} {:>12} {:>10} {:>10}",
-        "samples", "first [ms]", "step [ms]", "[ns/sample]", "memory [x]", "peak [x]"
+        "{:>12} {:>12} {:>12} {:>12} {:>12} {:>10} {:>10}",
+        "samples",
+        "first [ms]",
+        "step [ms]",
+        "[ns/sample]",
+        "preview [ms]",
+        "memory [x]",
+        "peak [x]"
     );
     for n in sizes {
         report(n);
@@ -51,11 +58,13 @@ fn report(n: usize) {
     let begin = Instant::now();
     let mut shown = analyst.analyse(&request, &Progress::default());
     let first = begin.elapsed();
+    let preview = Cell::new(None);
     let mut steps: Vec<_> = (0..STEPS)
         .map(|at| {
             request.settings.features.look_backs[0].f_th = 3.0 + 0.01 * (at + 1) as f64;
             let begin = Instant::now();
-            let next = analyst.analyse(&request, &Progress::default());
+            let show = |_| preview.set(Some(begin.elapsed()));
+            let next = analyst.analyse_showing(&request, &Progress::default(), Some(&show));
             let elapsed = begin.elapsed();
             // What was on screen stays until there is something newer.
             shown = next;
@@ -69,11 +78,15 @@ fn report(n: usize) {
         let ratio = bytes.map(|bytes| bytes / (n * WIDTH * size_of::<f64>()) as f64);
         ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"))
     };
+    let preview = preview
+        .get()
+        .map(|shown: Duration| 1e3 * shown.as_secs_f64());
     println!(
-        "{n:>12} {:>12.1} {:>12.1} {:>12.1} {:>10} {:>10}",
+        "{n:>12} {:>12.1} {:>12.1} {:>12.1} {:>12} {:>10} {:>10}",
         1e3 * first.as_secs_f64(),
         1e3 * step,
         1e9 * step / n as f64,
+        preview.map_or_else(|| "-".to_owned(), |shown| format!("{shown:.1}")),
         times_the_numbers(memory("VmRSS")),
         times_the_numbers(memory("VmHWM")),
     );

@@ -80,8 +80,10 @@ impl Default for TimeView {
 /// The columns that all panes draw in: they show the same time, and are as wide as each other.
 #[derive(Debug, Default)]
 pub(super) struct SharedColumns {
-    /// The time axis, what is shown of it, and in how many columns.
-    of: Option<(Arc<Vec<f64>>, (f64, f64), usize)>,
+    /// The time axis that they are of.
+    times: Arc<Vec<f64>>,
+    /// What is shown of it, and in how many columns.
+    shown: ((f64, f64), usize),
     columns: Arc<Vec<Columns>>,
 }
 
@@ -92,13 +94,10 @@ impl SharedColumns {
         (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
         make: impl FnOnce() -> Vec<Columns>,
     ) -> Arc<Vec<Columns>> {
-        let of = self.of.as_ref();
-        let holds = |(own, at, columns): &(Arc<Vec<f64>>, (f64, f64), usize)| {
-            Arc::ptr_eq(own, times) && *at == time && *columns == n
-        };
-        if !of.is_some_and(holds) {
+        let shown = (time, n);
+        if !Arc::ptr_eq(&self.times, times) || self.shown != shown {
             self.columns = Arc::new(make());
-            self.of = Some((Arc::clone(times), time, n));
+            (self.times, self.shown) = (Arc::clone(times), shown);
         }
         Arc::clone(&self.columns)
     }
