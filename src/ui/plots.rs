@@ -418,9 +418,10 @@ fn is_dense(points: &[Pos2], pixel: f32) -> bool {
     })
 }
 
-/// What a line covers that goes from left to right with several points to a pixel: from the lowest to the highest of each. The line
-/// itself, corner by corner, would be several times as many triangles.
-fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Mesh {
+/// What a line covers that goes from left to right with several points to a pixel, up and down in each: from the lowest to the
+/// highest. The line itself, corner by corner, would be several times as many triangles. `None` for a line that mostly goes on from
+/// pixel to pixel: where it is steep, its width would be missing.
+fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     let mut bars: Vec<(f32, f32, f32)> = Vec::new();
     let same_pixel = |a: &Pos2, b: &Pos2| (a.x / pixel).floor() == (b.x / pixel).floor();
     let mut before: Option<Pos2> = None;
@@ -439,6 +440,14 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Mesh {
             .fold(f32::NEG_INFINITY, f32::max);
         bars.push((0.5 * (first.x + last.x), low, high));
         before = Some(last);
+    }
+    let middle = |(_, low, high): &(f32, f32, f32)| 0.5 * (low + high);
+    let on = bars
+        .windows(2)
+        .map(|pair| (middle(&pair[1]) - middle(&pair[0])).abs());
+    let up_and_down = bars.iter().map(|(_, low, high)| high - low);
+    if up_and_down.sum::<f32>() < 2.0 * on.sum::<f32>() {
+        return None;
     }
     // Half of the line, and beyond it the pixel in which it fades.
     let half = 0.5 * (stroke.width - pixel).max(0.0);
@@ -462,7 +471,7 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Mesh {
             }
         }
     }
-    mesh
+    Some(mesh)
 }
 
 /// A dashed line as far as it can be seen: where a plot is zoomed into, most of it lies outside, a million screens long, and each
@@ -559,10 +568,12 @@ impl PlotItem for Pieces<'_> {
                 .collect();
             match self.line.dash {
                 Some(dash) => shapes.extend(dashes(&points, self.stroke, dash, transform.frame())),
-                None if is_dense(&points, pixel) => {
-                    shapes.push(Shape::mesh(strip(&points, self.stroke, pixel)));
+                None => {
+                    let dense = is_dense(&points, pixel);
+                    let strip = dense.then(|| strip(&points, self.stroke, pixel)).flatten();
+                    let line = || Shape::line(points, self.stroke);
+                    shapes.push(strip.map_or_else(line, Shape::mesh));
                 }
-                None => shapes.push(Shape::line(points, self.stroke)),
             }
         }
     }
@@ -608,7 +619,11 @@ mod tests {
         points.extend((800..1000).map(wave));
         assert!(is_dense(&points, 1.0));
         assert!(!is_dense(&points[..12], 1.0), "few points stay a line");
-        let mesh = strip(&points, Stroke::new(2.0, Color32::WHITE), 1.0);
+        let slope = |k: i32| pos2(0.25 * k as f32, 2.0 * k as f32);
+        let slope: Vec<Pos2> = (0..400).map(slope).collect();
+        let white = Stroke::new(2.0, Color32::WHITE);
+        assert_eq!(strip(&slope, white, 1.0), None);
+        let mesh = strip(&points, white, 1.0).unwrap();
         assert!(mesh.is_valid());
         let solid = mesh
             .vertices
