@@ -200,7 +200,7 @@ pub struct Analyst {
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
     /// Every so many-th sample of that data, where there are many.
-    thinned: Option<(usize, Dataset)>,
+    thinned: Option<Dataset>,
 }
 
 /// About so many samples are fitted for a preview.
@@ -305,10 +305,7 @@ impl Analyst {
         }
         let n_samples = data.entries.iter().map(|entry| entry.recording.n_samples());
         let each = n_samples.sum::<usize>().div_ceil(PREVIEW_SAMPLES);
-        let thinned = self
-            .thinned
-            .get_or_insert_with(|| (each, data.thinned(each)));
-        let thinned = &thinned.1;
+        let thinned = self.thinned.get_or_insert_with(|| data.thinned(each));
         let mut calibration = thinned.blank_calibration(&request.settings).ok()?;
         let progress = progress.part();
         let past = thinned.past(&calibration, &progress).ok()?;

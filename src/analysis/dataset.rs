@@ -17,7 +17,9 @@ use crate::evaluation::metrics;
 use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
-use crate::recording::{Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of, median};
+use crate::recording::{
+    Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of, load_ranges, median,
+};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(super) type Errors = (Vec<f64>, Vec<f64>);
@@ -118,18 +120,7 @@ impl Datasets {
 
 impl Dataset {
     pub fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
-        let entries: Vec<Entry> = key
-            .recordings
-            .entries()
-            .iter()
-            .map(|entry| match key.decimation {
-                1 => entry.clone(),
-                step => Entry {
-                    recording: Arc::new(entry.recording.decimated(step)),
-                    ..entry.clone()
-                },
-            })
-            .collect();
+        let entries = decimated(key.recordings.entries(), key.decimation);
         entries
             .par_iter()
             .try_for_each(|entry| check_size(&entry.recording))?;
@@ -155,7 +146,7 @@ impl Dataset {
             progress.advance(1);
             Ok(Arc::new(loads))
         };
-        let ranges = load_ranges(&training);
+        let ranges = load_ranges(training.iter().copied());
         let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
         let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES).then(|| {
             entries
@@ -206,11 +197,7 @@ impl Dataset {
 
     /// Every `each`-th sample of each recording, with the same conventional calibration and full scales.
     pub fn thinned(&self, each: usize) -> Self {
-        let thinned = self.entries.par_iter().map(|entry| Entry {
-            recording: Arc::new(entry.recording.decimated(each)),
-            ..entry.clone()
-        });
-        let entries: Vec<Entry> = thinned.collect();
+        let entries = decimated(&self.entries, each);
         let loads = entries.par_iter();
         let loads = loads.map(|entry| Arc::new(loads_from_gauges(&self.map, &entry.recording)));
         Self {
@@ -445,14 +432,16 @@ pub(super) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
         .collect()
 }
 
-/// The least and greatest load of each axis.
-fn load_ranges(training: &[&Recording]) -> Vec<(f64, f64)> {
-    let mut own = training.iter().map(|recording| recording.load_ranges());
-    let first = own.next().unwrap_or_default().to_vec();
-    own.fold(first, |all, own| {
-        let both = all.iter().zip(own);
-        both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
-    })
+/// Every `step`-th sample of each.
+fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
+    let entries = entries.par_iter().map(|entry| match step {
+        1 => entry.clone(),
+        step => Entry {
+            recording: Arc::new(entry.recording.decimated(step)),
+            ..entry.clone()
+        },
+    });
+    entries.collect()
 }
 
 fn gap_secs(training: &[&Recording]) -> Option<f64> {

@@ -12,6 +12,7 @@ mod importing;
 mod killed;
 mod live;
 mod lost;
+mod model_in_file;
 mod models;
 mod notice;
 mod preferences;

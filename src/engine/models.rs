@@ -12,8 +12,8 @@ use crate::analysis::{
 };
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::Project;
+use crate::engine::model_in_file::ModelInFile;
 use crate::engine::questions::{Compare, RowState};
-use crate::engine::results::ModelInFile;
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};

@@ -16,7 +16,7 @@ use crate::evaluation::numbers::round_step;
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
-use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
+use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare, load_ranges};
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
 const USUAL_SHARE: f64 = 0.125;
@@ -340,13 +340,7 @@ impl Project {
         let layout = self.recordings.layout();
         let entries = self.recordings.entries().iter();
         let with_reference = entries.filter(|entry| entry.recording.has_reference());
-        let n_axes = layout.axes.len().max(1);
-        let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
-        for entry in with_reference {
-            for ((low, high), own) in ranges.iter_mut().zip(entry.recording.load_ranges()) {
-                (*low, *high) = (low.min(own.0), high.max(own.1));
-            }
-        }
+        let ranges = load_ranges(with_reference.map(|entry| &*entry.recording));
         let forces = layout
             .axes
             .iter()

@@ -5,15 +5,15 @@
 
 use std::sync::Arc;
 
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::analysis::{Cost, Model};
+use crate::analysis::Model;
 use crate::calibration::{Calibration, EpochReport, FitSettings, Scores};
+use crate::engine::model_in_file::in_file;
 use crate::engine::models::KeptRow;
 use crate::export::sha256_of;
-use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::recording::{Entry, RecordingSet, Role};
 
 /// A number of a calibration takes about so many bytes in a session.
 const BYTES_A_NUMBER: usize = 20;
@@ -55,24 +55,6 @@ struct UsedSamples {
     group: Option<String>,
     /// Of times, gauges and loads.
     sha256: String,
-}
-
-/// What of a model stands in a session; its settings are those of its row.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Model")]
-pub struct ModelInFile {
-    #[serde(skip)]
-    settings: FitSettings,
-    axes: Vec<Axis>,
-    scores: Scores,
-    cv_spread: Vec<f64>,
-    spread: Option<f64>,
-    left_out: String,
-    conventional: Scores,
-    cost: Cost,
-    seconds: Option<f64>,
-    #[serde(with = "in_file_if_any")]
-    trained: Option<Arc<Calibration>>,
 }
 
 impl Results {
@@ -182,42 +164,4 @@ fn difference(then: &[UsedSamples], now: &[UsedSamples]) -> Option<String> {
     let gone = then.iter().find(is_gone);
     let gone = gone.map(|own| format!("{} is not there any more", own.name));
     gone.or_else(|| (then.len() != now.len()).then(|| "a recording was there twice".to_owned()))
-}
-
-/// Calibrations as their files have them, checked when they are read.
-mod in_file {
-    use super::*;
-
-    pub fn serialize<S: Serializer>(own: &Arc<Calibration>, to: S) -> Result<S::Ok, S::Error> {
-        own.in_file().serialize(to)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Calibration>, D::Error> {
-        let value = Value::deserialize(from)?;
-        let text = serde_json::to_vec(&value).map_err(D::Error::custom)?;
-        Calibration::from_json(&text)
-            .map(Arc::new)
-            .map_err(D::Error::custom)
-    }
-}
-
-/// [`in_file`], where there is one.
-mod in_file_if_any {
-    use super::*;
-
-    #[derive(Serialize, Deserialize)]
-    struct Own(#[serde(with = "in_file")] Arc<Calibration>);
-
-    pub fn serialize<S: Serializer>(
-        own: &Option<Arc<Calibration>>,
-        to: S,
-    ) -> Result<S::Ok, S::Error> {
-        own.clone().map(Own).serialize(to)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(
-        from: D,
-    ) -> Result<Option<Arc<Calibration>>, D::Error> {
-        Ok(Option::<Own>::deserialize(from)?.map(|own| own.0))
-    }
 }

@@ -23,6 +23,7 @@ pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
 pub(crate) use median::median;
+pub(crate) use recording::load_ranges;
 pub use recording::{Recording, Source};
 pub use set::{Entry, RecordingSet, Role};
 pub(crate) use set::{Layout, LayoutError};

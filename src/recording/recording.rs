@@ -356,6 +356,18 @@ fn rate_hz(times: &[f64]) -> Option<f64> {
     (step > 0.0).then(|| 1.0 / step)
 }
 
+/// The least and greatest reference load of each axis over recordings of the same axes; empty without one.
+pub(crate) fn load_ranges<'a>(
+    mut recordings: impl Iterator<Item = &'a Recording>,
+) -> Vec<(f64, f64)> {
+    let first = recordings.next().map(Recording::load_ranges);
+    let first = first.unwrap_or_default().to_vec();
+    recordings.fold(first, |all, own| {
+        let both = all.iter().zip(own.load_ranges());
+        both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
+    })
+}
+
 fn ranges(loads: &[f64], n_axes: usize) -> Vec<(f64, f64)> {
     let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
     for row in loads.chunks_exact(n_axes.max(1)) {

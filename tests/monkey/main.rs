@@ -10,6 +10,8 @@
 //! much memory the program had over time. It fails on a panic, on a frame of more than a second, on more
 //! memory than `--ceiling`, and where a soak's memory grows; then it prints the last actions. What runs beside the window's thread is not bound to a seed, so that a step may differ.
 
+#[path = "../support/dropped.rs"]
+mod dropped;
 mod hands;
 mod memory;
 
@@ -33,6 +35,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use loopscope::engine::{Action, FileContent, ImportCommand, Preferences};
 use loopscope::ui::{Dialogs, Reply, Shell, save_to};
 
+use dropped::Dropped;
 use hands::{Hands, Random};
 use memory::{Curve, Textures};
 
@@ -407,19 +410,6 @@ impl Watch {
             }
         }
         self.rest(HANGS);
-    }
-}
-
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        std::fs::read(&self.0).map_err(|error| error.to_string())
     }
 }
 

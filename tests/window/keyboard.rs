@@ -4,13 +4,22 @@ use super::*;
 use crate::importing::headerless;
 
 fn key(key: Key) -> egui::Event {
+    held(Modifiers::NONE, key)
+}
+
+fn held(modifiers: Modifiers, key: Key) -> egui::Event {
     egui::Event::Key {
         key,
         physical_key: None,
         pressed: true,
         repeat: false,
-        modifiers: Modifiers::NONE,
+        modifiers,
     }
+}
+
+/// What opens the palette.
+fn palette() -> egui::Event {
+    held(Modifiers::COMMAND, Key::P)
 }
 
 /// One frame in which all these came, as on a slow machine.
@@ -58,13 +67,6 @@ fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
             window.get_by_role_and_label(Role::TextInput, field).focus();
             window.run_steps(2);
         }
-        let find = egui::Event::Key {
-            key: Key::P,
-            physical_key: None,
-            pressed: true,
-            repeat: false,
-            modifiers: Modifiers::COMMAND,
-        };
         let text = |text: &str| egui::Event::Text(text.to_owned());
         let path = field.map(|field| {
             let field = window.get_by_role_and_label(Role::TextInput, field);
@@ -73,7 +75,7 @@ fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
         at_once(
             &mut window,
             [
-                find,
+                palette(),
                 key(Key::T),
                 text("t"),
                 key(Key::A),
@@ -100,17 +102,10 @@ fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
 fn a_whole_search_in_one_frame_is_done() {
     let files = Files::new();
     let mut window = window(files.three());
-    let find = egui::Event::Key {
-        key: Key::P,
-        physical_key: None,
-        pressed: true,
-        repeat: false,
-        modifiers: Modifiers::COMMAND,
-    };
     let text = egui::Event::Text("show me".to_owned());
     at_once(
         &mut window,
-        [find, text, key(Key::ArrowDown), key(Key::Enter)],
+        [palette(), text, key(Key::ArrowDown), key(Key::Enter)],
     );
     settle(&mut window);
     assert!(

@@ -1,5 +1,7 @@
 //! The window as people and screen readers meet it: by role and label, without a display.
 
+#[path = "../support/dropped.rs"]
+mod dropped;
 mod explained;
 mod heard;
 mod importing;
@@ -9,7 +11,7 @@ mod workspace;
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -19,6 +21,7 @@ use egui::{Key, Modifiers, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
+use dropped::Dropped;
 use loopscope::analysis::{Analysis, View};
 use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
@@ -55,19 +58,6 @@ impl Dialogs for Choices {
         if let Some(path) = self.export.borrow().clone() {
             reply.send(save_to(content, path));
         }
-    }
-}
-
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        std::fs::read(&self.0).map_err(|error| error.to_string())
     }
 }
 
