@@ -14,6 +14,7 @@ mod median;
 )]
 mod recording;
 pub mod set;
+mod shared;
 pub mod simulated;
 mod tare;
 pub mod units;
