@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::median::median;
 use crate::recording::shared::Shared;
-use crate::recording::{Axis, Tare};
+use crate::recording::{Axis, LeftOut, Tare};
 
 /// So many samples, or numbers, are looked through by one thread at a time.
 const SAMPLES_A_THREAD: usize = 1 << 16;
@@ -50,6 +50,9 @@ pub struct Recording {
     /// Where somebody knows better than the steps.
     gap_secs: Option<f64>,
     earlier: Option<Earlier>,
+    /// What a tare took off the gauges; empty where there was none.
+    offsets: Vec<f64>,
+    pub(super) left_out: Option<LeftOut>,
 }
 
 /// Why numbers do not make a recording.
@@ -146,6 +149,8 @@ impl Recording {
             tare: None,
             gap_secs: None,
             earlier: None,
+            offsets: Vec::new(),
+            left_out: None,
             name,
             source,
             times: times.into(),
@@ -177,7 +182,20 @@ impl Recording {
             earlier.tared(offsets);
         }
         self.tare = Some(tare);
+        self.offsets.resize(offsets.len(), 0.0);
+        let all = self.offsets.iter_mut().zip(offsets);
+        all.for_each(|(all, offset)| *all += offset);
         self
+    }
+
+    /// What a tare took off this gauge.
+    pub(crate) fn tared_by(&self, gauge: usize) -> f64 {
+        self.offsets.get(gauge).copied().unwrap_or(0.0)
+    }
+
+    /// What was left out of it.
+    pub fn left_out(&self) -> Option<&LeftOut> {
+        self.left_out.as_ref()
     }
 
     /// The recording with what a gap is in its file (s).
@@ -190,6 +208,12 @@ impl Recording {
     pub(crate) fn after(mut self, before: &Self) -> Self {
         let (times, gauges, earlier) = (&before.times, &before.gauges, before.earlier.as_ref());
         self.earlier = Some(Earlier::new(times, gauges, earlier, before.n_gauges()));
+        self
+    }
+
+    /// The recording as that which follows what another follows.
+    pub(super) fn after_same(mut self, other: &Self) -> Self {
+        self.earlier.clone_from(&other.earlier);
         self
     }
 
@@ -324,15 +348,15 @@ impl Recording {
         let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0
         (0 < cut && cut < n).then(|| {
             (
-                self.picked(0..cut, format!("{} (first part)", self.name)),
-                self.picked(cut..n, format!("{} (rest)", self.name)),
+                self.of_ranges(&[0..cut], format!("{} (first part)", self.name)),
+                self.of_ranges(&[cut..n], format!("{} (rest)", self.name)),
             )
         })
     }
 
     /// These samples as a recording of their own; history does not cross its ends.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
-        self.picked(samples, self.name.clone())
+        self.of_ranges(&[samples], self.name.clone())
     }
 
     /// Cuts the recording in time into so many segments, as even as whole samples allow; fewer where it is shorter.
@@ -345,12 +369,23 @@ impl Recording {
         let ranges = ranges.filter(|range| !range.is_empty()).enumerate();
         let named = |at: usize| format!("{} (segment {})", self.name, at + 1);
         ranges
-            .map(|(at, range)| self.picked(range, named(at)))
+            .map(|(at, range)| self.of_ranges(&[range], named(at)))
             .collect()
     }
 
-    fn picked(&self, samples: Range<usize>, name: String) -> Self {
-        let rows = |values: &Shared, width| values.part(samples.start * width..samples.end * width);
+    /// These samples one after another.
+    pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
+        let rows = |values: &Shared, width: usize| -> Shared {
+            match ranges {
+                [one] => values.part(one.start * width..one.end * width),
+                _ => {
+                    let ranges = ranges.iter();
+                    let rows =
+                        ranges.flat_map(|range| &values[range.start * width..range.end * width]);
+                    rows.copied().collect::<Vec<f64>>().into()
+                }
+            }
+        };
         let times = rows(&self.times, 1);
         let gauges = rows(&self.gauges, self.n_gauges());
         let loads = rows(&self.loads, self.axes.len());
@@ -366,6 +401,8 @@ impl Recording {
             tare: self.tare,
             gap_secs: self.gap_secs,
             earlier: None,
+            offsets: self.offsets.clone(),
+            left_out: self.left_out.clone(),
             times,
             gauge_names: self.gauge_names.clone(),
             gauge_units: self.gauge_units.clone(),
