@@ -419,8 +419,31 @@ impl Project {
         if set.entries().len() == before {
             return refused;
         }
+        let split = self.split.take().map(|mut split| {
+            // What is there keeps its segments and their roles; what is new is split like it.
+            let mut fresh = RecordingSet::default();
+            let whole = Arc::make_mut(&mut split.whole);
+            for entry in &set.entries()[before..] {
+                for set in [&mut fresh, &mut *whole] {
+                    let refused = set.push(entry.clone()).err();
+                    debug_assert!(refused.is_none(), "it fits what it is added to");
+                }
+            }
+            while set.entries().len() > before {
+                set.remove(before);
+            }
+            for segment in fresh.split(split.fraction).entries() {
+                refused.extend(
+                    set.push(segment.clone())
+                        .err()
+                        .map(|error| error.to_string()),
+                );
+            }
+            split
+        });
         // An applied calibration stays: opening recordings to apply it to is what it is for.
         refused.extend(self.take_set(set).err().map(|error| error.to_string()));
+        self.split = split;
         self.view = View::One(before);
         self.choose_distance();
         if had_default {
@@ -641,6 +664,27 @@ mod tests {
         let before = project.clone();
         project.edit(Edit::Unsplit).unwrap();
         assert!(project.is_same(&before));
+    }
+
+    #[test]
+    fn what_is_added_to_segments_is_split_like_them() {
+        let mut project = with_files();
+        project.edit(Edit::Split(0.25)).unwrap();
+        project.edit(Edit::Role(1, Role::Off)).unwrap();
+        let refused = project.add(vec![vec![of_file("later", &GAUGES, &FORCES)]], |_| None);
+        assert_eq!(refused, Vec::<String>::new());
+        let entries = project.recordings.entries();
+        let of = |at: usize| (entries[at].recording.n_samples(), entries[at].role);
+        assert_eq!(
+            of(1),
+            (30, Role::Off),
+            "the segments there are as they were"
+        );
+        assert_eq!((of(6), of(7)), ((10, Role::Train), (30, Role::Test)));
+        project.edit(Edit::Unsplit).unwrap();
+        let entries = project.recordings.entries();
+        assert_eq!(entries.len(), 4);
+        assert_eq!(entries[3].recording.name(), "later");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub(crate) mod coverage;
 pub mod cross_validation;
+pub mod faults;
 pub mod holds;
 pub mod information;
 pub mod left_out;

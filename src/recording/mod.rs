@@ -7,6 +7,7 @@ mod full_scale;
 pub mod gap;
 mod groups;
 pub mod kinetics;
+mod left_out;
 mod median;
 #[expect(
     clippy::module_inception,
@@ -14,6 +15,7 @@ mod median;
 )]
 mod recording;
 pub mod set;
+mod shared;
 pub mod simulated;
 mod tare;
 pub mod units;
@@ -22,6 +24,7 @@ pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
+pub use left_out::{LeftOut, ValidRange};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;
 pub use recording::{Recording, Source};
