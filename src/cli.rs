@@ -1,6 +1,7 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
 mod best;
+mod check;
 mod choices;
 mod compare;
 mod fit;
@@ -122,6 +123,8 @@ pub enum Job {
     Demo(Demo),
     /// Fit the conventional calibration and one with a past, and score both.
     Fit(Box<FitArgs>),
+    /// Say whether the recordings carry the model: what they reach, load cases for coefficients, and which to record next.
+    Check(Box<check::CheckArgs>),
     /// Fit, and write a report with tables and pictures: one HTML file.
     Report(Box<ReportArgs>),
     /// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
@@ -341,6 +344,8 @@ pub enum JobError {
         recording: PathBuf,
         calibration: PathBuf,
     },
+    #[error("the recordings do not carry the model")]
+    Insufficient,
     #[error("say where the loads go: --out DIR, or --traces FILE")]
     NoOutput,
     #[error(
@@ -387,6 +392,8 @@ impl JobError {
 
 /// What scripts know wrong arguments by; clap has the same.
 const USAGE: u8 = 2;
+/// What scripts know recordings by that do not carry their model.
+const INSUFFICIENT: u8 = 3;
 
 /// Does a job; errors go to standard error, one line each.
 pub fn run(job: Job) -> ExitCode {
@@ -394,6 +401,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Inspect(inspect) => inspect::run(&inspect),
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
+        Job::Check(args) => check::run(*args),
         Job::Report(args) => report::run(&args),
         Job::Best(args) => best::run(&args),
         Job::Compare(args) => compare::run(&args),
@@ -409,9 +417,10 @@ pub fn run(job: Job) -> ExitCode {
         }
         Err(error) => {
             tell(&error);
-            match error.is_usage() {
-                true => ExitCode::from(USAGE),
-                false => ExitCode::FAILURE,
+            match error {
+                JobError::Insufficient => ExitCode::from(INSUFFICIENT),
+                error if error.is_usage() => ExitCode::from(USAGE),
+                _ => ExitCode::FAILURE,
             }
         }
     }

@@ -532,7 +532,7 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
 /// The past samples of a recording, one list for each look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// The past samples of each look-back; some are missing once somebody has asked to stop.
+/// The past samples of each look-back; some samples have none once somebody has asked to stop.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
-use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::analysis::{
+    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
+};
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
@@ -17,8 +19,8 @@ use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, ChooseBlock, Compare, FaultyRecording, FindBest, FindFaults, LookAt, StudyThresholds,
-    Train, Trained,
+    Analyse, CheckData, ChooseBlock, Compare, FaultyRecording, FindBest, FindFaults, LookAt,
+    StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::results::{KeptTraining, Results};
@@ -182,6 +184,8 @@ pub struct Engine {
     pub figures: Lane<LookAt>,
     /// What the thresholds pane shows.
     pub study: Lane<StudyThresholds>,
+    /// What the pane of the data check shows.
+    pub check: Lane<CheckData>,
     /// The choice of a block's numbers.
     pub choice: Lane<ChooseBlock>,
     analysis: Lane<Analyse>,
@@ -228,6 +232,7 @@ impl Engine {
             loops: Lane::new(&notify),
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
+            check: Lane::new(&notify),
             choice: Lane::new(&notify),
             analysis: Lane::new(&notify),
             training: Lane::new(&notify),
@@ -383,12 +388,13 @@ impl Engine {
     }
 
     /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 9] {
+    fn lanes(&self) -> [&dyn Background; 10] {
         [
             &self.faults,
             &self.loops,
             &self.figures,
             &self.study,
+            &self.check,
             &self.choice,
             &self.analysis,
             &self.training,
@@ -604,6 +610,21 @@ impl Engine {
         self.study.ask(asked);
     }
 
+    /// Asks whether the recordings of the document carry its model; the check of others goes.
+    pub fn ask_check(&mut self, hanging: Option<HangingMass>) {
+        let request = self.request();
+        if request.recordings.entries().is_empty() {
+            self.check.forget();
+            return;
+        }
+        let is_other =
+            |of: &CheckData| of.request.recordings.layout() != request.recordings.layout();
+        if self.check.asked().is_some_and(is_other) {
+            self.check.forget();
+        }
+        self.check.ask(CheckData { request, hanging });
+    }
+
     /// Changes the document, as one step of undo.
     fn change<T>(&mut self, change: impl FnOnce(&mut Project) -> T) -> T {
         let before = self.project.clone();
@@ -783,6 +804,7 @@ impl Engine {
         self.loops.take();
         self.figures.take();
         self.study.take();
+        self.check.take();
         for heard in self.training.take() {
             if heard == LaneEvent::Problem {
                 let problem = self.training.problem().unwrap_or_default();

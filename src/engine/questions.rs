@@ -6,13 +6,14 @@ use std::time::Duration;
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
-    HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare, find_best,
-    train,
+    HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare,
+    find_best, sufficiency, train,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::evaluation::faults::faults;
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
+use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::features::Thresholds;
 use crate::recording::{Recording, RecordingSet, ValidRange};
@@ -129,6 +130,38 @@ impl Query for Train {
         })?;
         trained.calibration = Some(Arc::new(calibration));
         Ok(trained)
+    }
+}
+
+/// Whether the recordings carry the model.
+#[derive(Clone, Debug)]
+pub struct CheckData {
+    /// What would be fitted.
+    pub request: Request,
+    /// What loads are proposed of; `None`: any within the rated ones.
+    pub hanging: Option<HangingMass>,
+}
+
+impl Query for CheckData {
+    type Answer = Sufficiency;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Checking the data".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.request.recordings, &other.request.recordings)
+            && self.request.settings == other.request.settings
+            && self.hanging == other.hanging
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        Ok(sufficiency(
+            &self.request,
+            self.hanging.as_ref(),
+            work.progress,
+        )?)
     }
 }
 
