@@ -2,6 +2,8 @@
 //!
 //! Found once; window, command line and report show this list.
 
+use std::collections::BTreeSet;
+
 use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, GridEdge, Undetermined};
@@ -10,7 +12,7 @@ use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::percent;
 use crate::progress::Progress;
-use crate::recording::{Axis, LoneGroup, Role, UnusedGroups};
+use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 const STANDS_STILL: f64 = 0.02;
@@ -75,7 +77,15 @@ impl Dataset {
         }
         found.extend(calibration.why_not_left_out().map(Caution::NotLeftOut));
         if fitted {
-            let n_training = in_role(Role::Train).count();
+            // The parts that are left of a recording are one.
+            let n_training = match self.groups.by == RECORDING {
+                true => self
+                    .training_groups()
+                    .into_iter()
+                    .collect::<BTreeSet<_>>()
+                    .len(),
+                false => in_role(Role::Train).count(),
+            };
             if n_training < FEWEST_RECORDINGS && calibration.why_not_left_out().is_none() {
                 found.push(Caution::Blocks(n_training));
             }

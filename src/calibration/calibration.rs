@@ -240,6 +240,9 @@ pub struct Calibration<M = LinearMap> {
     pub tare: Option<Tare>,
 }
 
+/// No gauge and no load is as great; single precision has it.
+pub(crate) const NEVER_REACHED: f64 = 1e30;
+
 /// In place of a number that an older file does not have; [`Calibration::from_json`] puts another in its place.
 fn not_said() -> f64 {
     f64::NAN
@@ -267,6 +270,16 @@ pub struct AppliedLoads {
 }
 
 impl Calibration {
+    /// Where each gauge is clipped, below and above, with what no gauge reaches where that is not known; `None` where it is known of none.
+    pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {
+        let ends = |end: fn(&(Option<f64>, Option<f64>)) -> f64| {
+            self.gauge_limits.iter().map(end).collect()
+        };
+        let low = ends(|(low, _)| low.unwrap_or(-NEVER_REACHED));
+        let high = ends(|(_, high)| high.unwrap_or(NEVER_REACHED));
+        (!self.gauge_limits.is_empty()).then_some([low, high])
+    }
+
     /// Whether a gauge shows what it is not to be believed.
     pub fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
         let mut limits = self.gauge_limits.iter().zip(gauges);

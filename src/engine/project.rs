@@ -17,7 +17,7 @@ use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{
-    Axis, Entry, Recording, RecordingSet, Role, Source, Tare, ValidRange, load_ranges,
+    Axis, Entry, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange, load_ranges,
 };
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
@@ -76,7 +76,7 @@ pub struct SessionFile {
     pub tares: BTreeMap<String, Tare>,
     /// What was left out of its recordings as faulty, by the names that they had before.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub left_out: BTreeMap<String, ValidRange>,
+    pub left_out: BTreeMap<String, Judged>,
     /// What its recordings are for, by name; those that are not named take the role that their name asks for.
     pub roles: BTreeMap<String, Role>,
     /// The groups that its recordings were put in, by name.

@@ -20,7 +20,7 @@ use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Recording, Source};
+use crate::recording::{Axis, Recording, Source, Tare};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
@@ -171,8 +171,8 @@ impl Session {
             });
             let name = entry.recording.name().to_owned();
             if let Some(left_out) = entry.recording.left_out() {
-                let (of, range) = (left_out.of.clone(), left_out.range.clone());
-                files[at].left_out.insert(of, range);
+                let (of, judged) = (left_out.of.clone(), left_out.judged.clone());
+                files[at].left_out.insert(of, judged);
             }
             let by_map = files[at].columns.as_ref().and_then(|map| map.tare);
             if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
@@ -406,20 +406,30 @@ impl SessionPart {
 
 /// The recordings tared, and without what was left out of them, as they were when the session was saved.
 fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
-    if !file.left_out.is_empty() {
-        let recordings = loaded.recordings.into_iter();
-        let parts = recordings.flat_map(|recording| match file.left_out.get(recording.name()) {
-            Some(range) => faults(&recording, range).left_out_of(&recording, range),
-            None => vec![recording],
-        });
-        loaded.recordings = parts.collect();
-    }
-    for recording in &mut loaded.recordings {
-        if let Some(tare) = file.tares.get(recording.name()) {
-            let tared = recording.clone().tared(*tare);
-            (*recording, _) = tared.map_err(|error| error.to_string())?;
+    let tared = |recording: Recording, tare: Option<Tare>| match tare {
+        Some(tare) if recording.tare() != Some(tare) => {
+            let tared = recording.tared(tare);
+            tared
+                .map(|(tared, _)| tared)
+                .map_err(|error| error.to_string())
         }
+        _ => Ok(recording),
+    };
+    let mut recordings = Vec::new();
+    for recording in loaded.recordings {
+        let Some(judged) = file.left_out.get(recording.name()) else {
+            recordings.push(recording);
+            continue;
+        };
+        let recording = tared(recording, judged.tared)?;
+        let found = faults(&recording, &judged.range);
+        recordings.extend(found.left_out_of(&recording, &judged.range));
     }
+    let recordings = recordings.into_iter().map(|recording| {
+        let tare = file.tares.get(recording.name()).copied();
+        tared(recording, tare)
+    });
+    loaded.recordings = recordings.collect::<Result<_, _>>()?;
     Ok(loaded)
 }
 

@@ -1695,6 +1695,13 @@ fn a_saved_session_opens_again_as_it_was() {
     settle(&mut engine);
     engine.act(Action::Tare(vec![1], Tare::Interval(0.0, 0.5)));
     settle(&mut engine);
+    let greatest = engine.project().recordings.entries()[0].recording.gauges();
+    let greatest = greatest.iter().copied().fold(0.0, f64::max);
+    edit(&mut engine, Edit::GaugeRange(Some((-1e3, greatest))));
+    engine.act(Action::LeaveOutFaulty);
+    settle(&mut engine);
+    let first = &engine.project().recordings.entries()[0].recording;
+    assert!(first.left_out().is_some_and(|own| own.n_samples > 0));
     let other = with_f_th(&engine, 0.125);
     for own in [
         Edit::Role(0, Role::Off),

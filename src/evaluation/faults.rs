@@ -13,7 +13,7 @@ use faer::linalg::solvers::SolveLstsq as _;
 use rayon::prelude::*;
 
 use crate::evaluation::quantile::quantile;
-use crate::recording::{LeftOut, Recording, ValidRange, median};
+use crate::recording::{Judged, LeftOut, Recording, ValidRange, median};
 
 /// Samples that say what to expect of a channel; of more, as many spread evenly.
 const LOOKED_AT: usize = 4096;
@@ -168,7 +168,10 @@ impl Faults {
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
-            range: range.clone(),
+            judged: Judged {
+                range: range.clone(),
+                tared: recording.tare(),
+            },
             n_samples: self.n_samples(),
             unclipped: self.unclipped.clone(),
         };

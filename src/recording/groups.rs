@@ -215,7 +215,7 @@ impl RecordingSet {
             let key = |(at, entry): (usize, &Entry)| {
                 let found = || found.and_then(|way| way.keys[at].clone());
                 let named = entry.group.clone().or_else(found);
-                named.map_or(Key::Own(at), Key::Named)
+                named.map_or(Key::Own(first_part(entries, at)), Key::Named)
             };
             entries.iter().enumerate().map(key).collect()
         };
@@ -262,8 +262,8 @@ impl RecordingSet {
                 lone: None,
             });
         }
-        let own = (0..entries.len()).map(Key::Own).collect();
-        named(RECORDING, own, unused, None)
+        let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
+        named(RECORDING, own.collect(), unused, None)
     }
 
     /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
@@ -316,6 +316,19 @@ impl RecordingSet {
 }
 
 /// Groups by these keys, numbered as they come.
+/// The first of the parts that are left of the same recording; itself, where it is whole.
+fn first_part(entries: &[Entry], at: usize) -> usize {
+    let recording = &entries[at].recording;
+    let Some(left_out) = recording.left_out() else {
+        return at;
+    };
+    let is_part = |other: &Entry| {
+        let of = other.recording.left_out().map(|own| &own.of);
+        of == Some(&left_out.of) && other.recording.source() == recording.source()
+    };
+    entries.iter().position(is_part).unwrap_or(at)
+}
+
 fn named(
     by: &'static str,
     keys: Vec<Key>,
@@ -529,7 +542,7 @@ fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Recording;
+    use crate::recording::{Judged, LeftOut, Recording};
 
     /// Recordings of these files and names in the train role, all loaded from 0 to 1.
     fn set_of(names: &[(&str, &str)]) -> RecordingSet {
@@ -739,6 +752,27 @@ mod tests {
         for text in ["", " ", "{", "a}", "{mount", "{}", "{a{b}}", "{a b}"] {
             assert!(text.parse::<GroupPattern>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn the_parts_that_are_left_of_a_recording_are_one() {
+        let set = set_of(&[("/d/a.csv", "a"), ("/d/b.csv", "b"), ("/d/c.csv", "c")]);
+        let mut parts = RecordingSet::default();
+        for (at, entry) in set.entries().iter().enumerate() {
+            let left_out = LeftOut {
+                of: entry.recording.name().to_owned(),
+                judged: Judged::default(),
+                n_samples: 1,
+                unclipped: Vec::new(),
+            };
+            let cut = if at == 1 { vec![] } else { vec![1..1] };
+            for part in entry.recording.without(&cut, &left_out) {
+                parts.push(Entry::new(part.clone(), Role::Train)).unwrap();
+                parts.push(Entry::new(part, Role::Train)).unwrap();
+            }
+        }
+        let groups = parts.groups();
+        assert_eq!((groups.by, groups.of), (RECORDING, vec![0, 0, 1, 1, 2, 2]));
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
-pub use left_out::{LeftOut, ValidRange};
+pub use left_out::{Judged, LeftOut, ValidRange};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;
 pub use recording::{Recording, Source};

@@ -485,7 +485,8 @@ fn name_button(
             ui.label(format!("tared over {tare}"));
         }
         if let Some(left_out) = recording.left_out() {
-            ui.label(format!("{} faulty samples left out", left_out.n_samples));
+            let (n, of) = (left_out.n_samples, printable(&left_out.of));
+            ui.label(format!("{n} faulty samples left out of {of}"));
         }
         if let Some(faults) = engine.faults_of(at) {
             for words in &faults.words {

@@ -12,6 +12,7 @@ mod blocks;
 mod built_in;
 mod check;
 mod export;
+mod faults;
 mod fit;
 mod inspect;
 mod metrology;

@@ -6,7 +6,7 @@
 use faer::Mat;
 use serde::Serialize;
 
-use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
+use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
 use crate::features::{Column, Design, Rows, Source};
 
 /// A history of every sample, as an old file may ask for, keeps no more than this (s).
@@ -99,6 +99,7 @@ impl Program {
         if measured.is_empty() {
             measured.push((0, 0.0)); // nothing ever differs, and no array is empty
         }
+        let [gauge_low, gauge_high] = calibration.clipped_at().unwrap_or_default();
         let mut program = Self {
             conventional: on_rows(&calibration.conventional, &centre),
             look_backs: features
@@ -111,8 +112,8 @@ impl Program {
             history_step_secs: (calibration.history_step_secs).max(SHORTEST_STEP_SECS),
             gap_secs: calibration.gap_secs,
             limits: limits(calibration),
-            gauge_low: ends(calibration, |(low, _)| low.unwrap_or(-NONE)),
-            gauge_high: ends(calibration, |(_, high)| high.unwrap_or(NONE)),
+            gauge_low,
+            gauge_high,
             limits_tared: calibration.tare.is_some(),
             unloaded: unloaded(calibration),
             blocks,
@@ -182,19 +183,16 @@ impl Program {
     }
 }
 
-/// Nothing that is measured reaches it.
-const NONE: f64 = 1e30;
-
 /// The limit of each axis; where none is known, one that no load reaches.
 fn limits(calibration: &Calibration) -> Vec<f64> {
     let known = |axis| calibration.limits.get(axis).copied();
     let axes = 0..calibration.axes.len();
-    axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NONE))
-        .collect()
-}
-
-fn ends(calibration: &Calibration, end: impl Fn(&(Option<f64>, Option<f64>)) -> f64) -> Vec<f64> {
-    calibration.gauge_limits.iter().map(end).collect()
+    axes.map(|axis| {
+        known(axis)
+            .filter(|limit| *limit > 0.0)
+            .unwrap_or(NEVER_REACHED)
+    })
+    .collect()
 }
 
 /// What gauges show without load once they are tared: zero where the calibration was made of such gauges; else those without a
