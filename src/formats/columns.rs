@@ -39,6 +39,34 @@ impl Columns {
     }
 }
 
+/// Rows of a file from its start to its end: its first ones, and some at places all over the rest.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sample<'a> {
+    pub(crate) rows: Vec<Vec<Cell<'a>>>,
+    /// With which row each place starts.
+    starts: Vec<usize>,
+}
+
+impl<'a> Sample<'a> {
+    /// Appends rows that follow one another.
+    pub(super) fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
+        self.starts.push(self.rows.len());
+        self.rows.extend(rows);
+    }
+
+    /// The rows of each place, which follow one another there.
+    pub(crate) fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
+        let ends = self.starts.iter().copied().skip(1).chain([self.rows.len()]);
+        let starts = self.starts.iter();
+        starts.zip(ends).map(|(&start, end)| &self.rows[start..end])
+    }
+}
+
+/// At how many places besides its start a file is looked at.
+pub(super) const PLACES: usize = 64;
+/// How many rows are looked at there.
+pub(super) const ROWS_AT_A_PLACE: usize = 8;
+
 /// What stands in one column of one row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Cell<'a> {

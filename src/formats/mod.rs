@@ -31,7 +31,7 @@ pub(crate) mod parquet;
 pub mod text;
 
 pub(crate) use arrays::{Array, Entry};
-pub(crate) use columns::{Cell, Row};
+pub(crate) use columns::{Cell, Row, Sample};
 pub use error::FileError;
 pub(crate) use format::Format;
 pub(crate) use opened::{Opened, Part, open};

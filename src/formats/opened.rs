@@ -7,7 +7,7 @@ use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 
-use super::columns::{Cell, Columns};
+use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
 use super::text::{Encoding, Head, TextFile, TextLayout};
@@ -158,14 +158,28 @@ impl Opened {
         }
     }
 
-    /// The cells of the first rows.
-    pub(crate) fn first_rows(&self, layout: &TextLayout, head: &Head) -> Vec<Vec<Cell<'_>>> {
-        match self {
-            Self::Text(text) => text.first_rows(layout, head),
-            Self::Columns { columns, .. } => (0..columns.n_rows().min(HEAD_ROWS))
-                .map(|row| columns.row(row).collect())
-                .collect(),
+    /// The cells of the first rows, and of some all over the file.
+    pub(crate) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
+        let columns = match self {
+            Self::Text(text) => return text.sample(layout, head),
+            Self::Columns { columns, .. } => columns,
+        };
+        let n_rows = columns.n_rows();
+        let mut sample = Sample::default();
+        let mut add = |rows: Range<usize>| {
+            sample.add_place(rows.map(|row| columns.row(row).collect()));
+        };
+        add(0..n_rows.min(HEAD_ROWS));
+        let n_more = n_rows.saturating_sub(HEAD_ROWS);
+        if n_more <= PLACES * ROWS_AT_A_PLACE {
+            add(n_rows - n_more..n_rows);
+            return sample;
         }
+        for place in 0..PLACES {
+            let start = HEAD_ROWS + place * (n_more - ROWS_AT_A_PLACE) / (PLACES - 1);
+            add(start..start + ROWS_AT_A_PLACE);
+        }
+        sample
     }
 
     /// Hands the rows below a head to `parse` part by part, many at a time, and what comes of them in file order to

@@ -185,7 +185,7 @@ pub(super) fn by_names(
     if !text.header && head.names_in_comment.is_empty() {
         return Err(at(path, head.line)(TableError::HeaderIsNumbers));
     }
-    let guess = names::by_names(&text, &head, &opened.first_rows(&text, &head));
+    let guess = names::by_names(&text, &head, &opened.sample(&text, &head).rows);
     // Nobody has said that commas are decimal points: then each is told.
     text.decimal = Decimal::Point;
     let table = guess.table(&text, &head);

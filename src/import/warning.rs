@@ -105,6 +105,16 @@ pub enum Finding {
         listed(others)
     )]
     SeveralTimes { used: String, others: Vec<String> },
+    /// More than one topic or struct could be the reference.
+    #[error(
+        "several columns could be the reference: {} are used, ignored: {}; if those are it, say so in a column map (\"is\": \"Fx\" and so on)",
+        listed(used),
+        listed(others)
+    )]
+    SeveralReferences {
+        used: Vec<String>,
+        others: Vec<String>,
+    },
     /// Columns that are neither time nor gauge nor reference.
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },

@@ -148,6 +148,21 @@ impl Text {
         Ok(has_more)
     }
 
+    /// So many bytes from this one on as text, whatever was read before; the characters at its ends may be cut.
+    pub(super) fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(
+            at - at % self.encoding.bytes_per_character(),
+        ))?;
+        let mut raw = Vec::new();
+        file.take(n_bytes as u64).read_to_end(&mut raw)?;
+        let (mut text, _) = decoded(self.encoding, raw);
+        if self.has_bare_returns {
+            mend_line_ends(&mut text);
+        }
+        Ok(text)
+    }
+
     /// Ends every line with `\n`; a `\r` at the end waits for what follows.
     fn mend_line_ends(&mut self, text: &mut Vec<u8>, has_more: bool) {
         if std::mem::take(&mut self.waiting_return) {
@@ -157,10 +172,14 @@ impl Text {
             text.pop();
             self.waiting_return = true;
         }
-        for at in 0..text.len() {
-            if text[at] == b'\r' && text.get(at + 1) != Some(&b'\n') {
-                text[at] = b'\n';
-            }
+        mend_line_ends(text);
+    }
+}
+
+fn mend_line_ends(text: &mut [u8]) {
+    for at in 0..text.len() {
+        if text[at] == b'\r' && text.get(at + 1) != Some(&b'\n') {
+            text[at] = b'\n';
         }
     }
 }

@@ -20,7 +20,7 @@ use super::two_clocks::{self, Table};
 use super::{Finding, ReadError, names};
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
-use crate::formats::{Cell, Opened};
+use crate::formats::{Cell, Opened, Sample};
 use crate::import::clock_offset::{self, ClockOffset};
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
@@ -176,13 +176,13 @@ fn propose(opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
         };
         return (ColumnMap::of_table(table), Vec::new());
     };
-    let rows = opened.first_rows(text, &head);
-    let mut guess = names::by_names(text, &head, &rows);
+    let sample = opened.sample(text, &head);
+    let mut guess = names::by_names(text, &head, &sample.rows);
     let questions = if text.preamble.is_some() {
         vec![Question::ReferenceAlone]
     } else {
-        let reports = columns::reports(&guess.table(text, &head), &head, &rows);
-        by_values::fill_in(&mut guess, &head, &rows, &reports)
+        let reports = columns::reports(&guess.table(text, &head), &head, &sample);
+        by_values::fill_in(&mut guess, &head, &sample.rows, &reports)
     };
     (ColumnMap::of_table(guess.table(text, &head)), questions)
 }
@@ -215,16 +215,15 @@ fn is_for(opened: &Opened, table: &TableMap) -> bool {
     if !has_shape || table.text.header {
         return has_shape;
     }
-    let rows = opened.first_rows(&table.text, &head);
-    let columns = columns::reports(table, &head, &rows);
+    let columns = columns::reports(table, &head, &opened.sample(&table.text, &head));
     opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::can_be_what_it_is)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
     let head = opened.head(&table.text);
-    let rows = match &head {
-        Some(head) => opened.first_rows(&table.text, head),
-        None => Vec::new(),
+    let sample = match &head {
+        Some(head) => opened.sample(&table.text, head),
+        None => Sample::default(),
     };
     TableReport {
         path: path.to_owned(),
@@ -234,8 +233,9 @@ fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
         text: table.text.clone(),
         line: head.as_ref().map(|head| head.line),
         about_rows: head.as_ref().map_or(0, |head| opened.about_rows(head)),
-        columns: head.map_or_else(Vec::new, |head| columns::reports(table, &head, &rows)),
-        preview: rows
+        columns: head.map_or_else(Vec::new, |head| columns::reports(table, &head, &sample)),
+        preview: sample
+            .rows
             .iter()
             .take(PREVIEW_ROWS)
             .map(|row| row.iter().copied().map(Cell::text).collect())

@@ -23,6 +23,10 @@ pub(super) enum Use {
     Time,
     /// A date or a time of day, part of the time.
     TimeText(TimeForm),
+    /// Times `factor` it is in the unit of the time, and part of it.
+    TimeFraction {
+        factor: f64,
+    },
     /// Times `factor` it is as the map wants it.
     Gauge {
         factor: f64,
@@ -54,9 +58,10 @@ impl Use {
     #[inline(always)]
     pub(super) const fn factor(self) -> f64 {
         match self {
-            Self::Gauge { factor } | Self::Load { factor, .. } | Self::Pose { factor, .. } => {
-                factor
-            }
+            Self::Gauge { factor }
+            | Self::Load { factor, .. }
+            | Self::Pose { factor, .. }
+            | Self::TimeFraction { factor } => factor,
             _ => 1.0,
         }
     }
@@ -66,7 +71,7 @@ impl Use {
         match self {
             Self::Ignored | Self::Status | Self::Mount { .. } => "column",
             Self::Pose { .. } => "pose",
-            Self::Time | Self::TimeText(_) => "time",
+            Self::Time | Self::TimeText(_) | Self::TimeFraction { .. } => "time",
             Self::Gauge { .. } => "gauge",
             Self::Load { .. } => "reference",
         }

@@ -46,7 +46,10 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                         ("Unit", &units()),
                         ("Scale factor", SCALE),
                         ("Missing value", MISSING),
-                        ("First values, range", "By the first rows"),
+                        (
+                            "First values, range",
+                            "By the first rows, and some all over the file",
+                        ),
                     ] {
                         titles.col(|ui| {
                             ui.strong(title).on_hover_text(explanation);
