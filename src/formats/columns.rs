@@ -1,5 +1,7 @@
 //! Columns of numbers, and rows of cells as they are looked at one after the other.
 
+use super::parts::FilePart;
+
 /// Columns of numbers, as a file that is no text holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
@@ -12,6 +14,10 @@ pub(crate) struct Columns {
     pub(crate) left_out: Vec<String>,
     /// Whether the file ends before it should.
     pub(crate) ends_early: bool,
+    /// Where the file holds several tables, all of them.
+    pub(crate) parts: Vec<FilePart>,
+    /// Whether nobody said which of them it is.
+    pub(crate) is_guessed_part: bool,
 }
 
 /// One column; another clock's columns may have another length.
@@ -29,6 +35,12 @@ impl Columns {
     pub(crate) fn n_rows(&self) -> usize {
         let lengths = self.columns.iter().map(|column| column.values.len());
         lengths.max().unwrap_or(0)
+    }
+
+    /// The names of the parts that are read, where there are several.
+    pub(super) fn used_parts(&self) -> Vec<String> {
+        let used = self.parts.iter().filter(|part| part.is_used);
+        used.map(|part| part.name.clone()).collect()
     }
 
     pub(crate) fn row(&self, row: usize) -> NumberRow<'_> {

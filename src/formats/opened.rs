@@ -10,6 +10,7 @@ use std::path::Path;
 use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
+use super::parts::FilePart;
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;
@@ -40,18 +41,19 @@ pub(crate) enum Part<'a> {
     Rows(&'a Columns, Range<usize>),
 }
 
-/// The format of a file that starts so; text is what starts like none of them.
-pub(super) fn format_of(head: &[u8]) -> Option<&'static Format> {
-    let starts = |format: &&Format| {
+/// The formats whose files start so; text is what starts like none of them.
+pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
+    let starts = move |format: &&Format| {
         format
             .signatures
             .iter()
             .any(|start| head.starts_with(start))
     };
-    super::FORMATS.iter().find(starts)
+    super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file; of a text with a limit, only so many bytes are read.
+/// Opens a file; of a text with a limit, only so many bytes are read; of a file with several tables these parts, if any
+/// are named.
 ///
 /// # Errors
 /// [`FileError`] if there is no such file, it is damaged, or holds no numbers in rows.
@@ -59,6 +61,7 @@ pub(crate) fn open(
     path: &Path,
     block_bytes: usize,
     limit_bytes: Option<u64>,
+    parts: &[String],
     progress: &Progress,
 ) -> Result<Opened, FileError> {
     // Asked before opening: opening a named pipe would wait for its other end.
@@ -76,11 +79,12 @@ pub(crate) fn open(
     File::open(path)?
         .take(SIGNATURE_BYTES)
         .read_to_end(&mut head)?;
-    if let Some(format) = format_of(&head) {
+    for format in formats_of(&head) {
         let source = Source {
             path,
             head: &head,
             n_bytes: metadata.len(),
+            parts,
             progress,
         };
         // Not all crates that read these formats hold what this one does.
@@ -123,6 +127,7 @@ impl Opened {
             Self::Text(text) => text.layout(),
             Self::Columns { columns, .. } => Some(TextLayout {
                 header: columns.is_named,
+                parts: columns.used_parts(),
                 ..TextLayout::default()
             }),
         }
@@ -224,6 +229,19 @@ impl Opened {
             Self::Text(_) => &[],
             Self::Columns { columns, .. } => &columns.left_out,
         }
+    }
+
+    /// Of a file with several tables, all of them.
+    pub(crate) fn parts(&self) -> &[FilePart] {
+        match self {
+            Self::Text(_) => &[],
+            Self::Columns { columns, .. } => &columns.parts,
+        }
+    }
+
+    /// Whether nobody said which of its tables is read.
+    pub(crate) fn has_guessed_part(&self) -> bool {
+        matches!(self, Self::Columns { columns, .. } if columns.is_guessed_part)
     }
 
     /// Whether the file is known to end before it should.

@@ -7,6 +7,7 @@ mod full_scale;
 pub mod gap;
 mod groups;
 pub mod kinetics;
+mod load_cases;
 mod median;
 #[expect(
     clippy::module_inception,
@@ -22,9 +23,10 @@ pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
+pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;
-pub use recording::{Recording, Source};
+pub use recording::{Recording, Sampling, Source};
 pub use set::{Entry, RecordingSet, Role};
 pub(crate) use set::{Layout, LayoutError};
 pub use tare::Tare;

@@ -20,6 +20,16 @@ pub enum Source {
     Simulated,
 }
 
+/// Whether the samples of a recording follow one another in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampling {
+    /// They do.
+    #[default]
+    Timed,
+    /// They do not: they are the rows of one load case, and their times only count them.
+    Static,
+}
+
 /// One uninterrupted run: times, gauge channels, and the reference load where it is known.
 ///
 /// **Source** a row of loads is L (Eq. 1), a row of gauges S (Eq. 2).
@@ -32,6 +42,7 @@ pub enum Source {
 pub struct Recording {
     name: String,
     source: Source,
+    sampling: Sampling,
     times: Arc<Vec<f64>>,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
@@ -136,6 +147,7 @@ impl Recording {
             earlier: None,
             name,
             source,
+            sampling: Sampling::Timed,
             times: Arc::new(times),
             gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
@@ -166,6 +178,23 @@ impl Recording {
         }
         self.tare = Some(tare);
         self
+    }
+
+    /// The recording as the rows of one load case, whose times say nothing.
+    pub fn without_times(mut self) -> Self {
+        self.sampling = Sampling::Static;
+        self.rate_hz = None;
+        self
+    }
+
+    /// Whether the samples follow one another in time.
+    pub fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    /// Whether the samples have no times: then nothing of the past, no loop and no dwell can be known.
+    pub fn is_static(&self) -> bool {
+        self.sampling == Sampling::Static
     }
 
     /// The recording with what a gap is in its file (s).
@@ -221,8 +250,11 @@ impl Recording {
         &self.times
     }
 
-    /// From the first sample to the last (s).
+    /// From the first sample to the last (s); none of samples without times.
     pub fn duration_secs(&self) -> f64 {
+        if self.is_static() {
+            return 0.0;
+        }
         self.times[self.times.len() - 1] - self.times[0]
     }
 
@@ -281,8 +313,11 @@ impl Recording {
 
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
     ///
-    /// A step of 0 counts as 1.
+    /// A step of 0 counts as 1. The rows of a load case all stay: they are not samples of one motion.
     pub fn decimated(&self, step: usize) -> Self {
+        if self.is_static() {
+            return self.clone();
+        }
         let step = step.max(1);
         let mut kept = self.picked((0..self.n_samples()).step_by(step), self.name.clone());
         kept.gap_secs = self.gap_secs.map(|gap_secs| gap_secs * step as f64);
@@ -336,7 +371,8 @@ impl Recording {
         Self {
             name,
             source: self.source.clone(),
-            rate_hz: rate_hz(&times),
+            sampling: self.sampling,
+            rate_hz: rate_hz(&times).filter(|_| !self.is_static()),
             tare: self.tare,
             gap_secs: self.gap_secs,
             earlier: None,

@@ -166,6 +166,12 @@ impl RecordingSet {
         median(entries.filter_map(|entry| entry.recording.rate_hz()))
     }
 
+    /// Whether recordings that train or test have no times, so that nothing of the past can be known.
+    pub fn is_static(&self) -> bool {
+        let used = self.entries.iter().filter(|entry| entry.role != Role::Off);
+        used.into_iter().any(|entry| entry.recording.is_static())
+    }
+
     /// How the recordings that are fitted were tared, where they all were in one way.
     pub fn tare(&self) -> Option<Tare> {
         let is_fitted = |entry: &&Entry| entry.role == Role::Train;

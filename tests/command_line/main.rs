@@ -13,6 +13,7 @@ mod built_in;
 mod export;
 mod fit;
 mod inspect;
+mod load_cases;
 mod metrology;
 mod one_session;
 mod outputs;

@@ -42,6 +42,20 @@ pub struct ColumnReport {
 }
 
 impl ColumnReport {
+    /// Whether it only numbers the rows, or the poses or repeats that they are of.
+    pub(super) fn counts_rows(&self) -> bool {
+        let first: Vec<f64> = self
+            .first
+            .iter()
+            .filter_map(|cell| cell.parse().ok())
+            .collect();
+        let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
+        first.len() > 1
+            && first[0].abs() <= 1.0
+            && first.iter().all(|number| number.fract() == 0.0)
+            && first.windows(2).all(is_step)
+    }
+
     /// Whether what the map takes from the column stands in it.
     pub(super) fn can_be_what_it_is(&self) -> bool {
         match self.is {

@@ -137,6 +137,27 @@ impl Making<'_> {
         }
     }
 
+    /// The map, the start of the file, and what is read of it.
+    pub(super) fn parts(&self) -> (&TableMap, &Head, Side) {
+        (self.table, self.head, self.side)
+    }
+
+    pub(super) fn no_time(&self) -> TableError {
+        TableError::NoTime {
+            names: self.all_names(),
+        }
+    }
+
+    /// As [`Self::times`], of a table that has none.
+    pub(super) fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+        let n_columns = self.head.n_columns.max(self.head.names.len());
+        let mut uses = vec![Use::Ignored; n_columns];
+        if let Some((index, _)) = self.single(ColumnRole::Status)? {
+            uses[index] = Use::Status;
+        }
+        Ok((None, TimeScale::PerSecond(1.0), uses))
+    }
+
     pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
         let n_columns = match self.head.names.len() {
             0 => self.head.n_columns,
@@ -156,9 +177,7 @@ impl Making<'_> {
                 None if self.head.ati.is_some() && self.side == Side::Both => {
                     Err(self.reference_alone())
                 }
-                None => Err(TableError::NoTime {
-                    names: self.all_names(),
-                }),
+                None => Err(self.no_time()),
             };
         };
         uses[index] = Use::Time;
