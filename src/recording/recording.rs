@@ -327,8 +327,11 @@ impl Recording {
 
     /// Cuts the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
     ///
-    /// `None` where a side would be empty. History does not cross the cut: these are two recordings.
+    /// `None` where a side would be empty, and of a load case. History does not cross the cut: these are two recordings.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
+        if self.is_static() {
+            return None;
+        }
         let n = self.n_samples();
         let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0
         (0 < cut && cut < n).then(|| {

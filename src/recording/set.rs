@@ -260,12 +260,31 @@ impl RecordingSet {
     }
 
     /// Cuts each recording that plays a role in time: the first part trains, the rest tests. What is off or too short
-    /// to be cut stays as it is.
+    /// to be cut stays as it is. Load cases are not cut but take the one role or the other, so that no row tests what was
+    /// fitted to its repeats.
     pub fn split(&self, fraction: f64) -> Self {
+        let cases = match self.is_static() {
+            true => self.groups().of,
+            false => Vec::new(),
+        };
+        // Spread evenly: loads are often in order.
+        let trains = |case: usize| {
+            let before = |n: usize| (fraction * n as f64).floor();
+            before(case + 1) > before(case)
+        };
         let entries = self
             .entries
             .iter()
-            .flat_map(|entry| {
+            .enumerate()
+            .flat_map(|(at, entry)| {
+                if entry.recording.is_static() && entry.role != Role::Off {
+                    let is_training = trains(cases.get(at).copied().unwrap_or(at));
+                    let role = if is_training { Role::Train } else { Role::Test };
+                    return vec![Entry {
+                        role,
+                        ..entry.clone()
+                    }];
+                }
                 let halves = (entry.role != Role::Off)
                     .then(|| entry.recording.split(fraction))
                     .flatten();

@@ -123,6 +123,19 @@ fn load_cases_are_the_same_in_whatever_order_and_file_they_stand() {
     }
 }
 
+/// Sixty percent of the load cases train, with all their rows.
+#[test]
+fn a_split_takes_whole_load_cases() {
+    let workshop = Workshop::new();
+    workshop.write("poses.csv", poses(0..3));
+    let report = fit(workshop.path(), &["--train", "poses.csv", "--split", "0.6"]);
+    assert_eq!(
+        (&report["n_train"], &report["n_test"]),
+        (&36.into(), &24.into())
+    );
+    assert_eq!(report["cross_validation"]["parts"], 12);
+}
+
 #[test]
 fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
     let workshop = Workshop::new();
