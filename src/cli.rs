@@ -1,6 +1,7 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
 mod best;
+mod check;
 mod choices;
 mod compare;
 mod fit;
@@ -25,6 +26,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
+use crate::evaluation::faults::faults;
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
@@ -36,7 +38,7 @@ use crate::formats::csv::write_csv;
 use crate::import::map::{ColumnMap, MapFileError};
 use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
-use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
+use crate::recording::{LayoutError, Recording, Tare, TareError, ValidRange, simulated};
 use crate::shown::{self, printable};
 
 pub use compare::CompareArgs;
@@ -121,6 +123,8 @@ pub enum Job {
     Demo(Demo),
     /// Fit the conventional calibration and one with a past, and score both.
     Fit(Box<FitArgs>),
+    /// Say whether the recordings carry the model: what they reach, load cases for coefficients, and which to record next.
+    Check(Box<check::CheckArgs>),
     /// Fit, and write a report with tables and pictures: one HTML file.
     Report(Box<ReportArgs>),
     /// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
@@ -170,10 +174,63 @@ pub struct ReadArgs {
     /// quiet half second. What a calibration made so is applied to must be tared, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     tare: Option<Tare>,
+    /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped.
+    #[arg(long, value_name = "LOW:HIGH", value_parser = gauge_range, allow_hyphen_values = true)]
+    gauge_range: Option<(f64, f64)>,
+    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes. Exported code then says where a gauge is clipped.
+    #[arg(long)]
+    leave_out_faulty: bool,
+}
+
+fn gauge_range(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once(':').and_then(|(low, high)| {
+        let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
+        (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
+    });
+    ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
 }
 
 impl ReadArgs {
-    /// The recording as it is wanted; what was done goes to standard error.
+    /// The recording as it is wanted, in parts where what is left out is long; what was done, or looks wrong, goes to standard error.
+    fn prepared(&self, recording: Recording) -> Result<Vec<Recording>, JobError> {
+        let range = ValidRange {
+            gauges: self.gauge_range,
+            rated: Vec::new(),
+        };
+        let found = faults(&recording, &range);
+        let words = found.in_words(&recording).join(", ");
+        let name = recording.name().to_owned();
+        if !self.leave_out_faulty {
+            if !words.is_empty() {
+                let way_out = match found.n_samples() {
+                    0 => "",
+                    _ => "; --leave-out-faulty leaves them out",
+                };
+                tell(&format_args!(
+                    "note: {name}: looks faulty: {words}{way_out}"
+                ));
+            }
+            return Ok(vec![self.tared(recording)?]);
+        }
+        let parts = found.left_out_of(&recording, &range);
+        if parts.is_empty() {
+            return Err(JobError::AllFaulty { name, words });
+        }
+        if found.n_samples() > 0 {
+            let (n, of, parts) = (found.n_samples(), recording.n_samples(), parts.len());
+            let parts = match parts {
+                1 => String::new(),
+                parts => format!(
+                    "; {parts} parts remain, and history does not cross from one to the next"
+                ),
+            };
+            tell(&format_args!(
+                "note: {name}: {n} of {of} samples left out: {words}{parts}"
+            ));
+        }
+        parts.into_iter().map(|part| self.tared(part)).collect()
+    }
+
     fn tared(&self, recording: Recording) -> Result<Recording, JobError> {
         let Some(tare) = self.tare else {
             return Ok(recording);
@@ -228,6 +285,8 @@ pub enum JobError {
     Map(#[from] MapFileError),
     #[error(transparent)]
     Tare(#[from] TareError),
+    #[error("{name}: all samples look faulty ({words}); none would be left")]
+    AllFaulty { name: String, words: String },
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -285,6 +344,8 @@ pub enum JobError {
         recording: PathBuf,
         calibration: PathBuf,
     },
+    #[error("the recordings do not carry the model")]
+    Insufficient,
     #[error("say where the loads go: --out DIR, or --traces FILE")]
     NoOutput,
     #[error(
@@ -331,6 +392,8 @@ impl JobError {
 
 /// What scripts know wrong arguments by; clap has the same.
 const USAGE: u8 = 2;
+/// What scripts know recordings by that do not carry their model.
+const INSUFFICIENT: u8 = 3;
 
 /// Does a job; errors go to standard error, one line each.
 pub fn run(job: Job) -> ExitCode {
@@ -338,6 +401,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Inspect(inspect) => inspect::run(&inspect),
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
+        Job::Check(args) => check::run(*args),
         Job::Report(args) => report::run(&args),
         Job::Best(args) => best::run(&args),
         Job::Compare(args) => compare::run(&args),
@@ -353,9 +417,10 @@ pub fn run(job: Job) -> ExitCode {
         }
         Err(error) => {
             tell(&error);
-            match error.is_usage() {
-                true => ExitCode::from(USAGE),
-                false => ExitCode::FAILURE,
+            match error {
+                JobError::Insufficient => ExitCode::from(INSUFFICIENT),
+                error if error.is_usage() => ExitCode::from(USAGE),
+                _ => ExitCode::FAILURE,
             }
         }
     }
@@ -461,7 +526,8 @@ fn read_hearing(
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
             let recordings = loaded.recordings.into_iter();
-            recordings.map(|recording| args.tared(recording)).collect()
+            let parts = recordings.map(|recording| args.prepared(recording));
+            Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
         })
         .collect()
 }

@@ -75,6 +75,7 @@ pub mod export;
 pub mod features;
 pub mod formats;
 pub mod import;
+mod outward;
 pub(crate) mod panicked;
 pub mod progress;
 mod random;

@@ -8,7 +8,7 @@ use crate::calibration::{Calibration, GridEdge, Undetermined};
 use crate::evaluation::coverage::{Outside, largest};
 use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
-use crate::features::Column;
+use crate::evaluation::sufficiency::percent;
 use crate::progress::Progress;
 use crate::recording::{Axis, LoneGroup, Role, UnusedGroups};
 
@@ -132,13 +132,7 @@ impl Dataset {
             }
         }
         let columns = calibration.columns();
-        let has_history = columns
-            .iter()
-            .any(|column| matches!(column, Column::Past { .. }));
-        let n_cases = match has_history {
-            true => coverage.n_moves,
-            false => coverage.n_different,
-        };
+        let n_cases = coverage.n_cases(&columns);
         if n_cases < CASES_PER_FEATURE * columns.len() && calibration.undetermined().is_none() {
             found.push(Caution::FewLoads(columns.len(), n_cases));
         }
@@ -297,11 +291,6 @@ fn counted(n: usize, what: &str) -> String {
         (_, "trajectory") => format!("{n} trajectories"),
         _ => format!("{n} {what}s"),
     }
-}
-
-/// A share in percent; a small one is not called none.
-fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 2))
 }
 
 fn symbols(axes: &[Axis]) -> String {

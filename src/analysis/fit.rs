@@ -147,6 +147,19 @@ impl Dataset {
         calibration: &mut Calibration,
         progress: &Progress,
     ) -> Result<LinearFit, Cancelled> {
+        let design = calibration.design();
+        let sums = self.sums(&design, past, calibration.axes.len(), progress);
+        progress.check()?;
+        Ok(self.fit_sums(ridge, &sums, calibration))
+    }
+
+    /// [`Self::fit`] to sums that were made before.
+    pub fn fit_sums(
+        &self,
+        ridge: RidgeChoice,
+        sums: &Sums,
+        calibration: &mut Calibration,
+    ) -> LinearFit {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums {
@@ -154,14 +167,13 @@ impl Dataset {
             train,
             test,
             parts,
-        } = self.sums(&design, past, n_axes, progress);
-        progress.check()?;
+        } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
         // Only an automatic ridge asks for them: every slider step comes by here.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
-            RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(&of_recordings),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
         };
         let terms = |used| Terms {
             used,
@@ -169,12 +181,12 @@ impl Dataset {
             known: &known,
         };
         let left_out = |parts, used| LeftOut {
-            total: &train,
+            total: train,
             parts,
             terms: terms(used),
         };
-        let left_out_all = left_out(&parts, &all);
-        let chooses = left_out(whole.as_deref().unwrap_or(&parts), &all);
+        let left_out_all = left_out(parts, &all);
+        let chooses = left_out(whole.as_deref().unwrap_or(parts), &all);
         let Chosen {
             strengths,
             by_block,
@@ -187,8 +199,8 @@ impl Dataset {
         let squares = squares.filter(|_| whole.is_none());
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; design.n_columns() * n_axes];
-        let mut found = fit_targets(&train, terms(&all), &shares);
-        if found.rank == fit(&train, terms(&present), Ridge::None).rank {
+        let mut found = fit_targets(train, terms(&all), &shares);
+        if found.rank == fit(train, terms(&present), Ridge::None).rank {
             // The past never differs: the compensated map is the conventional one, to the last bit.
             found.coefficients.clone_from(&none);
         }
@@ -197,8 +209,8 @@ impl Dataset {
             matrix: self.map.corrected(&design, &found.coefficients),
         });
         let scores = |coefficients: &[f64], cv_rmse| Scores {
-            train_rmse: metrics::rmse(&train, coefficients),
-            test_rmse: metrics::rmse(&test, coefficients),
+            train_rmse: metrics::rmse(train, coefficients),
+            test_rmse: metrics::rmse(test, coefficients),
             cv_rmse,
         };
         let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
@@ -206,7 +218,7 @@ impl Dataset {
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
-        let left_out_present = left_out(&parts, &present);
+        let left_out_present = left_out(parts, &present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
         calibration.quality = Quality {
@@ -215,7 +227,7 @@ impl Dataset {
             conventional: scores(&none, conventional_cv),
             compensated: scores(&found.coefficients, compensated_cv),
             rank: found.rank,
-            condition: condition_number(&train, &all, found.rank),
+            condition: condition_number(train, &all, found.rank),
             ridge: match by_block.is_empty() {
                 true => strengths,
                 false => Vec::new(),
@@ -233,11 +245,11 @@ impl Dataset {
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
             .collect();
-        Ok(LinearFit {
+        LinearFit {
             errors,
             shares,
             left_out: left_out_squares,
-        })
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::analysis::loops::{
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
-    train,
+    sufficiency, train,
 };
 use crate::evaluation::Series;
 use crate::evaluation::metrology::Metrology;
@@ -75,6 +75,11 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
         true => thresholds(request, &progress.part(), &mut warnings)?,
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
     };
+    let check = match analysis.fitted {
+        true => sufficiency(request, None, &progress.part())
+            .map_err(|error| sentence(&error.to_string())),
+        false => Err("The calibration was not fitted to these recordings.".to_owned()),
+    };
     progress.advance(1);
     let of = TableOf::usual(&applied.recordings);
     let mut looker = Looker::new(&analysis, &applied, of, progress);
@@ -90,6 +95,7 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
         factory: analysis.factory,
         fitted: analysis.fitted,
         recordings: recordings(&applied.recordings, &analysis.recordings),
+        check,
         thresholds,
         measured: measured_recordings(of),
         loops,

@@ -166,15 +166,24 @@ impl TraceSet {
 
     /// d(k, j): how different the conventional load of two samples is, in the unit of F_th.
     pub fn distance_between(&self, k: usize, j: usize) -> f64 {
-        self.axes
-            .iter()
-            .zip(&self.weights)
-            .map(|(axis, weight)| {
-                let difference = axis.conventional.value(k) - axis.conventional.value(j);
-                (difference * weight).powi(2)
-            })
-            .sum::<f64>()
-            .sqrt()
+        self.distances(k, j..j + 1)[0]
+    }
+
+    /// d(k, j) for each of the samples `j`.
+    pub fn distances(&self, k: usize, samples: Range<usize>) -> Vec<f64> {
+        let mut sums = vec![0.0; samples.len()];
+        for (axis, weight) in self.axes.iter().zip(&self.weights) {
+            if *weight == 0.0 {
+                continue;
+            }
+            let (now, mut sums) = (axis.conventional.value(k), sums.iter_mut());
+            axis.conventional.each(samples.clone(), |load| {
+                if let Some(sum) = sums.next() {
+                    *sum += ((now - load) * weight).powi(2);
+                }
+            });
+        }
+        sums.into_iter().map(f64::sqrt).collect()
     }
 }
 
@@ -502,7 +511,7 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
     for at in shown {
         let recording = &entries[at].recording;
         if n_shown == 1 && recording.times()[0] == 0.0 {
-            times = Arc::clone(recording.shared_times());
+            times = recording.shared_times();
             segments.push(Segment {
                 recording: at,
                 name: recording.name().to_owned(),

@@ -206,6 +206,9 @@ pub struct Calibration<M = LinearMap> {
     /// missing where it is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
+    /// Between which values each gauge is to be believed; `None` at an end where that is not known, empty where it is of no gauge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gauge_limits: Vec<(Option<f64>, Option<f64>)>,
     /// What is appended to the gauges.
     pub features: FeatureSettings,
     /// How gauges are standardised: for play radii, monomials, and what was learned.
@@ -264,6 +267,14 @@ pub struct AppliedLoads {
 }
 
 impl Calibration {
+    /// Whether a gauge shows what it is not to be believed.
+    pub fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
+        let mut limits = self.gauge_limits.iter().zip(gauges);
+        limits.any(|((low, high), gauge)| {
+            low.is_some_and(|low| *gauge <= low) || high.is_some_and(|high| *gauge >= high)
+        })
+    }
+
     /// The names of the columns of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
@@ -521,7 +532,7 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
 /// The past samples of a recording, one list for each look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// The past samples of each look-back; some are missing once somebody has asked to stop.
+/// The past samples of each look-back; some samples have none once somebody has asked to stop.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

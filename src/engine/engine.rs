@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
-use crate::analysis::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::analysis::{
+    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
+};
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, Importing, Preview};
@@ -17,7 +19,8 @@ use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, ChooseBlock, Compare, FindBest, LookAt, StudyThresholds, Train, Trained,
+    Analyse, CheckData, ChooseBlock, Compare, FaultyRecording, FindBest, FindFaults, LookAt,
+    StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::results::{KeptTraining, Results};
@@ -54,6 +57,8 @@ pub enum Action {
     OpenBuiltIn,
     /// Tare these recordings.
     Tare(Vec<usize>, Tare),
+    /// Leave what is faulty out of all recordings.
+    LeaveOutFaulty,
     /// Write a file.
     Save(FileContent, PathBuf, Existing),
     /// Write the calibration.
@@ -171,12 +176,16 @@ pub struct Engine {
     pub preferences: Preferences,
     /// Everything that was tried.
     pub models: Models,
+    /// What is wrong with the recordings.
+    pub faults: Lane<FindFaults>,
     /// What the loop pane shows.
     pub loops: Lane<LookAt>,
     /// What the metrology pane shows.
     pub figures: Lane<LookAt>,
     /// What the thresholds pane shows.
     pub study: Lane<StudyThresholds>,
+    /// What the pane of the data check shows.
+    pub check: Lane<CheckData>,
     /// The choice of a block's numbers.
     pub choice: Lane<ChooseBlock>,
     analysis: Lane<Analyse>,
@@ -219,9 +228,11 @@ impl Engine {
             closes: false,
             preferences: Preferences::default(),
             models: Models::default(),
+            faults: Lane::new(&notify),
             loops: Lane::new(&notify),
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
+            check: Lane::new(&notify),
             choice: Lane::new(&notify),
             analysis: Lane::new(&notify),
             training: Lane::new(&notify),
@@ -377,11 +388,13 @@ impl Engine {
     }
 
     /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 8] {
+    fn lanes(&self) -> [&dyn Background; 10] {
         [
+            &self.faults,
             &self.loops,
             &self.figures,
             &self.study,
+            &self.check,
             &self.choice,
             &self.analysis,
             &self.training,
@@ -529,6 +542,26 @@ impl Engine {
         }
     }
 
+    /// Asks what is wrong with the recordings of the document.
+    pub fn ask_faults(&mut self) {
+        self.faults.ask(FindFaults {
+            recordings: Arc::clone(&self.project.recordings),
+            range: self.project.valid_range(),
+        });
+    }
+
+    /// What is wrong with each recording of the document, once it is known.
+    pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
+        let of = self.faults.answered()?;
+        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
+        self.faults.answer().filter(|_| is_own).map(Vec::as_slice)
+    }
+
+    /// What is wrong with a recording of the document, as far as it is known.
+    pub fn faults_of(&self, at: usize) -> Option<&Arc<FaultyRecording>> {
+        self.all_faults()?.get(at)
+    }
+
     /// Asks what a pane shows of the loops, by the newest analysis.
     pub fn ask_loops(&mut self, visible: Option<(f64, f64)>, question: Question) {
         if let Some(look) = self.look(visible, question) {
@@ -575,6 +608,21 @@ impl Engine {
             self.study.forget();
         }
         self.study.ask(asked);
+    }
+
+    /// Asks whether the recordings of the document carry its model; the check of others goes.
+    pub fn ask_check(&mut self, hanging: Option<HangingMass>) {
+        let request = self.request();
+        if request.recordings.entries().is_empty() {
+            self.check.forget();
+            return;
+        }
+        let is_other =
+            |of: &CheckData| of.request.recordings.layout() != request.recordings.layout();
+        if self.check.asked().is_some_and(is_other) {
+            self.check.forget();
+        }
+        self.check.ask(CheckData { request, hanging });
     }
 
     /// Changes the document, as one step of undo.
@@ -634,6 +682,10 @@ impl Engine {
             Action::Tare(which, tare) => {
                 let recordings = Arc::clone(&self.project.recordings);
                 self.start(Task::Tare(recordings, which, tare));
+            }
+            Action::LeaveOutFaulty => {
+                let recordings = Arc::clone(&self.project.recordings);
+                self.start(Task::LeaveOut(recordings, self.project.valid_range()));
             }
             Action::Save(content, path, existing) => self.save(content, path, existing),
             Action::Export(path, existing) => self.export(path, existing),
@@ -748,9 +800,11 @@ impl Engine {
     /// Takes what has been answered and done.
     pub fn take(&mut self) {
         self.analysis.take();
+        self.faults.take();
         self.loops.take();
         self.figures.take();
         self.study.take();
+        self.check.take();
         for heard in self.training.take() {
             if heard == LaneEvent::Problem {
                 let problem = self.training.problem().unwrap_or_default();
@@ -820,10 +874,10 @@ impl Engine {
                 }
             }
             // Others have been opened meanwhile.
-            Done::Tared(before, _) | Done::Simulated(before, _)
+            Done::Changed(before, _) | Done::Simulated(before, _)
                 if !Arc::ptr_eq(&before, &self.project.recordings) => {}
-            Done::Tared(_, Ok(tared)) => self.edit(Edit::Replace(Arc::new(tared))),
-            Done::Tared(_, Err(error)) => self.tell(Level::Error, error),
+            Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
+            Done::Changed(_, Err(error)) => self.tell(Level::Error, error),
             Done::Simulated(_, set) => {
                 // A session that was just opened and asked for it is still the same.
                 let is_saved = self.project.recordings.entries().is_empty()

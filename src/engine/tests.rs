@@ -821,7 +821,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
     open(&mut engine, &["c"]);
-    finish(&mut engine, Done::Tared(untared, Ok(tared)));
+    finish(&mut engine, Done::Changed(untared, Ok(tared)));
     assert_eq!(tares(&engine), [None; 4]);
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
     settle(&mut engine);

@@ -1,13 +1,17 @@
 //! What loads the recordings hold: how far each axis moves, what the test asks beyond it, how many load cases there are.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
+use crate::evaluation::metrology::extents_of;
+use crate::features::Column;
 use crate::recording::{Axis, Entry, Recording, Role};
 
-/// A load is another one where an axis has moved by this share of its range: noise moves it by less, mostly.
+/// A load is another one where an axis differs by this share of its range at least: noise does by less, mostly.
 const OTHER_LOAD: f64 = 0.02;
-/// Loads that differ by less than this share of each axis' range are one load that comes again.
-const SAME_LOAD: f64 = 0.01;
+/// Where the noise of the loads is greater, so many of its standard deviations make another load ...
+const NOISE_OF_LOAD: f64 = 4.0;
+/// ... up to this share of the range: loads that jump from sample to sample look like noise.
+const OTHER_LOAD_AT_MOST: f64 = 0.05;
 /// Test loads are outside where they lie further out than this share of what the axes of one unit span.
 const OUTSIDE: f64 = 0.02;
 
@@ -22,8 +26,8 @@ pub struct Coverage {
     pub outside: Vec<Option<Outside>>,
     /// How often the load becomes another one in the training recordings, the first of each counted.
     pub n_moves: usize,
-    /// How many different loads there are among them.
-    pub n_different: usize,
+    /// The different loads among them.
+    pub cases: LoadCases,
 }
 
 /// Test loads on one axis that no training recording holds.
@@ -51,12 +55,22 @@ impl Coverage {
             let slack = OUTSIDE * largest(axes, &spans, axes[axis]);
             outside(recordings(Role::Test), axis, trained[axis], slack)
         });
-        let (n_moves, n_different) = load_cases(recordings(Role::Train), &trained);
+        let training: Vec<&Recording> = recordings(Role::Train).collect();
+        let (n_moves, cases) = LoadCases::of(&training, axes, &trained);
         Self {
             outside: outside.collect(),
             trained,
             n_moves,
-            n_different,
+            cases,
+        }
+    }
+
+    /// How many training loads tell of such columns: different ones, or, where the past is among them, ways to come to one.
+    pub fn n_cases(&self, columns: &[Column]) -> usize {
+        let is_past = |column: &Column| matches!(column, Column::Past { .. });
+        match columns.iter().any(is_past) {
+            true => self.n_moves,
+            false => self.cases.len(),
         }
     }
 
@@ -108,39 +122,193 @@ fn outside<'a>(
     })
 }
 
-/// How often the load becomes another one, and how many different ones there are.
-fn load_cases<'a>(
-    recordings: impl Iterator<Item = &'a Recording>,
-    ranges: &[(f64, f64)],
-) -> (usize, usize) {
-    let spans: Vec<f64> = ranges.iter().map(|(low, high)| high - low).collect();
-    let moving: Vec<usize> = (0..spans.len()).filter(|&axis| spans[axis] > 0.0).collect();
-    let (mut n_moves, mut different) = (0, HashSet::new());
-    for recording in recordings {
-        let mut last: Option<&[f64]> = None;
-        for load in recording.loads().chunks_exact(spans.len().max(1)) {
-            let is_other = last.is_none_or(|last| {
-                let far =
-                    |&axis: &usize| (load[axis] - last[axis]).abs() > OTHER_LOAD * spans[axis];
-                moving.iter().any(far)
+/// What the loads of each group lie beyond those of all the others: the group, the axis, and by how much.
+pub fn outside_of_others(
+    entries: &[Entry],
+    axes: &[Axis],
+    groups: &[usize],
+) -> Vec<(usize, Axis, Outside)> {
+    let training = || {
+        let entries = entries.iter().zip(groups);
+        entries.filter(|(entry, _)| entry.role == Role::Train)
+    };
+    let recordings = || training().map(|(entry, group)| (*group, &*entry.recording));
+    let spans: Vec<f64> = (ranges(recordings().map(|(_, own)| own), axes.len()).iter())
+        .map(|(low, high)| high - low)
+        .collect();
+    let mut names: Vec<usize> = training().map(|(_, group)| *group).collect();
+    names.sort_unstable();
+    names.dedup();
+    let mut found = Vec::new();
+    for (axis, slack) in axes
+        .iter()
+        .map(|of| OUTSIDE * largest(axes, &spans, *of))
+        .enumerate()
+    {
+        // The range of all others: for each end the least or the greatest of the others' ends.
+        let range_of = |group: usize| {
+            let own = recordings().filter(|(of, _)| *of == group);
+            own.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
+                let (low, high) = own.load_ranges()[axis];
+                (all.0.min(low), all.1.max(high))
+            })
+        };
+        let of_groups: Vec<(f64, f64)> = names.iter().map(|group| range_of(*group)).collect();
+        for (at, group) in names.iter().enumerate() {
+            let others = of_groups
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != at);
+            let others = others.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
+                (all.0.min(own.0), all.1.max(own.1))
             });
-            if is_other {
-                last = Some(load);
-                n_moves += 1;
-                let cell = |&axis: &usize| {
-                    ((load[axis] - ranges[axis].0) / (SAME_LOAD * spans[axis])).round() as u8
-                };
-                different.insert(moving.iter().map(cell).collect::<Vec<u8>>());
+            let (low, high) = of_groups[at];
+            if others.0 > others.1 || (low >= others.0 - slack && high <= others.1 + slack) {
+                continue;
             }
+            let own = recordings().filter(|(of, _)| of == group);
+            let outside = outside(own.map(|(_, own)| own), axis, others, slack);
+            found.extend(outside.map(|outside| (*group, axes[axis], outside)));
         }
     }
-    (n_moves, different.len())
+    found
+}
+
+/// Loads that can be told apart, and which of them a load is.
+///
+/// Of two loads one is another where an axis differs by more than its tolerance, which the noise sets within bounds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadCases {
+    /// What an axis must differ by; infinite where it never moves.
+    tolerances: Vec<f64>,
+    /// One load of each case, `n_cases × n_axes` row-major.
+    loads: Vec<f64>,
+    /// The cases by where they stand on the first axes that move.
+    cells: HashMap<[i64; 2], Vec<u32>>,
+}
+
+impl LoadCases {
+    /// Those of these recordings, and how often the load becomes another one, the first of each recording counted.
+    fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[(f64, f64)]) -> (usize, Self) {
+        let extents = extents_of(recordings.iter().copied(), axes);
+        let tolerances = ranges.iter().zip(&extents).map(|((low, high), extent)| {
+            let span = high - low;
+            let by_noise = (NOISE_OF_LOAD * extent.noise).min(OTHER_LOAD_AT_MOST * span);
+            match span > 0.0 {
+                true => by_noise.max(OTHER_LOAD * span),
+                false => f64::INFINITY,
+            }
+        });
+        let mut own = Self {
+            tolerances: tolerances.collect(),
+            ..Self::default()
+        };
+        let mut n_moves = 0;
+        for recording in recordings {
+            let mut last: Option<&[f64]> = None;
+            for load in recording.loads().chunks_exact(axes.len().max(1)) {
+                if last.is_none_or(|last| own.distance(load, last) > 1.0) {
+                    last = Some(load);
+                    n_moves += 1;
+                    own.take(load);
+                }
+            }
+        }
+        (n_moves, own)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.loads.len() / self.tolerances.len().max(1)
+    }
+
+    /// One load of each.
+    pub fn loads(&self) -> impl Iterator<Item = &[f64]> {
+        self.loads.chunks_exact(self.tolerances.len().max(1))
+    }
+
+    /// The case that a load is nearest to; `None` where there is none.
+    pub fn nearest(&self, load: &[f64]) -> Option<usize> {
+        let cases = self.loads().map(|own| self.distance(load, own)).enumerate();
+        let nearest = cases.min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map(|(at, _)| at)
+    }
+
+    /// The largest difference on an axis over what it must differ by.
+    fn distance(&self, one: &[f64], other: &[f64]) -> f64 {
+        let axes = one.iter().zip(other).zip(&self.tolerances);
+        let shares = axes.map(|((one, other), tolerance)| (one - other).abs() / tolerance);
+        shares.fold(0.0, f64::max)
+    }
+
+    fn cell(&self, load: &[f64]) -> [i64; 2] {
+        let mut axes = load.iter().zip(&self.tolerances);
+        let mut moving = || axes.by_ref().find(|(_, tolerance)| tolerance.is_finite());
+        [(); 2].map(|()| moving().map_or(0, |(load, tolerance)| (load / tolerance).floor() as i64))
+    }
+
+    /// Adds a load, unless it is one of those that are there.
+    fn take(&mut self, load: &[f64]) {
+        let [a, b] = self.cell(load);
+        let own = |at: u32| {
+            let n_axes = load.len();
+            &self.loads[at as usize * n_axes..][..n_axes]
+        };
+        let around = [-1, 0, 1].map(|step| a.saturating_add(step)).into_iter();
+        let around = around.flat_map(|a| [-1, 0, 1].map(|step| [a, b.saturating_add(step)]));
+        let mut near = around.filter_map(|cell| self.cells.get(&cell)).flatten();
+        if !near.any(|at| self.distance(load, own(*at)) <= 1.0) {
+            let at = self.len() as u32;
+            self.loads.extend_from_slice(load);
+            self.cells.entry([a, b]).or_default().push(at);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::recording::Source;
+
+    /// Twenty poses on two axes, three times, with noise on each; then one that differs from the first by 1.5 % of the range, and
+    /// one by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
+    #[test]
+    fn poses_that_repeat_within_the_noise_are_one_load_case() {
+        let pose = |k: usize| [10.0 * (k as f64).sin(), 7.0 * (1.7 * k as f64).cos()];
+        let mut loads: Vec<[f64; 2]> = (0..60)
+            .map(|k| {
+                let [a, b] = pose(k % 20);
+                let noise = 0.02 * ((k * 37 % 11) as f64 / 5.0 - 1.0);
+                [a + noise, b - noise]
+            })
+            .collect();
+        let [a, b] = pose(0);
+        loads.extend([[a + 0.3, b], [a - 3.0, b - 3.0]]);
+        let cases = of(loads.concat(), vec![0.0; 2]).cases;
+        assert_eq!(
+            cases.len(),
+            20,
+            "two of them are nearer than what may be noise"
+        );
+        assert_eq!(cases.nearest(&pose(3)), cases.nearest(&loads[43]));
+        assert_ne!(cases.nearest(&pose(3)), cases.nearest(&pose(4)));
+    }
+
+    #[test]
+    fn a_group_is_outside_where_only_it_goes_far() {
+        let entries = [0.0, 5.0, 8.0, 30.0].map(|top| entry(Role::Train, vec![0.0, 0.0, 1.0, top]));
+        let found = outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0, 1, 1, 2]);
+        let outside = Outside {
+            share: 0.5,
+            farthest: 22.0,
+        };
+        assert_eq!(found, [(2, Axis::Fz, outside)]);
+        assert_eq!(
+            outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0; 4]),
+            [],
+            "there are no others"
+        );
+    }
 
     fn entry(role: Role, loads: Vec<f64>) -> Entry {
         let n = loads.len() / 2;
@@ -196,6 +364,6 @@ mod tests {
         let held = [0.0, 4.0, 9.9, 0.0].into_iter();
         let noisy = held.flat_map(|load| [0.0, 0.1, 0.0, 0.05].map(|noise| [1.0, load + noise]));
         let found = of(noisy.flatten().collect(), vec![1.0, 1.0]);
-        assert_eq!((found.n_moves, found.n_different), (4, 3));
+        assert_eq!((found.n_moves, found.cases.len()), (4, 3));
     }
 }

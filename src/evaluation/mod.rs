@@ -2,7 +2,9 @@
 
 pub(crate) mod coverage;
 pub mod cross_validation;
+pub mod faults;
 pub mod holds;
+pub mod information;
 pub mod left_out;
 pub mod loops;
 pub mod mean_hysteresis;
@@ -13,7 +15,12 @@ pub mod part_squares;
 #[cfg(test)]
 pub(crate) mod pixels;
 pub(crate) mod quantile;
+mod saturation;
+mod sensitivity;
 pub(crate) mod series;
+pub mod sufficiency;
 pub mod threshold_study;
 
+pub(crate) use saturation::saturated;
+pub use sensitivity::Sensitivity;
 pub(crate) use series::Series;

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
 
 /// Samples in a run of the finest level.
@@ -92,16 +93,9 @@ impl Extremes {
     };
 
     fn of((low, high): (f64, f64)) -> Self {
-        let (mut nearest_low, mut nearest_high) = (low as f32, high as f32);
-        if f64::from(nearest_low) > low {
-            nearest_low = nearest_low.next_down();
-        }
-        if f64::from(nearest_high) < high {
-            nearest_high = nearest_high.next_up();
-        }
         Self {
-            low: nearest_low,
-            high: nearest_high,
+            low: rounded_down(low),
+            high: rounded_up(high),
         }
     }
 

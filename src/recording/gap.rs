@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::median::median;
+use super::shared::Shared;
 
 /// A step this many times the median is a pause, not a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
@@ -52,8 +53,8 @@ pub fn after_wrap(step: f64, gap_secs: f64) -> Option<f64> {
 /// The gauges of a recording, and of those before it in its file.
 #[derive(Debug)]
 struct Run {
-    times: Arc<Vec<f64>>,
-    gauges: Arc<Vec<f64>>,
+    times: Shared,
+    gauges: Shared,
     before: Option<Arc<Run>>,
 }
 
@@ -73,15 +74,15 @@ const SAMPLES_BEFORE: usize = 200_000;
 impl Earlier {
     /// A recording and what was before that.
     pub(super) fn new(
-        times: &Arc<Vec<f64>>,
-        gauges: &Arc<Vec<f64>>,
+        times: &Shared,
+        gauges: &Shared,
         before: Option<&Self>,
         n_gauges: usize,
     ) -> Self {
         Self {
             run: Arc::new(Run {
-                times: Arc::clone(times),
-                gauges: Arc::clone(gauges),
+                times: times.clone(),
+                gauges: gauges.clone(),
                 before: before.map(|before| Arc::clone(&before.run)),
             }),
             less: vec![0.0; n_gauges],

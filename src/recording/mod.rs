@@ -7,6 +7,7 @@ mod full_scale;
 pub mod gap;
 mod groups;
 pub mod kinetics;
+mod left_out;
 mod load_cases;
 mod median;
 #[expect(
@@ -15,6 +16,7 @@ mod median;
 )]
 mod recording;
 pub mod set;
+mod shared;
 pub mod simulated;
 mod tare;
 pub mod units;
@@ -23,6 +25,7 @@ pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
+pub use left_out::{LeftOut, ValidRange};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;

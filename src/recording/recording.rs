@@ -7,9 +7,15 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::median::median;
-use crate::recording::{Axis, Tare};
+use crate::recording::shared::Shared;
+use crate::recording::{Axis, LeftOut, Tare};
+
+/// So many samples, or numbers, are looked through by one thread at a time.
+const SAMPLES_A_THREAD: usize = 1 << 16;
 
 /// Where a recording comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,18 +49,21 @@ pub struct Recording {
     name: String,
     source: Source,
     sampling: Sampling,
-    times: Arc<Vec<f64>>,
+    times: Shared,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
-    gauges: Arc<Vec<f64>>,
+    gauges: Shared,
     axes: Vec<Axis>,
-    loads: Vec<f64>,
+    loads: Shared,
     load_ranges: Vec<(f64, f64)>,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
     /// Where somebody knows better than the steps.
     gap_secs: Option<f64>,
     earlier: Option<Earlier>,
+    /// What a tare took off the gauges; empty where there was none.
+    offsets: Vec<f64>,
+    pub(super) left_out: Option<LeftOut>,
 }
 
 /// Why numbers do not make a recording.
@@ -126,7 +135,13 @@ impl Recording {
             ("gauge", gauge_names.len(), &gauges),
             ("load", axes.len(), &loads),
         ] {
-            if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let bad = |value: &f64| !value.is_finite();
+            let parts = values.par_chunks(SAMPLES_A_THREAD).enumerate();
+            let first = parts.find_map_first(|(part, values)| {
+                let at = values.iter().position(bad)?;
+                Some(part * SAMPLES_A_THREAD + at)
+            });
+            if let Some(at) = first {
                 return Err(RecordingError::NotFinite {
                     name,
                     what,
@@ -145,16 +160,18 @@ impl Recording {
             tare: None,
             gap_secs: None,
             earlier: None,
+            offsets: Vec::new(),
+            left_out: None,
             name,
             source,
             sampling: Sampling::Timed,
-            times: Arc::new(times),
+            times: times.into(),
             gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
-            gauges: Arc::new(gauges),
+            gauges: gauges.into(),
             load_ranges: ranges(&loads, axes.len()),
             axes,
-            loads,
+            loads: loads.into(),
         })
     }
 
@@ -169,7 +186,7 @@ impl Recording {
 
     /// The recording with these numbers taken off its gauges, one each.
     pub(super) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
-        for sample in Arc::make_mut(&mut self.gauges).chunks_exact_mut(offsets.len()) {
+        for sample in self.gauges.make_mut().chunks_exact_mut(offsets.len()) {
             let values = sample.iter_mut().zip(offsets);
             values.for_each(|(value, offset)| *value -= offset);
         }
@@ -177,6 +194,9 @@ impl Recording {
             earlier.tared(offsets);
         }
         self.tare = Some(tare);
+        self.offsets.resize(offsets.len(), 0.0);
+        let all = self.offsets.iter_mut().zip(offsets);
+        all.for_each(|(all, offset)| *all += offset);
         self
     }
 
@@ -197,6 +217,16 @@ impl Recording {
         self.sampling == Sampling::Static
     }
 
+    /// What a tare took off this gauge.
+    pub(crate) fn tared_by(&self, gauge: usize) -> f64 {
+        self.offsets.get(gauge).copied().unwrap_or(0.0)
+    }
+
+    /// What was left out of it.
+    pub fn left_out(&self) -> Option<&LeftOut> {
+        self.left_out.as_ref()
+    }
+
     /// The recording with what a gap is in its file (s).
     pub(crate) fn with_gap(mut self, gap_secs: f64) -> Self {
         self.gap_secs = Some(gap_secs);
@@ -207,6 +237,12 @@ impl Recording {
     pub(crate) fn after(mut self, before: &Self) -> Self {
         let (times, gauges, earlier) = (&before.times, &before.gauges, before.earlier.as_ref());
         self.earlier = Some(Earlier::new(times, gauges, earlier, before.n_gauges()));
+        self
+    }
+
+    /// The recording as that which follows what another follows.
+    pub(super) fn after_same(mut self, other: &Self) -> Self {
+        self.earlier.clone_from(&other.earlier);
         self
     }
 
@@ -245,9 +281,9 @@ impl Recording {
         &self.times
     }
 
-    /// They themselves, to be kept.
-    pub(crate) fn shared_times(&self) -> &Arc<Vec<f64>> {
-        &self.times
+    /// They as a list to be kept, copied only where it is a part of a longer one.
+    pub(crate) fn shared_times(&self) -> Arc<Vec<f64>> {
+        self.times.whole()
     }
 
     /// From the first sample to the last (s); none of samples without times.
@@ -319,7 +355,21 @@ impl Recording {
             return self.clone();
         }
         let step = step.max(1);
-        let mut kept = self.picked((0..self.n_samples()).step_by(step), self.name.clone());
+        let mut kept = match step {
+            1 => self.segment(0..self.n_samples()),
+            _ => {
+                let every = |values: &[f64], width: usize| {
+                    let rows = values.chunks_exact(width.max(1)).step_by(step);
+                    rows.flatten().copied().collect::<Vec<f64>>().into()
+                };
+                let [times, gauges, loads] = [
+                    every(&self.times, 1),
+                    every(&self.gauges, self.n_gauges()),
+                    every(&self.loads, self.axes.len()),
+                ];
+                self.with_samples(self.name.clone(), times, gauges, loads)
+            }
+        };
         kept.gap_secs = self.gap_secs.map(|gap_secs| gap_secs * step as f64);
         kept.earlier = self.earlier.as_ref().map(|earlier| earlier.decimated(step));
         kept
@@ -336,15 +386,15 @@ impl Recording {
         let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0
         (0 < cut && cut < n).then(|| {
             (
-                self.picked(0..cut, format!("{} (first part)", self.name)),
-                self.picked(cut..n, format!("{} (rest)", self.name)),
+                self.of_ranges(&[0..cut], format!("{} (first part)", self.name)),
+                self.of_ranges(&[cut..n], format!("{} (rest)", self.name)),
             )
         })
     }
 
     /// These samples as a recording of their own; history does not cross its ends.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
-        self.picked(samples, self.name.clone())
+        self.of_ranges(&[samples], self.name.clone())
     }
 
     /// Cuts the recording in time into so many segments, as even as whole samples allow; fewer where it is shorter.
@@ -357,20 +407,31 @@ impl Recording {
         let ranges = ranges.filter(|range| !range.is_empty()).enumerate();
         let named = |at: usize| format!("{} (segment {})", self.name, at + 1);
         ranges
-            .map(|(at, range)| self.picked(range, named(at)))
+            .map(|(at, range)| self.of_ranges(&[range], named(at)))
             .collect()
     }
 
-    fn picked(&self, samples: impl Iterator<Item = usize> + Clone, name: String) -> Self {
-        let rows = |values: &[f64], width: usize| -> Vec<f64> {
-            samples
-                .clone()
-                .flat_map(|k| &values[k * width..(k + 1) * width])
-                .copied()
-                .collect()
+    /// These samples one after another.
+    pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
+        let rows = |values: &Shared, width: usize| -> Shared {
+            match ranges {
+                [one] => values.part(one.start * width..one.end * width),
+                _ => {
+                    let ranges = ranges.iter();
+                    let rows =
+                        ranges.flat_map(|range| &values[range.start * width..range.end * width]);
+                    rows.copied().collect::<Vec<f64>>().into()
+                }
+            }
         };
         let times = rows(&self.times, 1);
+        let gauges = rows(&self.gauges, self.n_gauges());
         let loads = rows(&self.loads, self.axes.len());
+        self.with_samples(name, times, gauges, loads)
+    }
+
+    /// Other samples of the same sensor, with no samples before them.
+    fn with_samples(&self, name: String, times: Shared, gauges: Shared, loads: Shared) -> Self {
         Self {
             name,
             source: self.source.clone(),
@@ -379,10 +440,12 @@ impl Recording {
             tare: self.tare,
             gap_secs: self.gap_secs,
             earlier: None,
-            times: Arc::new(times),
+            offsets: self.offsets.clone(),
+            left_out: self.left_out.clone(),
+            times,
             gauge_names: self.gauge_names.clone(),
             gauge_units: self.gauge_units.clone(),
-            gauges: Arc::new(rows(&self.gauges, self.n_gauges())),
+            gauges,
             axes: self.axes.clone(),
             load_ranges: ranges(&loads, self.axes.len()),
             loads,
@@ -390,8 +453,20 @@ impl Recording {
     }
 }
 
+/// Of more steps than these some say how fast samples come, in runs that are spread evenly.
+const RATE_STEPS: usize = 1 << 20;
+/// How long such a run is: longer than any burst.
+const RATE_RUN: usize = 1 << 12;
+
 fn rate_hz(times: &[f64]) -> Option<f64> {
-    let step = median(times.windows(2).map(|pair| pair[1] - pair[0]))?;
+    let n_runs = times.len().div_ceil(RATE_RUN);
+    let each = times.len().div_ceil(RATE_STEPS);
+    let runs = (0..n_runs).step_by(each).map(|run| {
+        let start = run * RATE_RUN;
+        &times[start..(start + RATE_RUN + 1).min(times.len())]
+    });
+    let steps = runs.flat_map(|run| run.windows(2).map(|pair| pair[1] - pair[0]));
+    let step = median(steps)?;
     (step > 0.0).then(|| 1.0 / step)
 }
 
@@ -401,20 +476,27 @@ pub(crate) fn load_ranges<'a>(
 ) -> Vec<(f64, f64)> {
     let first = recordings.next().map(Recording::load_ranges);
     let first = first.unwrap_or_default().to_vec();
-    recordings.fold(first, |all, own| {
-        let both = all.iter().zip(own.load_ranges());
-        both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
-    })
+    recordings.fold(first, |all, own| joined(&all, own.load_ranges()))
+}
+
+fn joined(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let both = a.iter().zip(b);
+    both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
 }
 
 fn ranges(loads: &[f64], n_axes: usize) -> Vec<(f64, f64)> {
-    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
-    for row in loads.chunks_exact(n_axes.max(1)) {
-        for ((low, high), value) in ranges.iter_mut().zip(row) {
-            (*low, *high) = (low.min(*value), high.max(*value));
-        }
-    }
-    ranges
+    let none = || vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
+    let parts = loads.par_chunks(n_axes.max(1) * SAMPLES_A_THREAD);
+    let parts = parts.map(|part| {
+        part.chunks_exact(n_axes.max(1))
+            .fold(none(), |mut ranges, row| {
+                for ((low, high), value) in ranges.iter_mut().zip(row) {
+                    (*low, *high) = (low.min(*value), high.max(*value));
+                }
+                ranges
+            })
+    });
+    parts.reduce(none, |a, b| joined(&a, &b))
 }
 
 #[cfg(test)]
@@ -471,6 +553,33 @@ mod tests {
         assert!((recording.rate_hz().unwrap() - 10.0).abs() < 1e-9);
         assert_eq!(ramp(vec![1.0]).unwrap().rate_hz(), None);
         assert_eq!(ramp(vec![1.0, 1.0, 1.0]).unwrap().rate_hz(), None);
+    }
+
+    #[test]
+    fn a_segment_has_the_numbers_of_its_recording_and_what_is_changed_in_it_stays_there() {
+        let recording = ramp((0..10).map(f64::from).collect()).unwrap();
+        let segment = recording.segment(4..7);
+        assert!(std::ptr::eq(&segment.gauges()[0], &recording.gauges()[4]));
+        assert_eq!(*segment.shared_times(), [4.0, 5.0, 6.0]);
+        let inner = segment.segment(1..3);
+        assert_eq!(
+            (inner.times(), inner.loads()),
+            (&[5.0, 6.0][..], &[15.0, 18.0][..])
+        );
+        assert_eq!(inner.load_ranges(), [(15.0, 18.0)]);
+        let tared = inner.clone().less_offsets(&[1.0], Tare::Auto);
+        assert_eq!(tared.gauges(), [9.0, 11.0]);
+        assert_eq!(recording.gauges_at(5), [10.0]);
+        let alone = ramp(vec![4.0, 5.0, 6.0]).unwrap();
+        assert_eq!(alone.times, segment.times);
+        assert_ne!(alone.times, inner.times);
+    }
+
+    #[test]
+    fn some_steps_say_the_rate_of_many() {
+        let n = 3 * RATE_STEPS + 7;
+        let times: Vec<f64> = (0..n).map(|k| k as f64 / 64.0).collect();
+        assert_eq!(rate_hz(&times), Some(64.0));
     }
 
     #[test]

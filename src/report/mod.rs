@@ -7,6 +7,7 @@ mod errors;
 pub mod figure;
 mod loops;
 mod metrology;
+mod sufficiency;
 mod table;
 mod trace;
 
@@ -15,6 +16,9 @@ pub(crate) use errors::factory_note;
 pub(crate) use loops::{LoopMeasures, LoopScale, drifts, loop_figures};
 pub use metrology::crosstalk;
 pub(crate) use metrology::{axis_figures, figure_records, overview};
+#[cfg(feature = "gui")]
+pub(crate) use sufficiency::pair_figure;
+pub(crate) use sufficiency::sufficiency_tables;
 pub(crate) use table::{Align, Cell};
 pub use table::{Column, Table, Value};
 pub(crate) use trace::{Shown, Trace};

@@ -10,6 +10,7 @@ mod apply;
 mod best;
 mod blocks;
 mod built_in;
+mod check;
 mod export;
 mod fit;
 mod inspect;

@@ -32,6 +32,12 @@ pub(in crate::export) struct Program {
     pub gap_secs: f64,
     /// Beyond it nothing is known of the sensor.
     pub limits: Vec<f64>,
+    /// Where each gauge is clipped below; empty where no limit is known.
+    pub gauge_low: Vec<f64>,
+    /// Where it is clipped above.
+    pub gauge_high: Vec<f64>,
+    /// Whether these limits are of tared gauges, as the calibration's are.
+    pub limits_tared: bool,
     /// What tared gauges show without load.
     pub unloaded: Vec<f64>,
     /// The other blocks.
@@ -105,6 +111,9 @@ impl Program {
             history_step_secs: (calibration.history_step_secs).max(SHORTEST_STEP_SECS),
             gap_secs: calibration.gap_secs,
             limits: limits(calibration),
+            gauge_low: ends(calibration, |(low, _)| low.unwrap_or(-NONE)),
+            gauge_high: ends(calibration, |(_, high)| high.unwrap_or(NONE)),
+            limits_tared: calibration.tare.is_some(),
             unloaded: unloaded(calibration),
             blocks,
             standardise,
@@ -173,13 +182,19 @@ impl Program {
     }
 }
 
+/// Nothing that is measured reaches it.
+const NONE: f64 = 1e30;
+
 /// The limit of each axis; where none is known, one that no load reaches.
 fn limits(calibration: &Calibration) -> Vec<f64> {
-    const NONE: f64 = 1e30;
     let known = |axis| calibration.limits.get(axis).copied();
     let axes = 0..calibration.axes.len();
     axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NONE))
         .collect()
+}
+
+fn ends(calibration: &Calibration, end: impl Fn(&(Option<f64>, Option<f64>)) -> f64) -> Vec<f64> {
+    calibration.gauge_limits.iter().map(end).collect()
 }
 
 /// What gauges show without load once they are tared: zero where the calibration was made of such gauges; else those without a

@@ -18,6 +18,7 @@ use self::markup::Markup;
 use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, FactoryScores, UsedRecording};
 use crate::evaluation::metrology::Metrology;
+use crate::evaluation::sufficiency::Sufficiency;
 use crate::report::figure::Figure;
 
 /// Everything that a report says.
@@ -37,6 +38,8 @@ pub struct ReportData {
     pub fitted: bool,
     /// All recordings, in order.
     pub recordings: Vec<ReportRecording>,
+    /// Whether the recordings carry the model, or a sentence that says why that is not known.
+    pub check: Result<Sufficiency, String>,
     /// The errors over both thresholds, or a sentence that says why they are missing.
     pub thresholds: Result<ReportCurves, String>,
     /// Which recordings loops and figures are of, in words.
@@ -126,6 +129,7 @@ fn contents(report: &ReportData, page: &mut Markup) {
     tables::head(report, page);
     tables::notes(report, page);
     tables::warnings(report, page);
+    tables::check(report, page);
     tables::scores(report, page);
     tables::settings(report, page);
     figures::thresholds(report, page);

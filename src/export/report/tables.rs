@@ -8,7 +8,7 @@ use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::facts::settings_of;
 use crate::features::Distance;
 use crate::recording::Role;
-use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note};
+use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note, sufficiency_tables};
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
 const MAX_FEATURES: usize = 400;
@@ -65,6 +65,25 @@ pub(super) fn warnings(report: &ReportData, page: &mut Markup) {
                 }
             });
         });
+    });
+}
+
+pub(super) fn check(report: &ReportData, page: &mut Markup) {
+    page.section("check", "", "Enough data?", |page| {
+        let found = match &report.check {
+            Ok(found) => found,
+            Err(reason) => return page.element("p", reason),
+        };
+        page.element("p", &format!("{}.", found.verdict.words()));
+        page.within("ul", "", |page| {
+            for sentence in found.sentences() {
+                page.element("li", &format!("{sentence}."));
+            }
+        });
+        page.element("p", &found.rank_in_words());
+        sufficiency_tables(found)
+            .iter()
+            .for_each(|table| page.table(table));
     });
 }
 

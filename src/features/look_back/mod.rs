@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::features::kept::Kept;
 use crate::features::{Range, Setting, Unit};
+use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
 use crate::recording::Axis;
 
@@ -267,7 +268,7 @@ impl LoadPath {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
-    /// [`past_samples`](Self::past_samples), of which some are missing once somebody has asked to stop.
+    /// [`past_samples`](Self::past_samples), of which some are not looked for once somebody has asked to stop: those have none.
     ///
     /// # Panics
     /// As [`past_samples`](Self::past_samples).
@@ -314,8 +315,8 @@ struct Path<const D: usize> {
 
 #[derive(Clone, Copy, Debug)]
 struct Bounds<const D: usize> {
-    low: [f64; D],
-    high: [f64; D],
+    low: [f32; D],
+    high: [f32; D],
 }
 
 impl<const D: usize> Path<D> {
@@ -354,7 +355,7 @@ impl<const D: usize> Path<D> {
 
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
         assert_eq!(times.len(), self.n, "one time per sample");
-        let mut past = vec![0; self.n];
+        let mut past: Vec<u32> = (0..self.n as u32).collect();
         let runs = past.par_chunks_mut(RUN).enumerate();
         let wanted = runs.filter(|_| !progress.is_cancelled());
         wanted.for_each(|(run, past)| {
@@ -522,11 +523,11 @@ impl<const D: usize> pulp::WithSimd for Search<'_, D> {
 impl<const D: usize> Bounds<D> {
     fn of_group(group: &[Lanes; D]) -> Self {
         let fold = |start: f64, pick: fn(f64, f64) -> f64| {
-            std::array::from_fn(|dimension| group[dimension].into_iter().fold(start, pick))
+            group.map(|lanes| lanes.into_iter().fold(start, pick))
         };
         Self {
-            low: fold(f64::INFINITY, f64::min),
-            high: fold(f64::NEG_INFINITY, f64::max),
+            low: fold(f64::INFINITY, f64::min).map(rounded_down),
+            high: fold(f64::NEG_INFINITY, f64::max).map(rounded_up),
         }
     }
 
@@ -544,8 +545,8 @@ impl<const D: usize> Bounds<D> {
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;
         for (dimension, at) in point.iter().enumerate() {
-            let below = at - self.low[dimension];
-            let above = self.high[dimension] - at;
+            let below = at - f64::from(self.low[dimension]);
+            let above = f64::from(self.high[dimension]) - at;
             let reach = if below > above { below } else { above };
             sum += reach * reach;
         }
@@ -559,8 +560,8 @@ impl<const D: usize> Bounds<D> {
     fn farthest_of(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
         for dimension in 0..D {
-            let below = other.high[dimension] - self.low[dimension];
-            let above = self.high[dimension] - other.low[dimension];
+            let below = f64::from(other.high[dimension]) - f64::from(self.low[dimension]);
+            let above = f64::from(self.high[dimension]) - f64::from(other.low[dimension]);
             let reach = if below > above { below } else { above };
             sum += reach * reach;
         }
@@ -588,6 +589,19 @@ fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_search_that_is_stopped_leaves_samples_without_a_past() {
+        let loads: Vec<f64> = (0..100).map(f64::from).collect();
+        let progress = Progress::default();
+        progress.cancel();
+        let thresholds = Thresholds {
+            f_th: 3.0,
+            t_th_secs: 5.0,
+        };
+        let past = LoadPath::new(&loads, &[1.0]).past_samples_until(&loads, thresholds, &progress);
+        assert_eq!(past, (0..100).collect::<Vec<u32>>());
+    }
 
     /// The rule as written, one sample after another.
     fn plain_scan(times: &[f64], rows: &[Vec<f64>], thresholds: Thresholds) -> Vec<u32> {

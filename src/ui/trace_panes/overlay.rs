@@ -16,7 +16,7 @@ const STRIP: egui::Vec2 = egui::Vec2::new(270.0, 96.0);
 /// Size of its words.
 const STRIP_TEXT: f32 = 11.0;
 /// It looks at no more samples than this in a frame.
-const STRIP_SAMPLES: usize = 200_000;
+const STRIP_SAMPLES: usize = 50_000;
 
 /// Draws what is searched: t_th as an interval of time. F_th is a distance over several axes, which no box around one of them shows;
 /// see [`strip`].
@@ -228,14 +228,16 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
     let now = traces.times[k];
     let oldest = first + traces.times[first..=k].partition_point(|time| now - time > t_th_secs);
     let n = k - oldest + 1;
-    let stride = n.div_ceil(STRIP_SAMPLES).max(1);
+    // What is near in time is near in load: of too many samples the first of each column stand for the others.
     let width = n.div_ceil(STRIP.x as usize).max(1);
+    let looked_at = width.min(STRIP_SAMPLES / STRIP.x as usize);
     let mut points = Vec::new();
     let mut end = k + 1;
     while end > oldest {
         let start = end.saturating_sub(width).max(oldest);
-        let farthest = (start..end).rev().step_by(stride);
-        let farthest = farthest.map(|j| (j, traces.distance_between(k, j)));
+        let newest = end - looked_at.min(end - start);
+        let distances = traces.distances(k, newest..end);
+        let farthest = (newest..end).zip(distances);
         let farthest = farthest.max_by(|a, b| a.1.total_cmp(&b.1));
         points.extend(farthest.map(|(j, d)| (now - traces.times[j], d)));
         end = start;

@@ -1,0 +1,109 @@
+//! `loopscope check`: whether the recordings carry the model, before anybody trusts the matrix.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::choices::{ModelArgs, RecordingArgs};
+use super::{JobError, named_file};
+use crate::analysis::{HangingMass, Request, sufficiency};
+use crate::evaluation::sufficiency::{Sufficiency, Verdict};
+use crate::progress::Progress;
+use crate::report::sufficiency_tables;
+use crate::shown::printable;
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Recordings to fit, as after --train; without any, those of the built-in simulated sensor.
+    #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    recordings: RecordingArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    /// Propose only loads that a hanging mass makes, the sensor turned any way: the masses that there are, in kg.
+    #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = positive)]
+    mass: Vec<f64>,
+    /// How far from the sensor's origin these masses can hang, in m, along its axes.
+    #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = positive, requires = "mass")]
+    arm: Vec<f64>,
+    /// Print one JSON object instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    let number = number.filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "this is not a number above zero".to_owned())
+}
+
+/// What `check --json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    simulated: bool,
+    features: String,
+    #[serde(flatten)]
+    found: &'a Sufficiency,
+}
+
+pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
+    let CheckArgs {
+        files,
+        mut recordings,
+        model,
+        mass,
+        arm,
+        json,
+    } = args;
+    recordings.train.extend(files);
+    let set = recordings.read()?;
+    let settings = model.settings(&set);
+    let features = settings.features.describe();
+    let simulated = set.is_simulated();
+    let hanging = (!mass.is_empty()).then_some(HangingMass {
+        masses: mass,
+        arms: arm,
+    });
+    let request = Request::fit(Arc::new(set), settings);
+    let found = sufficiency(&request, hanging.as_ref(), &Progress::default())?;
+    let mut out = io::stdout().lock();
+    if json {
+        let report = Report {
+            simulated,
+            features,
+            found: &found,
+        };
+        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        if simulated {
+            writeln!(out, "The built-in simulated sensor")?;
+        }
+        for line in text(&found).lines() {
+            writeln!(out, "{}", printable(line))?;
+        }
+    }
+    match found.verdict {
+        Verdict::Enough | Verdict::Doubtful => Ok(()),
+        Verdict::Insufficient => Err(JobError::Insufficient),
+    }
+}
+
+/// For people: the verdict, its reasons, then the figures.
+fn text(found: &Sufficiency) -> String {
+    let mut lines = vec![format!("{}.", found.verdict.words())];
+    lines.extend(found.sentences().map(|sentence| format!("* {sentence}")));
+    lines.push(format!("\n{}", found.rank_in_words()));
+    lines.extend(found.undetermined.iter().map(|one| format!("  {one}")));
+    lines.extend(
+        sufficiency_tables(found)
+            .iter()
+            .map(|table| format!("\n{}", table.text().trim_end())),
+    );
+    lines.join("\n")
+}

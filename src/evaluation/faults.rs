@@ -1,0 +1,774 @@
+//! Samples that a sensor, its logger or its reference got wrong: clipped, stuck, dropped out, spikes, overload.
+//!
+//! What one channel should show is expected of the others: of the reference load for a gauge, of the gauges for a load, of the other
+//! gauges where there is no reference. So a sensor at rest is not taken for a clipped one, nor a blow for a spike.
+//!
+//! **Shapes** samples are counted in the recording that is looked at.
+
+use std::fmt;
+use std::ops::Range;
+
+use faer::Mat;
+use faer::linalg::solvers::SolveLstsq as _;
+use rayon::prelude::*;
+
+use crate::evaluation::quantile::quantile;
+use crate::recording::{LeftOut, Recording, ValidRange, median};
+
+/// Samples that say what to expect of a channel; of more, as many spread evenly.
+const LOOKED_AT: usize = 4096;
+/// A channel that is expected to move by this share of its range, and so many standard deviations of what the others say of it,
+/// does not stand still by itself.
+const MOVES: (f64, f64) = (0.1, 6.0);
+/// So many equal values in a row are stuck, if the others move.
+const STUCK_SAMPLES: usize = 10;
+/// A jump is so many times the usual step, and this share of the range.
+const JUMP: (f64, f64) = (30.0, 0.05);
+/// Of a jump that is real, the others show at least this share.
+const SHOWN_BY_OTHERS: f64 = 0.3;
+/// After a spike the channel is where it was, but for this share of it.
+const BACK_AGAIN: f64 = 0.25;
+/// No spike is longer than this (samples) …
+const SPIKE_SAMPLES: usize = 3;
+/// … and no dropout, unless it is stuck.
+const DROPOUT_SAMPLES: usize = 50;
+/// A channel whose range is so many times its usual step carries more than noise.
+const SIGNAL: f64 = 20.0;
+/// An extreme is clipped if it is so many times as frequent as each of the values beside it.
+const PILES_UP: usize = 3;
+
+/// A channel of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    /// A gauge by its position.
+    Gauge(usize),
+    /// An axis of the reference by its position.
+    Load(usize),
+}
+
+impl Channel {
+    fn of(self, recording: &Recording, k: usize) -> f64 {
+        match self {
+            Self::Gauge(gauge) => recording.gauges_at(k)[gauge],
+            Self::Load(axis) => recording.loads()[k * recording.axes().len() + axis],
+        }
+    }
+
+    /// What it is called.
+    pub fn name(self, recording: &Recording) -> &str {
+        match self {
+            Self::Gauge(gauge) => &recording.gauge_names()[gauge],
+            Self::Load(axis) => recording.axes()[axis].symbol(),
+        }
+    }
+}
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FaultKind {
+    /// It stands at the end of what the logger can write, where the load goes on.
+    Saturated,
+    /// It repeats one value while the load moves.
+    Stuck,
+    /// For some samples it shows a value that it shows nowhere near, such as zero.
+    Dropout,
+    /// A few samples are far off, and no other channel shows it.
+    Spike,
+    /// The load is beyond the rated one.
+    Overload,
+    /// It shows one value throughout.
+    Dead,
+}
+
+impl fmt::Display for FaultKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Saturated => "saturated",
+            Self::Stuck => "stuck",
+            Self::Dropout => "dropped out",
+            Self::Spike => "spikes",
+            Self::Overload => "overloaded",
+            Self::Dead => "dead",
+        })
+    }
+}
+
+/// One fault of one channel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// What is wrong.
+    pub kind: FaultKind,
+    /// With what.
+    pub channel: Channel,
+    /// From when to when.
+    pub samples: Range<usize>,
+}
+
+/// What is wrong with a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Each channel's, in order of kind, channel and time.
+    pub found: Vec<Fault>,
+    /// Between which values each gauge is not clipped, as the logger writes them, where it is clipped.
+    pub unclipped: Vec<(Option<f64>, Option<f64>)>,
+}
+
+impl Faults {
+    /// The samples that cannot be used, in order and apart. A dead channel spoils no sample.
+    pub fn samples(&self) -> Vec<Range<usize>> {
+        let spoiled = |fault: &&Fault| fault.kind != FaultKind::Dead;
+        let faults = self.found.iter().filter(spoiled);
+        let mut ranges: Vec<Range<usize>> = faults.map(|fault| fault.samples.clone()).collect();
+        ranges.sort_by_key(|range| range.start);
+        let mut joined: Vec<Range<usize>> = Vec::new();
+        for range in ranges {
+            match joined.last_mut() {
+                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+                _ => joined.push(range),
+            }
+        }
+        joined
+    }
+
+    /// How many samples cannot be used.
+    pub fn n_samples(&self) -> usize {
+        self.samples().iter().map(ExactSizeIterator::len).sum()
+    }
+
+    /// Each kind in words, with how many samples and which channels: `30 saturated (S3 S4)`.
+    pub fn in_words(&self, recording: &Recording) -> Vec<String> {
+        let kinds = self.found.chunk_by(|a, b| a.kind == b.kind);
+        let words = kinds.map(|faults| {
+            let kind = faults[0].kind;
+            let mut channels: Vec<&str> = Vec::new();
+            for fault in faults {
+                let name = fault.channel.name(recording);
+                if !channels.contains(&name) {
+                    channels.push(name);
+                }
+            }
+            let named = match &channels[..] {
+                [first, .., last] if channels.len() > 8 => format!("{first} … {last}"),
+                all => all.join(" "),
+            };
+            let own = Self {
+                found: faults.to_vec(),
+                ..Self::default()
+            };
+            match kind {
+                FaultKind::Dead => format!("{named} {kind}: one value throughout"),
+                _ => format!("{} {kind} ({named})", own.n_samples()),
+            }
+        });
+        words.collect()
+    }
+
+    /// The recording without the samples that cannot be used: one, or more where history must not cross what is missing; none where
+    /// nothing remains.
+    pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
+        let left_out = LeftOut {
+            of: recording.name().to_owned(),
+            range: range.clone(),
+            n_samples: self.n_samples(),
+            unclipped: self.unclipped.clone(),
+        };
+        recording.without(&self.samples(), &left_out)
+    }
+}
+
+/// What is wrong with a recording, as far as its channels and what is known of them say.
+pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
+    let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
+    let loads = (0..recording.axes().len()).map(Channel::Load);
+    let channels: Vec<Channel> = gauges.chain(loads).collect();
+    let own = channels
+        .par_iter()
+        .map(|channel| Own::of(recording, *channel));
+    let own: Vec<Own> = own.collect();
+    let moves = |own: &&Own| own.high > own.low;
+    let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
+    // More than noise does: then a channel of one value is no resting one.
+    let something_moves = own.iter().any(|own| own.span > SIGNAL * own.step);
+    let of_channel = |own: &Own| {
+        let mut found: Vec<Fault> = Vec::new();
+        if !moves(&own) {
+            if matches!(own.channel, Channel::Gauge(_)) && something_moves {
+                found.push(Fault {
+                    kind: FaultKind::Dead,
+                    channel: own.channel,
+                    samples: 0..recording.n_samples(),
+                });
+            }
+            return (found, (None, None));
+        }
+        let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
+        let others = |wanted: bool| -> Vec<Channel> {
+            let others = moving.iter().filter(|other| is_load(other) == wanted);
+            let others = others.copied().filter(|other| *other != own.channel);
+            others.collect()
+        };
+        let by = match own.channel {
+            Channel::Load(_) => others(false),
+            Channel::Gauge(_) if moving.iter().any(is_load) => others(true),
+            Channel::Gauge(_) => others(false),
+        };
+        let expected = Expected::of(recording, own, by);
+        let channel = Watched {
+            recording,
+            own,
+            expected: expected.as_ref(),
+        };
+        let unclipped = channel.clipped(range.gauges, &mut found);
+        channel.stuck(&mut found);
+        channel.jumps(&mut found);
+        (found, unclipped)
+    };
+    let (found, mut unclipped): (Vec<Vec<Fault>>, Vec<_>) = own.par_iter().map(of_channel).unzip();
+    let mut found = found.concat();
+    unclipped.truncate(recording.n_gauges());
+    let n_axes = recording.axes().len();
+    for (axis, rated) in range.rated.iter().enumerate().take(n_axes) {
+        let Some(rated) = rated else { continue };
+        let loads = recording.loads()[axis..].iter().step_by(n_axes);
+        let is_over = loads.map(|load| load.abs() > rated * (1.0 + 1e-9));
+        push_runs(
+            is_over,
+            FaultKind::Overload,
+            Channel::Load(axis),
+            &mut found,
+        );
+    }
+    if unclipped.iter().all(|own| *own == (None, None)) {
+        unclipped.clear();
+    }
+    found.sort_by_key(|fault| (fault.kind, fault.channel, fault.samples.start));
+    Faults { found, unclipped }
+}
+
+/// A channel by itself.
+#[derive(Debug)]
+struct Own {
+    channel: Channel,
+    low: f64,
+    high: f64,
+    /// Where nearly all of its values lie: without what is far off.
+    span: f64,
+    /// The median step from sample to sample.
+    step: f64,
+    /// The least step that is not zero.
+    resolution: f64,
+    /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
+    piles_up: Vec<f64>,
+}
+
+impl Own {
+    fn of(recording: &Recording, channel: Channel) -> Self {
+        let n = recording.n_samples();
+        let value = |k: usize| channel.of(recording, k);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut resolution = f64::INFINITY;
+        for k in 0..n {
+            let own = value(k);
+            (low, high) = (low.min(own), high.max(own));
+            let step = if k > 0 {
+                (own - value(k - 1)).abs()
+            } else {
+                0.0
+            };
+            if step > 0.0 {
+                resolution = resolution.min(step);
+            }
+        }
+        let looked_at = looked_at(n);
+        let mut values: Vec<f64> = looked_at.clone().map(value).collect();
+        let [low_share, high_share] =
+            [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
+        let steps = looked_at.filter(|k| *k > 0);
+        let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
+        let piles_up = |extreme: &f64, inward: f64| {
+            let mut counts = [0_usize; 4];
+            for k in 0..n {
+                let steps = inward * (value(k) - extreme) / resolution;
+                if steps < 3.25 && (steps - steps.round()).abs() < 0.25 {
+                    counts[steps.round() as usize] += 1;
+                }
+            }
+            let [at, beside @ ..] = counts;
+            let most_beside = beside.into_iter().max().unwrap_or(0);
+            low < high && at >= PILES_UP.max(PILES_UP * most_beside)
+        };
+        let ends = [(low, 1.0), (high, -1.0)].into_iter();
+        let piles_up = ends.filter(|(extreme, inward)| piles_up(extreme, *inward));
+        Self {
+            channel,
+            low,
+            high,
+            piles_up: piles_up.map(|(extreme, _)| extreme).collect(),
+            span: high_share - low_share,
+            step: steps.unwrap_or(0.0),
+            resolution,
+        }
+    }
+}
+
+fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
+    (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
+}
+
+/// What the other channels say of one: a straight line in each.
+#[derive(Debug)]
+struct Expected {
+    /// The channels, with the mean that is taken off and the factor.
+    by: Vec<(Channel, f64, f64)>,
+    constant: f64,
+    /// How far off it is in general: a standard deviation, whatever lies far out.
+    sigma: f64,
+}
+
+impl Expected {
+    /// By least squares, three times: each time without what is far from the one before.
+    fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
+        let all = || looked_at(recording.n_samples());
+        let is_inside = |k: &usize| !own.piles_up.contains(&own.channel.of(recording, *k));
+        let fewest = 2 * (by.len() + 1);
+        // What may be clipped would bend the line.
+        let mut samples: Vec<usize> = all().filter(is_inside).collect();
+        if samples.len() < fewest {
+            samples = all().collect();
+        }
+        if by.is_empty() || samples.len() < fewest {
+            return None;
+        }
+        let scaled: Vec<(Channel, f64, f64)> = (by.into_iter())
+            .map(|channel| {
+                let values = samples.iter().map(|k| channel.of(recording, *k));
+                let mean = values.clone().sum::<f64>() / samples.len() as f64;
+                let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+                let deviation = (squares / samples.len() as f64).sqrt();
+                (
+                    channel,
+                    mean,
+                    if deviation > 0.0 {
+                        1.0 / deviation
+                    } else {
+                        0.0
+                    },
+                )
+            })
+            .collect();
+        let mut found = None;
+        for _ in 0..3 {
+            let n = samples.len();
+            let value = |k: usize| own.channel.of(recording, k);
+            let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
+            // A little of a ridge: channels may say the same.
+            let rows = Mat::from_fn(n + scaled.len(), scaled.len() + 1, |row, column| {
+                match (samples.get(row), scaled.get(column)) {
+                    (Some(_), None) => 1.0,
+                    (Some(k), Some((channel, mean, factor))) => {
+                        (channel.of(recording, *k) - mean) * factor
+                    }
+                    (None, _) if row - n == column => 1e-4 * (n as f64).sqrt(),
+                    (None, _) => 0.0,
+                }
+            });
+            let values = Mat::from_fn(n + scaled.len(), 1, |row, _| {
+                samples.get(row).map_or(0.0, |k| value(*k) - mean)
+            });
+            let solved = rows.qr().solve_lstsq(values);
+            let by = scaled.iter().enumerate();
+            let mut expected = Self {
+                by: by
+                    .map(|(at, (channel, mean, factor))| {
+                        (*channel, *mean, solved[(at, 0)] * factor)
+                    })
+                    .collect(),
+                constant: mean + solved[(scaled.len(), 0)],
+                sigma: 0.0,
+            };
+            let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
+            let sigma = 1.4826 * median(samples.iter().map(off))?;
+            let near: Vec<usize> = (samples.iter().copied())
+                .filter(|k| off(k) <= 4.0 * sigma)
+                .collect();
+            expected.sigma = sigma;
+            let is_finite = expected.by.iter().all(|(_, _, factor)| factor.is_finite());
+            found = Some(expected).filter(|_| is_finite && sigma.is_finite());
+            if near.len() <= scaled.len() + 1 {
+                break;
+            }
+            samples = near;
+        }
+        found
+    }
+
+    fn at(&self, recording: &Recording, k: usize) -> f64 {
+        let by = self.by.iter();
+        let by = by.map(|(channel, mean, factor)| (channel.of(recording, k) - mean) * factor);
+        self.constant + by.sum::<f64>()
+    }
+
+    /// How far it goes in a run of samples, of which some are looked at; what a tenth of them says alone does not count.
+    fn spread(&self, recording: &Recording, samples: impl ExactSizeIterator<Item = usize>) -> f64 {
+        let every = samples.len().div_ceil(256).max(1);
+        let values = samples.step_by(every).map(|k| self.at(recording, k));
+        let mut values: Vec<f64> = values.collect();
+        values.sort_by(f64::total_cmp);
+        let cut = values.len().div_ceil(10);
+        match values.len() > 2 * cut {
+            true => values[values.len() - 1 - cut] - values[cut],
+            false => 0.0,
+        }
+    }
+}
+
+/// A channel that is looked at.
+struct Watched<'a> {
+    recording: &'a Recording,
+    own: &'a Own,
+    expected: Option<&'a Expected>,
+}
+
+impl Watched<'_> {
+    fn value(&self, k: usize) -> f64 {
+        self.own.channel.of(self.recording, k)
+    }
+
+    fn n(&self) -> usize {
+        self.recording.n_samples()
+    }
+
+    /// Whether the others say that it moves where it does not.
+    fn should_move(&self, samples: impl ExactSizeIterator<Item = usize>) -> bool {
+        let Own {
+            span, resolution, ..
+        } = self.own;
+        self.expected.is_some_and(|expected| {
+            let least = (MOVES.0 * span).max(MOVES.1 * expected.sigma.max(*resolution));
+            expected.spread(self.recording, samples) > least
+        })
+    }
+
+    /// Finds where the logger could not write more, and says between which values (as the logger writes them) it could.
+    fn clipped(
+        &self,
+        entered: Option<(f64, f64)>,
+        found: &mut Vec<Fault>,
+    ) -> (Option<f64>, Option<f64>) {
+        let Channel::Gauge(gauge) = self.own.channel else {
+            return (None, None);
+        };
+        let tared_by = self.recording.tared_by(gauge);
+        let limits = match entered {
+            Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
+            None => {
+                let [low, high] = [self.own.low, self.own.high];
+                (
+                    self.is_clipped(low).then_some(low),
+                    self.is_clipped(high).then_some(high),
+                )
+            }
+        };
+        let beyond = |k: usize| {
+            let value = self.value(k);
+            limits.0.is_some_and(|low| value <= low) || limits.1.is_some_and(|high| value >= high)
+        };
+        let beyond = (0..self.n()).map(beyond);
+        push_runs(beyond, FaultKind::Saturated, self.own.channel, found);
+        match entered {
+            Some((low, high)) => (Some(low), Some(high)),
+            None => [limits.0, limits.1]
+                .map(|limit| limit.map(|limit| limit + tared_by))
+                .into(),
+        }
+    }
+
+    /// Whether an extreme is where the logger ends: it is often exactly the same, and the others say that the channel should move there,
+    /// and mostly farther out.
+    fn is_clipped(&self, extreme: f64) -> bool {
+        let Own {
+            resolution, span, ..
+        } = self.own;
+        if !self.own.piles_up.contains(&extreme) {
+            return false;
+        }
+        let at: Vec<usize> = (0..self.n())
+            .filter(|k| self.value(*k) == extreme)
+            .collect();
+        let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
+        let Some(expected) = self.expected else {
+            return false;
+        };
+        let farther = at
+            .iter()
+            .map(|k| inward * (extreme - expected.at(self.recording, *k)));
+        let least = resolution.max(expected.sigma);
+        let is_farther = median(farther).is_some_and(|farther| farther > least);
+        let spread = expected.spread(self.recording, at.iter().copied());
+        is_farther && spread > (3.0 * resolution).max(0.03 * span)
+    }
+
+    /// Finds where it repeats one value though the others say that it moves.
+    fn stuck(&self, found: &mut Vec<Fault>) {
+        let mut start = 0;
+        for k in 1..=self.n() {
+            if k < self.n() && self.value(k) == self.value(start) {
+                continue;
+            }
+            let known = |fault: &Fault| {
+                let is_own = fault.channel == self.own.channel;
+                is_own && fault.samples.start <= start && k <= fault.samples.end
+            };
+            let is_long = k - start >= STUCK_SAMPLES;
+            if is_long && !found.iter().any(known) && self.should_move(start..k) {
+                found.push(self.fault(FaultKind::Stuck, start..k));
+            }
+            start = k;
+        }
+    }
+
+    /// Finds where it jumps away and back, and nothing else does.
+    fn jumps(&self, found: &mut Vec<Fault>) {
+        let Own {
+            step,
+            span,
+            resolution,
+            ..
+        } = self.own;
+        let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
+        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
+        let mut away: Vec<(Range<usize>, bool)> = Vec::new();
+        let mut k = 1;
+        while k < self.n() {
+            let jump = self.value(k) - self.value(k - 1);
+            let end = match jump.abs() >= least {
+                true => self.back_again(k, jump),
+                false => None,
+            };
+            let Some(end) = end else {
+                k += 1;
+                continue;
+            };
+            let is_one_value = (k + 1..end).all(|at| self.value(at) == self.value(k));
+            let is_short = end - k <= SPIKE_SAMPLES;
+            let shown = self.expected.map_or(0.0, |expected| {
+                let at = |k: usize| expected.at(self.recording, k);
+                ((at(k) - at(k - 1)) / jump).max((at(end - 1) - at(end)) / jump)
+            });
+            if (is_one_value || is_short) && shown < SHOWN_BY_OTHERS {
+                away.push((k..end, is_one_value));
+                k = end;
+            }
+            k += 1;
+        }
+        // A value that comes again is one that stands for none.
+        for (at, (samples, is_one_value)) in away.iter().enumerate() {
+            let value = self.value(samples.start);
+            let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {
+                other != at && self.value(samples.start) == value
+            };
+            let stands_for_none =
+                value == 0.0 || samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
+            let kind = match *is_one_value && stands_for_none {
+                true => FaultKind::Dropout,
+                false => FaultKind::Spike,
+            };
+            found.push(self.fault(kind, samples.clone()));
+        }
+    }
+
+    /// Where a channel that jumped before sample `k` is back where it was.
+    fn back_again(&self, k: usize, jump: f64) -> Option<usize> {
+        let before = self.value(k - 1);
+        let is_back = |at: &usize| (self.value(*at) - before).abs() <= BACK_AGAIN * jump.abs();
+        (k + 1..self.n().min(k + 1 + DROPOUT_SAMPLES)).find(is_back)
+    }
+
+    fn fault(&self, kind: FaultKind, samples: Range<usize>) -> Fault {
+        Fault {
+            kind,
+            channel: self.own.channel,
+            samples,
+        }
+    }
+}
+
+/// Notes each run of samples that are so.
+fn push_runs(
+    samples: impl Iterator<Item = bool>,
+    kind: FaultKind,
+    channel: Channel,
+    found: &mut Vec<Fault>,
+) {
+    let mut start = None;
+    for (k, is_so) in samples.chain([false]).enumerate() {
+        match (is_so, start) {
+            (true, None) => start = Some(k),
+            (false, Some(from)) => {
+                found.push(Fault {
+                    kind,
+                    channel,
+                    samples: from..k,
+                });
+                start = None;
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use crate::recording::{Axis, Source, simulated};
+
+    const N: usize = 2000;
+
+    /// Two axes at 100 Hz that move on their own, and the first rests at times; three gauges that show them with some hysteresis and noise, in
+    /// counts where `counts` says how fine.
+    fn sensor(counts: Option<f64>) -> (Vec<f64>, Vec<f64>) {
+        let mut random = Random::new(3, &[]);
+        let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+        let mut play = 0.0_f64;
+        for k in 0..N {
+            let t = k as f64 / 100.0;
+            let x = (20.0 * (0.7 * t).sin()).max(-5.0);
+            let y = 3.0 * (1.3 * t + 1.0).sin() + 1.0 * (0.31 * t).cos();
+            play = play.clamp(x - 1.0, x + 1.0);
+            for (a, b) in [(1.0, 0.5), (-0.4, 2.0), (0.7, -1.5)] {
+                let value = a * x + b * y + 0.05 * play + 0.02 * random.normal();
+                gauges.push(counts.map_or(value, |counts| (value * counts).round()));
+            }
+            loads.extend([x, y]);
+        }
+        (gauges, loads)
+    }
+
+    fn recording(gauges: Vec<f64>, loads: Vec<f64>) -> Recording {
+        let axes = match loads.len() / N {
+            0 => Vec::new(),
+            _ => vec![Axis::Fx, Axis::Fz],
+        };
+        let times = (0..N).map(|k| k as f64 / 100.0).collect();
+        let names = ["S1", "S2", "S3"].map(str::to_owned).to_vec();
+        Recording::new("r", Source::Simulated, times, names, gauges, axes, loads).unwrap()
+    }
+
+    fn words(recording: &Recording) -> Vec<String> {
+        faults(recording, &ValidRange::default()).in_words(recording)
+    }
+
+    #[test]
+    fn nothing_is_wrong_with_a_sensor_that_rests_turns_or_is_coarse() {
+        for counts in [None, Some(1000.0), Some(10.0), Some(1.0)] {
+            let (gauges, loads) = sensor(counts);
+            for loads in [loads, Vec::new()] {
+                let recording = recording(gauges.clone(), loads);
+                assert_eq!(words(&recording), Vec::<String>::new(), "{counts:?}");
+            }
+        }
+        for recording in simulated::recordings(simulated::DEFAULT_SEED).entries() {
+            assert_eq!(words(&recording.recording), Vec::<String>::new());
+        }
+    }
+
+    #[test]
+    fn a_clipped_gauge_is_found_with_and_without_a_reference() {
+        let (mut gauges, loads) = sensor(Some(100.0));
+        for row in gauges.chunks_exact_mut(3) {
+            row[0] = row[0].min(1500.0);
+        }
+        let clipped = gauges.iter().step_by(3).filter(|value| **value == 1500.0);
+        let expected = format!("{} saturated (S1)", clipped.count());
+        for loads in [loads, Vec::new()] {
+            let recording = recording(gauges.clone(), loads);
+            assert_eq!(words(&recording), [expected.as_str()]);
+            let found = faults(&recording, &ValidRange::default());
+            assert_eq!(found.unclipped[0], (None, Some(1500.0)));
+            let rest = found.left_out_of(&recording, &ValidRange::default());
+            assert!(rest.len() > 1, "the load goes on for longer than a gap");
+            let left: usize = rest.iter().map(Recording::n_samples).sum();
+            assert_eq!(left + found.n_samples(), N);
+            assert!(rest.iter().all(|part| part.left_out().is_some()));
+        }
+    }
+
+    #[test]
+    fn limits_that_were_entered_are_those_of_the_logger_whatever_was_tared() {
+        let (gauges, loads) = sensor(None);
+        let range = ValidRange {
+            gauges: Some((-12.0, 12.0)),
+            rated: vec![Some(19.0), None],
+        };
+        let recording = recording(gauges.clone(), loads.clone());
+        let found = faults(&recording, &range);
+        let outside = gauges.chunks_exact(3).zip(loads.chunks_exact(2));
+        let outside = outside.filter(|(gauges, loads)| {
+            gauges.iter().any(|gauge| gauge.abs() >= 12.0) || loads[0] > 19.0
+        });
+        assert_eq!(found.n_samples(), outside.count());
+        assert!(found.in_words(&recording)[1].contains("overloaded (Fx)"));
+        let tared = recording.tared("0:1".parse().unwrap()).unwrap().0;
+        assert_eq!(faults(&tared, &range), found);
+    }
+
+    #[test]
+    fn spikes_dropouts_stuck_and_dead_channels_are_told_from_blows() {
+        let (mut gauges, mut loads) = sensor(None);
+        gauges[3 * 300] += 15.0; // a spike
+        let far = |from: usize| (from..).find(|k| gauges[3 * k + 1].abs() > 4.0).unwrap();
+        let (first, second) = (far(500), far(900));
+        for k in [first, first + 1, second] {
+            gauges[3 * k + 1] = 0.0;
+        }
+        for k in 1300..1400 {
+            gauges[3 * k] = gauges[3 * 1300];
+        }
+        for k in 1500..1502 {
+            // A blow: everything shows it.
+            loads[2 * k] += 20.0;
+            for (gauge, factor) in [1.0, -0.4, 0.7].into_iter().enumerate() {
+                gauges[3 * k + gauge] += 20.0 * factor;
+            }
+        }
+        loads[2 * 1700 + 1] = -999.0; // a value that is missing
+        let recording = recording(gauges.clone(), loads.clone());
+        assert_eq!(
+            words(&recording),
+            ["100 stuck (S1)", "3 dropped out (S2)", "2 spikes (S1 Fz)"]
+        );
+        for row in gauges.chunks_exact_mut(3) {
+            row[1] = 0.3;
+        }
+        let dead = super::tests::recording(gauges, loads);
+        assert_eq!(
+            words(&dead).last().unwrap(),
+            "S2 dead: one value throughout"
+        );
+    }
+
+    #[test]
+    fn next_to_nothing_says_nothing() {
+        let one = |values: Vec<f64>| {
+            let times = (0..values.len()).map(|k| k as f64).collect();
+            let loads = values.iter().map(|value| 2.0 * value).collect();
+            let names = vec!["S1".to_owned()];
+            let recording = Recording::new(
+                "r",
+                Source::Simulated,
+                times,
+                names,
+                values,
+                vec![Axis::Fz],
+                loads,
+            );
+            words(&recording.unwrap())
+        };
+        assert_eq!(one(vec![1.0]), Vec::<String>::new());
+        assert_eq!(one(vec![1.0; 50]), Vec::<String>::new());
+        assert_eq!(one(vec![1.0, 2.0, 2.0, 2.0]), Vec::<String>::new());
+        let steps = (0..60).map(|k| f64::from(k / 20)).collect();
+        assert_eq!(one(steps), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,338 @@
+//! What data tell of coefficients, from their sums alone: leverage, directions that nothing determines, and which load would
+//! tell most.
+
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
+
+use crate::calibration::NormalEquations;
+
+/// Added to the diagonal of the sums over columns of unit length, so that what nothing determines stays out of sums that
+/// have an inverse otherwise: as small as what [`fit`](crate::calibration::fit) takes for explained.
+const NOTHING: f64 = 1e-12;
+/// The same where loads are proposed: what nothing determines is worth about a million times what one load determines.
+const PRIOR: f64 = 1e-6;
+
+/// The sums over some columns, each scaled to unit length, taken apart.
+#[derive(Clone, Debug)]
+pub struct Information {
+    /// The columns that are not zero in every sample.
+    pub columns: Vec<usize>,
+    /// One over the length of each.
+    inverse_lengths: Vec<f64>,
+    /// The squares of the singular values, the least first.
+    pub squares: Vec<f64>,
+    /// The direction of each, over the columns.
+    pub directions: Vec<Vec<f64>>,
+}
+
+impl Information {
+    /// Of these columns of the sums; `None` where all are zero.
+    pub fn of(sums: &NormalEquations, columns: &[usize]) -> Option<Self> {
+        let columns = sums.present_among(columns);
+        let inverse_length = |column: &usize| 1.0 / sums.feature_product(*column, *column).sqrt();
+        let inverse_lengths: Vec<f64> = columns.iter().map(inverse_length).collect();
+        let n = columns.len();
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            sums.feature_product(columns[i], columns[j]) * inverse_lengths[i] * inverse_lengths[j]
+        });
+        let parts = (n > 0)
+            .then(|| scaled.self_adjoint_eigen(Side::Lower))?
+            .ok()?;
+        let (values, vectors) = (parts.S().column_vector(), parts.U());
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        Some(Self {
+            squares: order.iter().map(|at| values[*at].max(0.0)).collect(),
+            directions: (order.iter())
+                .map(|at| (0..n).map(|column| vectors[(column, *at)]).collect())
+                .collect(),
+            columns,
+            inverse_lengths,
+        })
+    }
+
+    /// How much of what determines the coefficients comes from a part of the samples: the trace of `(ΣG)⁻¹ G`. Over all
+    /// parts it adds up to the rank.
+    pub fn leverage(&self, part: &NormalEquations) -> f64 {
+        let n = self.columns.len();
+        let product = |i: usize, j: usize| {
+            let product = part.feature_product(self.columns[i], self.columns[j]);
+            product * self.inverse_lengths[i] * self.inverse_lengths[j]
+        };
+        let part: Vec<f64> = (0..n * n).map(|at| product(at / n, at % n)).collect();
+        let of_direction = |(square, direction): (&f64, &Vec<f64>)| {
+            let rows = part.chunks_exact(n).zip(direction);
+            let along: f64 = rows.map(|(row, own)| own * dot(row, direction)).sum();
+            along / (square + NOTHING)
+        };
+        self.squares
+            .iter()
+            .zip(&self.directions)
+            .map(of_direction)
+            .sum()
+    }
+
+    /// A row of all columns as one of these, scaled.
+    fn scaled(&self, row: &[f64]) -> Vec<f64> {
+        let columns = self.columns.iter().zip(&self.inverse_lengths);
+        columns
+            .map(|(column, factor)| row[*column] * factor)
+            .collect()
+    }
+
+    fn solve(&self, row: &[f64]) -> Vec<f64> {
+        let mut solution = vec![0.0; row.len()];
+        for (square, direction) in self.squares.iter().zip(&self.directions) {
+            let factor = dot(direction, row) / (square + PRIOR);
+            for (out, own) in solution.iter_mut().zip(direction) {
+                *out += factor * own;
+            }
+        }
+        solution
+    }
+
+    /// Which of some rows to add to the samples, one after the other, each the one with which `log det ΣG` grows most
+    /// (D-optimal, greedily), held for as many samples as `weight` says.
+    pub fn next_best(
+        &self,
+        rows: &[Vec<f64>],
+        region: &[Vec<f64>],
+        weight: f64,
+        count: usize,
+    ) -> Vec<NextRow> {
+        let rows: Vec<Vec<f64>> = rows.iter().map(|row| self.scaled(row)).collect();
+        let region: Vec<Vec<f64>> = region.iter().map(|row| self.scaled(row)).collect();
+        let variance = |row: &Vec<f64>| {
+            let directions = self.squares.iter().zip(&self.directions);
+            let parts = directions
+                .map(|(square, direction)| dot(direction, row).powi(2) / (square + PRIOR));
+            parts.sum::<f64>()
+        };
+        let mut variances: Vec<f64> = rows.iter().map(variance).collect();
+        let mut of_region: Vec<f64> = region.iter().map(variance).collect();
+        let before: f64 = of_region.iter().sum();
+        // What each choice takes away: `weight · (uᵀx)² / (1 + weight · v)`, by Sherman and Morrison.
+        let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
+        let mut found = Vec::new();
+        for _ in 0..count {
+            let best = variances
+                .iter()
+                .enumerate()
+                .max_by(|a, b| a.1.total_cmp(b.1));
+            let Some((at, own)) = best.filter(|(_, own)| **own > 0.0) else {
+                break;
+            };
+            let (own, row) = (*own, &rows[at]);
+            let mut solved = self.solve(row);
+            for (before, factor) in &taken {
+                let along = factor * dot(before, row);
+                solved
+                    .iter_mut()
+                    .zip(before)
+                    .for_each(|(out, own)| *out -= along * own);
+            }
+            let factor = weight / (1.0 + weight * own);
+            let less = |variances: &mut Vec<f64>, rows: &[Vec<f64>]| {
+                for (variance, row) in variances.iter_mut().zip(rows) {
+                    *variance = (*variance - factor * dot(&solved, row).powi(2)).max(0.0);
+                }
+            };
+            less(&mut variances, &rows);
+            less(&mut of_region, &region);
+            // Each once: whoever records it again learns less than from the next.
+            variances[at] = 0.0;
+            taken.push((solved, factor));
+            found.push(NextRow {
+                at,
+                gain: (weight * own).ln_1p(),
+                left: of_region.iter().sum::<f64>() / before,
+            });
+        }
+        found
+    }
+}
+
+/// A row that is worth adding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NextRow {
+    /// Which.
+    pub at: usize,
+    /// By how much `log det ΣG` grows with it, those before it being there.
+    pub gain: f64,
+    /// What is left of the variance of predictions over the region, with it and those before it.
+    pub left: f64,
+}
+
+/// How many coefficients a ridge leaves free: the trace of `(G + D)⁻¹ G`.
+///
+/// **Shapes** `shares` has one share of its squared length for each column of the sums, see
+/// [`Ridge::Shares`](crate::calibration::Ridge::Shares).
+pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> {
+    let all: Vec<usize> = (0..sums.n_features())
+        .filter(|column| shares[*column].is_finite())
+        .collect();
+    let columns = sums.present_among(&all);
+    let n = columns.len();
+    let length = |i: usize| sums.feature_product(columns[i], columns[i]).sqrt();
+    let gram = Mat::from_fn(n, n, |i, j| {
+        sums.feature_product(columns[i], columns[j]) / (length(i) * length(j))
+    });
+    let shrunk = Mat::from_fn(n, n, |i, j| {
+        let on_diagonal = if i == j {
+            shares[columns[i]] + NOTHING
+        } else {
+            0.0
+        };
+        gram[(i, j)] + on_diagonal
+    });
+    let solved = shrunk.llt(Side::Lower).ok()?.solve(&gram);
+    Some((0..n).map(|i| solved[(i, i)]).sum())
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use faer::linalg::solvers::DenseSolveCore as _;
+
+    const P: usize = 5;
+
+    /// So many rows of features with no simple relation, the last a copy of the first where `repeats`, and their sums.
+    fn data(n: usize, seed: u64, repeats: bool) -> (Vec<Vec<f64>>, NormalEquations) {
+        let mut random = Random::new(seed, &[1]);
+        let mut sums = NormalEquations::new(P, 1);
+        let stride = sums.stride();
+        let mut row = || {
+            let mut row: Vec<f64> = (0..P)
+                .map(|at| 10_f64.powi(at as i32 - 2) * random.normal())
+                .collect();
+            row[1] += 5.0 * row[0];
+            if repeats {
+                row[P - 1] = row[0];
+            }
+            row
+        };
+        let rows: Vec<Vec<f64>> = (0..n).map(|_| row()).collect();
+        for row in &rows {
+            let mut padded = row.clone();
+            padded.resize(stride, 0.0);
+            sums.add_rows(&padded);
+        }
+        (rows, sums)
+    }
+
+    fn gram(rows: &[Vec<f64>]) -> Mat<f64> {
+        Mat::from_fn(P, P, |i, j| rows.iter().map(|row| row[i] * row[j]).sum())
+    }
+
+    /// The logarithm of the determinant by elimination.
+    fn log_det(mut matrix: Mat<f64>) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..P {
+            sum += matrix[(i, i)].ln();
+            for j in i + 1..P {
+                let factor = matrix[(j, i)] / matrix[(i, i)];
+                for k in i..P {
+                    let own = matrix[(i, k)];
+                    matrix[(j, k)] -= factor * own;
+                }
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn leverage_is_the_trace_with_the_explicit_inverse_and_adds_up_to_the_rank() {
+        let (a, b) = (data(40, 1, false), data(9, 2, false));
+        let mut total = a.1.clone();
+        total.add(&b.1);
+        let own = Information::of(&total, &[0, 1, 2, 3, 4]).unwrap();
+        let inverse = gram(&[&a.0[..], &b.0[..]].concat())
+            .partial_piv_lu()
+            .inverse();
+        for (rows, sums) in [&a, &b] {
+            let product = &inverse * gram(rows);
+            let trace: f64 = (0..P).map(|i| product[(i, i)]).sum();
+            assert!((own.leverage(sums) - trace).abs() < 1e-8, "{trace}");
+        }
+        assert!((own.leverage(&a.1) + own.leverage(&b.1) - 5.0).abs() < 1e-8);
+        let (_, repeated) = data(40, 3, true);
+        let own = Information::of(&repeated, &[0, 1, 2, 3, 4]).unwrap();
+        assert!(
+            (own.leverage(&repeated) - 4.0).abs() < 1e-6,
+            "a column that repeats another adds no rank"
+        );
+        let free = free_coefficients(&repeated, &[0.0; P]).unwrap();
+        assert!((free - 4.0).abs() < 1e-3, "{free}");
+    }
+
+    /// With a share of λ a lone column keeps 1/(1 + λ) of its coefficient.
+    #[test]
+    fn a_ridge_leaves_a_part_of_the_coefficients_free() {
+        let (_, sums) = data(40, 1, false);
+        let only = |shares: [f64; P]| free_coefficients(&sums, &shares).unwrap();
+        assert!((only([0.0; P]) - 5.0).abs() < 1e-6);
+        let gone = f64::INFINITY;
+        assert!((only([3.0, gone, gone, gone, gone]) - 0.25).abs() < 1e-9);
+    }
+
+    #[test]
+    fn gains_and_variances_are_those_of_explicit_determinants_and_inverses() {
+        let (rows, sums) = data(60, 1, false);
+        let (more, _) = data(12, 2, false);
+        let own = Information::of(&sums, &[0, 1, 2, 3, 4]).unwrap();
+        let weight = 3.0;
+        let found = own.next_best(&more, &rows, weight, 4);
+        let with = |chosen: &[usize]| {
+            let mut all = gram(&rows);
+            for at in chosen {
+                all += gram(&[more[*at].clone()]) * faer::Scale(weight);
+            }
+            all
+        };
+        let variance = |matrix: &Mat<f64>| -> f64 {
+            let inverse = matrix.partial_piv_lu().inverse();
+            let of = |row: &Vec<f64>| -> f64 {
+                (0..P)
+                    .map(|i| row[i] * (0..P).map(|j| inverse[(i, j)] * row[j]).sum::<f64>())
+                    .sum()
+            };
+            rows.iter().map(of).sum()
+        };
+        let mut chosen = Vec::new();
+        for next in &found {
+            let before = log_det(with(&chosen));
+            let gain = |at: usize| log_det(with(&[&chosen[..], &[at]].concat())) - before;
+            let left = (0..more.len()).filter(|at| !chosen.contains(at));
+            let best = left.max_by(|a, b| gain(*a).total_cmp(&gain(*b))).unwrap();
+            assert_eq!(next.at, best);
+            assert!(
+                (next.gain / gain(best) - 1.0).abs() < 1e-3,
+                "{} for {}",
+                next.gain,
+                gain(best)
+            );
+            chosen.push(next.at);
+            let left = variance(&with(&chosen)) / variance(&with(&[]));
+            assert!((next.left - left).abs() < 1e-3, "{} for {left}", next.left);
+        }
+        assert_eq!(found.len(), 4);
+    }
+
+    #[test]
+    fn a_direction_that_nothing_determines_is_found() {
+        let (_, sums) = data(40, 3, true);
+        let own = Information::of(&sums, &[0, 1, 2, 3, 4]).unwrap();
+        assert!(own.squares[0] < 1e-12);
+        let direction = &own.directions[0];
+        assert!(
+            (direction[0] + direction[4]).abs() < 1e-6
+                && (direction[0].abs() - 0.5_f64.sqrt()).abs() < 1e-6
+        );
+        assert!(Information::of(&NormalEquations::new(2, 1), &[0, 1]).is_none());
+    }
+}

@@ -1,0 +1,117 @@
+//! Samples that are not to be used, and what a recording is without them.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::Recording;
+
+/// What somebody knows of a sensor's channels: beyond it no sample is to be trusted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ValidRange {
+    /// The least and the greatest value that a gauge can have, as the logger writes it; what reaches them is clipped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gauges: Option<(f64, f64)>,
+    /// The rated load of each axis; missing where nobody entered it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rated: Vec<Option<f64>>,
+}
+
+/// What was left out of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// The recording's name before.
+    pub of: String,
+    /// By what it was judged, beside itself.
+    pub range: ValidRange,
+    /// How many samples.
+    pub n_samples: usize,
+    /// Between what each gauge was not clipped, where that was found.
+    pub unclipped: Vec<(Option<f64>, Option<f64>)>,
+}
+
+impl Recording {
+    /// What remains without these samples, which must be in order: one recording, or more where so much is missing that history
+    /// must not cross it. None where nothing remains.
+    pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
+        let mut kept = Vec::new();
+        let mut next = 0;
+        for range in samples
+            .iter()
+            .chain([&(self.n_samples()..self.n_samples())])
+        {
+            kept.extend((next < range.start).then_some(next..range.start));
+            next = next.max(range.end);
+        }
+        let (times, gap_secs) = (self.times(), self.gap_secs());
+        let mut parts: Vec<Vec<Range<usize>>> = Vec::new();
+        for range in kept {
+            match parts.last_mut() {
+                Some(part)
+                    if part.last().is_some_and(|before| {
+                        times[range.start] - times[before.end - 1] <= gap_secs
+                    }) =>
+                {
+                    part.push(range);
+                }
+                _ => parts.push(vec![range]),
+            }
+        }
+        let n_parts = parts.len();
+        let mut recordings: Vec<Self> = Vec::new();
+        for (at, ranges) in parts.into_iter().enumerate() {
+            let name = match n_parts {
+                1 => self.name().to_owned(),
+                _ => format!("{} (part {})", self.name(), at + 1),
+            };
+            let mut part = self.of_ranges(&ranges, name).with_gap(gap_secs);
+            part.left_out = Some(left_out.clone());
+            part = match recordings.last() {
+                Some(before) => part.after(before),
+                None => part.after_same(self),
+            };
+            recordings.push(part);
+        }
+        recordings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Axis, Source};
+
+    #[test]
+    fn history_does_not_cross_what_is_left_out_for_longer_than_a_gap() {
+        let times: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        let recording = Recording::new(
+            "push",
+            Source::Simulated,
+            times,
+            vec!["S1".into()],
+            values.clone(),
+            vec![Axis::Fz],
+            values,
+        );
+        let recording = recording.unwrap();
+        let left_out = LeftOut {
+            of: "push".into(),
+            range: ValidRange::default(),
+            n_samples: 0,
+            unclipped: Vec::new(),
+        };
+        let [one] = &recording.without(&[0..2, 5..8], &left_out)[..] else {
+            panic!("three samples are no gap");
+        };
+        assert_eq!((one.name(), one.n_samples()), ("push", 95));
+        assert_eq!(one.gauges()[..5], [2.0, 3.0, 4.0, 8.0, 9.0]);
+        let parts = recording.without(&[40..70], &left_out);
+        assert_eq!(parts.len(), 2);
+        assert_eq!(parts[1].name(), "push (part 2)");
+        assert_eq!((parts[1].times()[0], parts[1].loads()[0]), (7.0, 70.0));
+        assert!(parts[1].earlier().is_some(), "creep and play go on");
+        assert!(recording.without(&[0..100], &left_out).is_empty());
+    }
+}

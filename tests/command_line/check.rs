@@ -1,0 +1,75 @@
+//! `check`: whether the recordings carry the model, by exit code, in words and as JSON.
+
+use serde_json::Value;
+
+use crate::program::{run, stderr, succeed};
+use crate::workshop::{ALL_FILES, HEADER, Workshop};
+
+/// So many poses, one a second, each three times: one gauge that follows the force, and another that mostly feels something else.
+fn poses(n: usize) -> String {
+    let row = |k: usize| {
+        let pose = k % n;
+        let force = 10.0 * ((pose * 7 % n) as f64 / n as f64 - 0.4);
+        let (other, more) = ((pose * 31 % 17) as f64 / 8.0, (pose * 13 % 11) as f64 / 8.0);
+        let noise = ((k * 7919) % 101) as f64 / 5e3;
+        format!(
+            "{k},{},{},{force}\n",
+            force + other + noise,
+            other + more - noise
+        )
+    };
+    HEADER.to_owned() + &(0..3 * n).map(row).collect::<String>()
+}
+
+#[test]
+fn too_few_poses_are_exit_code_three_and_say_why() {
+    let workshop = Workshop::new();
+    workshop.write("poses.csv", poses(8));
+    let arguments = ["check", "poses.csv", "--polynomial", "3"];
+    let output = run(workshop.path(), &arguments);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.starts_with("Not enough"), "{text}");
+    assert!(
+        text.contains("coefficients an axis from 8 load cases"),
+        "{text}"
+    );
+    let output = run(workshop.path(), &[&arguments[..], &["--json"]].concat());
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&found["verdict"], &found["load_cases"]),
+        (&"insufficient".into(), &8.into())
+    );
+    let axis = &found["axes"][0];
+    let [fit, left_out] =
+        ["train_rmse", "load_left_out_rmse"].map(|key| axis[key].as_f64().unwrap());
+    assert!(left_out > 2.0 * fit, "{axis}");
+    let reasons = found["reasons"].as_array().unwrap();
+    assert!(
+        reasons
+            .iter()
+            .any(|reason| reason["about"] == "load_cases" && reason["verdict"] == "insufficient")
+    );
+}
+
+#[test]
+fn what_carries_the_model_is_exit_code_zero() {
+    let workshop = Workshop::with_recordings();
+    let arguments = [&["check", "--json", "--look-back", "none"], &ALL_FILES[..]].concat();
+    let found: Value =
+        serde_json::from_slice(&succeed(workshop.path(), &arguments).stdout).unwrap();
+    assert_ne!(found["verdict"], "insufficient");
+    assert_eq!(found["leverage"].as_array().unwrap().len(), 3);
+    let limited = [
+        &arguments[..],
+        &["--full-scale", "10", "--mass", "0.5", "--arm", "0.1"],
+    ]
+    .concat();
+    let found: Value = serde_json::from_slice(&succeed(workshop.path(), &limited).stdout).unwrap();
+    for next in found["next"].as_array().unwrap() {
+        assert!(next["load"][0].as_f64().unwrap().abs() < 4.91);
+        assert!(next["how"].as_str().unwrap().starts_with("0.5 kg"));
+    }
+    let wrong = run(workshop.path(), &["check", "a.csv", "--mass", "-1"]);
+    assert_eq!(wrong.status.code(), Some(2));
+}
