@@ -24,6 +24,8 @@ const CASES_PER_FEATURE: usize = 2;
 pub enum Caution {
     /// Nothing tests the calibration.
     NoTest,
+    /// The training recordings have no times: so many load cases, of so many rows.
+    LoadCases(usize, usize),
     /// The fit can go through every sample.
     Undetermined(Undetermined),
     /// Why there is no cross-validation.
@@ -71,6 +73,18 @@ impl Dataset {
         let in_role = |role: Role| self.entries.iter().filter(move |entry| entry.role == role);
         if in_role(Role::Test).next().is_none() {
             found.push(Caution::NoTest);
+        }
+        if fitted && in_role(Role::Train).any(|entry| entry.recording.is_static()) {
+            let mut cases: Vec<usize> = (self.entries.iter().zip(&self.groups.of))
+                .filter(|(entry, _)| entry.role == Role::Train)
+                .map(|(_, group)| *group)
+                .collect();
+            cases.sort_unstable();
+            cases.dedup();
+            let n_rows = in_role(Role::Train)
+                .map(|entry| entry.recording.n_samples())
+                .sum();
+            found.push(Caution::LoadCases(cases.len(), n_rows));
         }
         if fitted {
             found.extend(calibration.undetermined().map(Caution::Undetermined));
@@ -140,6 +154,7 @@ impl Caution {
     pub fn short(&self) -> String {
         match self {
             Self::NoTest => "no test recording".to_owned(),
+            Self::LoadCases(cases, _) => format!("{cases} load cases, no times"),
             Self::Undetermined(found) => {
                 let (samples, coefficients) = (found.samples, found.coefficients);
                 format!("only {samples} samples for {coefficients} coefficients")
@@ -178,6 +193,11 @@ impl std::fmt::Display for Caution {
             Self::NoTest => f.write_str(
                 "no recording is in the test role, so nothing says how the calibration does on recordings it never saw, \
                  except cross-validation; keep one out of the fit, or split the recordings in time",
+            ),
+            Self::LoadCases(cases, rows) => write!(
+                f,
+                "the training recordings have no times, so look-backs and all else of the past are off, whatever the settings \
+                 say; cross-validation leaves out whole load cases ({cases} of {rows} rows), never a row beside its repeats",
             ),
             Self::Undetermined(found) => found.fmt(f),
             Self::NotLeftOut(reason) => write!(f, "no cross-validation figures: {reason}"),

@@ -284,7 +284,11 @@ impl Dataset {
             let entered = settings.full_scale.get(axis).copied().flatten();
             entered.unwrap_or(BEYOND_TRAINING * largest)
         });
-        let mut features = settings.features.clone();
+        let mut features = match self.key.recordings.is_static() {
+            // There is no past.
+            true => settings.features.without_history(),
+            false => settings.features.clone(),
+        };
         features.distance = features.distance.effective(&layout.axes);
         let conventional = self.conventional.as_ref().expect("fitting has prepared it");
         Ok(Calibration {

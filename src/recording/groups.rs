@@ -10,6 +10,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::recording::load_cases::load_cases;
 use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 /// Fewer groups than this are not taken from names: what is left to fit would be too little.
@@ -111,6 +112,8 @@ impl Groups {
 
 /// What is left out where nothing is grouped.
 pub const RECORDING: &str = "recording";
+/// What is left out where the samples have no times: all rows under the same load, whichever file they are in.
+pub const LOAD_CASE: &str = "load case";
 /// What is left out where somebody set the groups.
 const GROUP: &str = "group";
 
@@ -223,8 +226,16 @@ impl RecordingSet {
             let keys = training.iter().map(|&at| &keys[at]);
             keys.collect::<BTreeSet<_>>().len()
         };
-        let n = training.len();
         let is_set = training.iter().any(|&at| entries[at].group.is_some());
+        if !is_set
+            && !training.is_empty()
+            && training.iter().all(|&at| entries[at].recording.is_static())
+        {
+            let keys = cases(entries);
+            let lone = lone(entries, &training, &keys);
+            return named(LOAD_CASE, keys, None, lone);
+        }
+        let n = training.len();
         let mut unused = None;
         for way in self.ways(&training) {
             let keys = keyed(Some(&way));
@@ -313,6 +324,30 @@ impl RecordingSet {
         ways.retain(|way| open.iter().all(|&at| way.keys[at].is_some()));
         ways
     }
+}
+
+/// The load case of each recording without times, called as the first one of it.
+fn cases(entries: &[Entry]) -> Vec<Key> {
+    let is_one = |entry: &Entry| entry.recording.is_static() && entry.recording.has_reference();
+    let axes = entries.iter().find(|entry| is_one(entry));
+    let axes = axes.map_or(&[][..], |entry| entry.recording.axes());
+    let loads = entries.iter().filter(|entry| is_one(entry));
+    let loads: Vec<f64> = loads
+        .flat_map(|entry| &entry.recording.loads()[..axes.len()])
+        .copied()
+        .collect();
+    let mut cases = load_cases(&loads, axes).into_iter();
+    let mut names: Vec<&str> = Vec::new();
+    let key = |(at, entry): (usize, &Entry)| match is_one(entry).then(|| cases.next()) {
+        Some(Some(case)) => {
+            if case == names.len() {
+                names.push(entries[at].recording.name());
+            }
+            Key::Named(names[case].to_owned())
+        }
+        _ => Key::Own(at),
+    };
+    entries.iter().enumerate().map(key).collect()
 }
 
 /// Groups by these keys, numbered as they come.

@@ -62,7 +62,8 @@ impl Recording {
             match parts.last_mut() {
                 Some(part)
                     if part.last().is_some_and(|before| {
-                        times[range.start] - times[before.end - 1] <= gap_secs
+                        let missing = times[range.start] - times[before.end - 1];
+                        missing <= gap_secs || self.is_static()
                     }) =>
                 {
                     part.push(range);

@@ -15,6 +15,7 @@ mod export;
 mod faults;
 mod fit;
 mod inspect;
+mod load_cases;
 mod metrology;
 mod one_session;
 mod outputs;
