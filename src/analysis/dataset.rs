@@ -61,6 +61,9 @@ const BEYOND_TRAINING: f64 = 1.2;
 /// memory would.
 pub(super) const MANY_SAMPLES: usize = 2_000_000;
 
+/// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
+pub(super) type Faulty = (Vec<String>, f64);
+
 /// The searches of all recordings, for one set of weights and one history step.
 pub(super) type Paths = Arc<Vec<LoadPath>>;
 
@@ -84,6 +87,8 @@ pub(super) struct Dataset {
     /// The longest gap of the training recordings, where their steps say one (s).
     gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
+    /// What is wrong with the channels, for these rated loads.
+    pub(super) faults: Mutex<Option<(Vec<Option<f64>>, Faulty)>>,
     /// The newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
 }
@@ -168,6 +173,7 @@ impl Dataset {
             map,
             loads,
             coverage: OnceLock::new(),
+            faults: Mutex::default(),
             paths: Mutex::default(),
         })
     }
@@ -212,6 +218,7 @@ impl Dataset {
             gap_secs: self.gap_secs,
             entries,
             coverage: OnceLock::new(),
+            faults: Mutex::default(),
             paths: Mutex::default(),
         }
     }

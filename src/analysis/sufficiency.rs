@@ -1,27 +1,32 @@
 //! Whether the training recordings carry the model that is asked for: everything from the sums of one pass, before anybody
 //! trusts the matrix.
 
+use std::sync::PoisonError;
+
+use rayon::prelude::*;
+
 use crate::analysis::cautions::Caution;
-use crate::analysis::dataset::{Dataset, Key, in_role};
+use crate::analysis::dataset::{Dataset, Faulty, Key, in_role};
 use crate::analysis::fit::LinearFit;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
     Calibration, NormalEquations, Past, Piece, Regressor, Terms, recording_sums,
 };
+use crate::evaluation::Sensitivity;
 use crate::evaluation::coverage::{Coverage, outside_of_others};
 use crate::evaluation::cross_validation::are_left_out_whole;
+use crate::evaluation::faults::faults;
 use crate::evaluation::information::{Information, free_coefficients};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::{
     AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Reason, Sufficiency, Verdict, enclosed,
-    is_far_outside, leverages, percent, saturation_verdict,
+    faults_verdict, is_far_outside, leverages, percent,
 };
-use crate::evaluation::{Sensitivity, saturated};
 use crate::features::{Column, Design, FeatureStream};
 use crate::progress::Progress;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
-use crate::recording::{Axis, Recording, Role};
+use crate::recording::{Axis, Recording, Role, ValidRange};
 
 /// How many loads are proposed.
 const PROPOSED: usize = 6;
@@ -31,6 +36,8 @@ const LEAVING_OUT: f64 = 2e9;
 const KEPT: usize = 1 << 24;
 /// A square of a singular value below this share of the greatest leaves its direction undetermined, or nearly so.
 const HARDLY: f64 = 1e-8;
+/// So many recordings with faults are named.
+const FAULTY: usize = 3;
 /// So many such directions are named.
 const NAMED: usize = 8;
 /// A part of a direction below this share of its greatest is not named.
@@ -96,32 +103,22 @@ pub fn sufficiency(
     let of_recordings: Vec<_> = of_recordings.collect();
     let names = calibration.feature_names();
     let mut reasons = said_already(&data.cautions(&calibration, true));
-    let spans: Vec<f64> = (0..axes.len()).map(|at| coverage.span(at)).collect();
-    let (at_end, share) = saturated(&training, &calibration.axes, &spans);
-    let at_end: Vec<String> = at_end.iter().map(|own| {
-        let end = if own.at_top { "greatest" } else { "least" };
-        let value = significant(own.value, 4);
-        format!(
-            "{} stands at its {end} value, {value}, in {} of the training samples while the load moves",
-            calibration.gauges[own.gauge],
-            percent(own.share)
-        )
-    }).collect();
-    if let Some(first) = at_end.first() {
-        let others = match at_end.len() {
-            1 => String::new(),
-            n => format!(
-                " ({} such ends in all, {} of the samples)",
-                n,
-                percent(share)
-            ),
+    let (faults, share) = data.faulty(&fitted.settings.full_scale);
+    if share > 0.0 {
+        let more = faults.len().saturating_sub(FAULTY);
+        let more = if more > 0 {
+            format!("; and {more} more")
+        } else {
+            String::new()
         };
         let text = format!(
-            "{first}{others}: it is saturated, or feels nothing there; load less, take a smaller gain, or leave such rows out"
+            "{} of the training samples are not to be trusted ({}{more}): leave such samples out, load less, or take a smaller gain",
+            percent(share),
+            faults[..faults.len().min(FAULTY)].join("; ")
         );
         reasons.push(Reason {
-            about: "saturation",
-            verdict: saturation_verdict(share),
+            about: "faults",
+            verdict: faults_verdict(share),
             text,
         });
     }
@@ -162,7 +159,7 @@ pub fn sufficiency(
         undetermined: undetermined(&names, &design, information.as_ref()),
         leverage: information.map_or_else(Vec::new, |own| leverages(&own, &of_recordings)),
         outside: data.outside(coverage, &calibration.axes),
-        saturated: at_end,
+        faults,
         next,
         next_note,
         cases: coverage.cases.loads().map(<[f64]>::to_vec).collect(),
@@ -321,6 +318,31 @@ fn undetermined(
 }
 
 impl Dataset {
+    /// What is wrong with the channels: looked for once.
+    fn faulty(&self, rated: &[Option<f64>]) -> Faulty {
+        let mut known = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, found)) = known.as_ref().filter(|(of, _)| of == rated) {
+            return found.clone();
+        }
+        let training = in_role(&self.entries, Role::Train);
+        let range = ValidRange {
+            gauges: None,
+            rated: rated.to_vec(),
+        };
+        let found: Vec<_> = training.par_iter().map(|own| faults(own, &range)).collect();
+        let spoiled: usize = found.iter().map(|own| own.n_samples()).sum();
+        let all: usize = training.iter().map(|own| own.n_samples()).sum();
+        let words = training
+            .iter()
+            .zip(&found)
+            .filter(|(_, found)| !found.found.is_empty());
+        let words =
+            words.map(|(own, found)| format!("{}: {}", own.name(), found.in_words(own).join(", ")));
+        let found: Faulty = (words.collect(), spoiled as f64 / all.max(1) as f64);
+        *known = Some((rated.to_vec(), found.clone()));
+        found
+    }
+
     /// Loads outside those of the others: the test's, then those of each group that is left out.
     fn outside(&self, coverage: &Coverage, axes: &[Axis]) -> Vec<OutsideOf> {
         let tested = axes.iter().zip(&coverage.outside);

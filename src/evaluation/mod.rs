@@ -15,12 +15,10 @@ pub mod part_squares;
 #[cfg(test)]
 pub(crate) mod pixels;
 pub(crate) mod quantile;
-mod saturation;
 mod sensitivity;
 pub(crate) mod series;
 pub mod sufficiency;
 pub mod threshold_study;
 
-pub(crate) use saturation::saturated;
 pub use sensitivity::Sensitivity;
 pub(crate) use series::Series;

@@ -37,7 +37,7 @@ const LEVERAGE_TIMES: f64 = 3.0;
 /// Of the test samples.
 const OUTSIDE_SHARE: f64 = 0.05;
 /// Of the training samples.
-const SATURATED_SHARE: f64 = 0.05;
+const FAULTY_SHARE: f64 = 0.05;
 /// A condition number from which some combinations of features are hardly determined.
 const CONDITION: f64 = 1e4;
 
@@ -106,8 +106,8 @@ pub struct Sufficiency {
     pub leverage: Vec<Leverage>,
     /// Loads outside those of the others.
     pub outside: Vec<OutsideOf>,
-    /// Gauges at an end of their range, in words.
-    pub saturated: Vec<String>,
+    /// What is wrong with channels, for each training recording in words.
+    pub faults: Vec<String>,
     /// What to record next, the best first.
     pub next: Vec<NextLoad>,
     /// What is to be known of these, or why there are none.
@@ -699,9 +699,9 @@ pub fn is_far_outside(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
 }
 
-/// What saturation makes of the verdict.
-pub fn saturation_verdict(share: f64) -> Verdict {
-    match share > SATURATED_SHARE {
+/// What samples that cannot be trusted make of the verdict.
+pub fn faults_verdict(share: f64) -> Verdict {
+    match share > FAULTY_SHARE {
         true => Verdict::Doubtful,
         false => Verdict::Enough,
     }
