@@ -26,7 +26,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
-use crate::evaluation::faults::faults;
+use crate::evaluation::faults::faults_of;
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
@@ -182,6 +182,9 @@ pub struct ReadArgs {
     leave_out_faulty: bool,
 }
 
+/// Of more recordings of a file that look faulty the others are counted.
+const LISTED_FAULTY: usize = 8;
+
 fn gauge_range(text: &str) -> Result<(f64, f64), String> {
     let ends = text.split_once(':').and_then(|(low, high)| {
         let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
@@ -191,43 +194,54 @@ fn gauge_range(text: &str) -> Result<(f64, f64), String> {
 }
 
 impl ReadArgs {
-    /// The recording as it is wanted, in parts where what is left out is long; what was done, or looks wrong, goes to standard error.
-    fn prepared(&self, recording: Recording) -> Result<Vec<Recording>, JobError> {
+    /// Recordings of a file as they are wanted, in parts where what is left out is long; what was done, or looks wrong, goes to
+    /// standard error.
+    fn prepared(&self, recordings: Vec<Recording>) -> Result<Vec<Recording>, JobError> {
         let range = ValidRange {
             gauges: self.gauge_range,
             rated: Vec::new(),
         };
-        let found = faults(&recording, &range);
-        let words = found.in_words(&recording).join(", ");
-        let name = recording.name().to_owned();
-        if !self.leave_out_faulty {
-            if !words.is_empty() {
-                let way_out = match found.n_samples() {
-                    0 => "",
-                    _ => "; --leave-out-faulty leaves them out",
-                };
-                tell(&format_args!(
-                    "note: {name}: looks faulty: {words}{way_out}"
-                ));
-            }
-            return Ok(vec![self.tared(recording)?]);
-        }
-        let parts = found.left_out_of(&recording, &range);
-        if parts.is_empty() {
-            return Err(JobError::AllFaulty { name, words });
-        }
-        if found.n_samples() > 0 {
-            let (n, of, parts) = (found.n_samples(), recording.n_samples(), parts.len());
-            let parts = match parts {
-                1 => String::new(),
-                parts => format!(
-                    "; {parts} parts remain, and history does not cross from one to the next"
-                ),
+        let all: Vec<&Recording> = recordings.iter().collect();
+        let found = faults_of(&all, &range);
+        let faulty = || {
+            all.iter()
+                .zip(&found)
+                .filter(|(_, found)| !found.found.is_empty())
+        };
+        for (recording, found) in faulty().take(LISTED_FAULTY) {
+            let (name, words) = (recording.name(), found.in_words(recording).join(", "));
+            let what = match (self.leave_out_faulty, found.n_samples()) {
+                (_, 0) => format!("looks faulty: {words}"),
+                (false, _) => format!("looks faulty: {words}; --leave-out-faulty leaves them out"),
+                (true, n) => format!("{n} of {} samples left out: {words}", recording.n_samples()),
             };
+            tell(&format_args!("note: {name}: {what}"));
+        }
+        let more = faulty().count().saturating_sub(LISTED_FAULTY);
+        if more > 0 {
             tell(&format_args!(
-                "note: {name}: {n} of {of} samples left out: {words}{parts}"
+                "note: and so in {more} more recordings of this file"
             ));
         }
+        let name = || recordings.first().map_or("", Recording::name).to_owned();
+        let n = recordings.len();
+        let parts = match self.leave_out_faulty {
+            false => recordings,
+            true => {
+                let parts = recordings.iter().zip(&found);
+                let parts = parts.flat_map(|(own, found)| found.left_out_of(own, &range));
+                let parts: Vec<Recording> = parts.collect();
+                match parts.len() {
+                    0 => return Err(JobError::AllFaulty { name: name() }),
+                    more if more > n => tell(&format_args!(
+                        "note: {}: {more} parts remain, and history does not cross from one to the next",
+                        name()
+                    )),
+                    _ => {}
+                }
+                parts
+            }
+        };
         parts.into_iter().map(|part| self.tared(part)).collect()
     }
 
@@ -285,8 +299,8 @@ pub enum JobError {
     Map(#[from] MapFileError),
     #[error(transparent)]
     Tare(#[from] TareError),
-    #[error("{name}: all samples look faulty ({words}); none would be left")]
-    AllFaulty { name: String, words: String },
+    #[error("{name}: all samples look faulty; none would be left")]
+    AllFaulty { name: String },
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -525,9 +539,7 @@ fn read_hearing(
             let loaded = import::read(path, map.as_ref(), &[], &progress)?;
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
-            let recordings = loaded.recordings.into_iter();
-            let parts = recordings.map(|recording| args.prepared(recording));
-            Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
+            args.prepared(loaded.recordings)
         })
         .collect()
 }

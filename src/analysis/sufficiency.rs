@@ -15,7 +15,7 @@ use crate::calibration::{
 use crate::evaluation::Sensitivity;
 use crate::evaluation::coverage::{Coverage, outside_of_others};
 use crate::evaluation::cross_validation::are_left_out_whole;
-use crate::evaluation::faults::faults;
+use crate::evaluation::faults::faults_of;
 use crate::evaluation::information::{Information, free_coefficients};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::numbers::significant;
@@ -329,7 +329,7 @@ impl Dataset {
             gauges: None,
             rated: rated.to_vec(),
         };
-        let found: Vec<_> = training.par_iter().map(|own| faults(own, &range)).collect();
+        let found = faults_of(&training, &range);
         let spoiled: usize = found.iter().map(|own| own.n_samples()).sum();
         let all: usize = training.iter().map(|own| own.n_samples()).sum();
         let words = training

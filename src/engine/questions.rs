@@ -11,7 +11,7 @@ use crate::analysis::{
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
-use crate::evaluation::faults::faults;
+use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
@@ -453,8 +453,7 @@ pub struct FaultyRecording {
 }
 
 impl FaultyRecording {
-    fn of(recording: &Recording, range: &ValidRange) -> Self {
-        let faults = faults(recording, range);
+    fn of(recording: &Recording, faults: &Faults) -> Self {
         let (samples, times) = (faults.samples(), recording.times());
         let interval =
             |samples: &std::ops::Range<usize>| (times[samples.start], times[samples.end - 1]);
@@ -485,15 +484,30 @@ impl Query for FindFaults {
             cache, progress, ..
         } = work;
         let before = std::mem::take(cache);
-        for entry in self.recordings.entries() {
+        let entries = self.recordings.entries();
+        let all: Vec<&Recording> = entries.iter().map(|entry| &*entry.recording).collect();
+        // Load cases of a table are judged together.
+        let tables = match all.iter().any(|recording| recording.is_static()) {
+            true => faults_of(&all, &self.range),
+            false => Vec::new(),
+        };
+        for (at, entry) in entries.iter().enumerate() {
             progress.check()?;
             let recording = &entry.recording;
+            if let Some(found) = tables.get(at) {
+                let found = Arc::new(FaultyRecording::of(recording, found));
+                cache.push((Arc::clone(recording), self.range.clone(), found));
+                continue;
+            }
             let known = before
                 .iter()
                 .find(|(of, range, _)| Arc::ptr_eq(of, recording) && *range == self.range);
             let found = match known {
                 Some((_, _, found)) => Arc::clone(found),
-                None => Arc::new(FaultyRecording::of(recording, &self.range)),
+                None => {
+                    let found = faults(recording, &self.range);
+                    Arc::new(FaultyRecording::of(recording, &found))
+                }
             };
             cache.push((Arc::clone(recording), self.range.clone(), found));
         }

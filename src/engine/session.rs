@@ -15,12 +15,12 @@ use crate::analysis::View;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
-use crate::evaluation::faults::faults;
+use crate::evaluation::faults::faults_of;
 use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Recording, Source, Tare};
+use crate::recording::{Axis, Recording, Source, Tare, ValidRange};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
@@ -415,15 +415,25 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
         }
         _ => Ok(recording),
     };
+    let judged = |recording: &Recording| file.left_out.get(recording.name());
+    let as_judged = loaded.recordings.into_iter().map(|recording| {
+        let tare = judged(&recording).and_then(|judged| judged.tared);
+        tared(recording, tare)
+    });
+    let as_judged = as_judged.collect::<Result<Vec<_>, _>>()?;
+    let all: Vec<&Recording> = as_judged.iter().collect();
     let mut recordings = Vec::new();
-    for recording in loaded.recordings {
-        let Some(judged) = file.left_out.get(recording.name()) else {
-            recordings.push(recording);
-            continue;
-        };
-        let recording = tared(recording, judged.tared)?;
-        let found = faults(&recording, &judged.range);
-        recordings.extend(found.left_out_of(&recording, &judged.range));
+    // What they were judged by is the same for all but a few.
+    let ranges = file.left_out.values().map(|judged| &judged.range);
+    let mut ranges: Vec<&ValidRange> = ranges.collect();
+    ranges.dedup();
+    let found: Vec<_> = ranges.iter().map(|range| faults_of(&all, range)).collect();
+    for (at, recording) in as_judged.iter().enumerate() {
+        let range = judged(recording).map(|judged| &judged.range);
+        match ranges.iter().position(|own| Some(*own) == range) {
+            Some(own) => recordings.extend(found[own][at].left_out_of(recording, ranges[own])),
+            None => recordings.push(recording.clone()),
+        }
     }
     let recordings = recordings.into_iter().map(|recording| {
         let tare = file.tares.get(recording.name()).copied();

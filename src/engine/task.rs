@@ -12,7 +12,7 @@ use crate::engine::query::{Answered, Query, Work};
 use crate::engine::results::Results;
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::{OpenedSession, SessionPart};
-use crate::evaluation::faults::faults;
+use crate::evaluation::faults::faults_of;
 use crate::export::{TargetError, check_targets};
 use crate::import;
 use crate::import::map::ColumnMap;
@@ -206,9 +206,13 @@ fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<Recor
 /// The recordings without what is faulty in them; a recording of which nothing remains is not there any more.
 fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, String> {
     let mut set = RecordingSet::default();
-    for entry in recordings.entries() {
-        let recording = &entry.recording;
-        for part in faults(recording, range).left_out_of(recording, range) {
+    let all: Vec<&Recording> = recordings
+        .entries()
+        .iter()
+        .map(|entry| &*entry.recording)
+        .collect();
+    for (entry, found) in recordings.entries().iter().zip(faults_of(&all, range)) {
+        for part in found.left_out_of(&entry.recording, range) {
             let part = Entry {
                 group: entry.group.clone(),
                 ..Entry::new(part, entry.role)

@@ -179,6 +179,47 @@ impl Faults {
     }
 }
 
+/// What is wrong with each of these recordings. Load cases of one table are judged together: each alone says next to nothing.
+pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
+    let mut all: Vec<Option<Faults>> = vec![None; recordings.len()];
+    for at in 0..recordings.len() {
+        if all[at].is_some() {
+            continue;
+        }
+        let first = recordings[at];
+        if !first.is_static() {
+            all[at] = Some(faults(first, range));
+            continue;
+        }
+        let is_own = |of: &usize| {
+            let other = recordings[*of];
+            let is_alike = other.axes() == first.axes() && other.n_gauges() == first.n_gauges();
+            other.is_static() && is_alike && other.source() == first.source()
+        };
+        let own: Vec<usize> = (at..recordings.len()).filter(is_own).collect();
+        let cases: Vec<&Recording> = own.iter().map(|of| recordings[*of]).collect();
+        let Faults { found, unclipped } = faults(&Recording::table_of(&cases), range);
+        let mut start = 0;
+        for of in own {
+            let rows = start..start + recordings[of].n_samples();
+            start = rows.end;
+            let of_case = found.iter().filter_map(|fault| {
+                let from = fault.samples.start.max(rows.start);
+                let to = fault.samples.end.min(rows.end);
+                (from < to).then(|| Fault {
+                    samples: from - rows.start..to - rows.start,
+                    ..fault.clone()
+                })
+            });
+            all[of] = Some(Faults {
+                found: of_case.collect(),
+                unclipped: unclipped.clone(),
+            });
+        }
+    }
+    all.into_iter().flatten().collect()
+}
+
 /// What is wrong with a recording, as far as its channels and what is known of them say.
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
@@ -752,6 +793,40 @@ mod tests {
             words(&dead).last().unwrap(),
             "S2 dead: one value throughout"
         );
+    }
+
+    #[test]
+    fn load_cases_of_a_table_are_judged_together() {
+        let (gauges, loads) = sensor(Some(100.0));
+        let cases: Vec<Recording> = (0..60)
+            .map(|case| {
+                let k = 31 * case;
+                let mut gauges = gauges[3 * k..3 * k + 3].to_vec();
+                gauges[0] = gauges[0].min(1200.0);
+                let axes = vec![Axis::Fx, Axis::Fz];
+                let names = ["S1", "S2", "S3"].map(str::to_owned).to_vec();
+                let loads = loads[2 * k..2 * k + 2].to_vec();
+                let own = Recording::new(
+                    "c",
+                    Source::Simulated,
+                    vec![0.0],
+                    names,
+                    gauges,
+                    axes,
+                    loads,
+                );
+                own.unwrap().without_times()
+            })
+            .collect();
+        let all: Vec<&Recording> = cases.iter().collect();
+        let found = faults_of(&all, &ValidRange::default());
+        let clipped = |at: &usize| cases[*at].gauges()[0] == 1200.0;
+        let expected: Vec<usize> = (0..60).filter(clipped).collect();
+        assert!(expected.len() > 5, "{expected:?}");
+        let actual: Vec<usize> = (0..60).filter(|at| found[*at].n_samples() > 0).collect();
+        assert_eq!(actual, expected);
+        let left = found[expected[0]].left_out_of(&cases[expected[0]], &ValidRange::default());
+        assert!(left.is_empty(), "nothing is left of that case");
     }
 
     #[test]

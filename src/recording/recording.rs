@@ -207,6 +207,26 @@ impl Recording {
         self
     }
 
+    /// Load cases of one table, row after row.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub(crate) fn table_of(cases: &[&Self]) -> Self {
+        let all = |values: fn(&Self) -> &[f64]| -> Shared {
+            cases
+                .iter()
+                .flat_map(|case| values(case))
+                .copied()
+                .collect::<Vec<f64>>()
+                .into()
+        };
+        let (gauges, loads) = (all(Self::gauges), all(Self::loads));
+        let first = cases[0];
+        let n: usize = cases.iter().map(|case| case.n_samples()).sum();
+        let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
+        first.with_samples(first.name.clone(), times.into(), gauges, loads)
+    }
+
     /// Whether the samples follow one another in time.
     pub fn sampling(&self) -> Sampling {
         self.sampling
