@@ -150,8 +150,8 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
     };
     for id in [
         "hysteresis",
-        "mean_width",
-        "terminal_nonlinearity",
+        "hysteresis_mean_width",
+        "nonlinearity_terminal",
         "zero_return",
         "creep",
     ] {
