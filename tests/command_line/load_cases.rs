@@ -150,8 +150,8 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
     };
     for id in [
         "hysteresis",
-        "mean_width",
-        "terminal_nonlinearity",
+        "hysteresis_mean_width",
+        "nonlinearity_terminal",
         "zero_return",
         "creep",
     ] {
@@ -163,7 +163,7 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
             );
         }
     }
-    for id in ["best_fit_nonlinearity", "repeatability", "rmse"] {
+    for id in ["nonlinearity_best_fit", "repeatability", "rmse"] {
         for figure in figures(id) {
             let value = figure["value"]
                 .as_f64()
