@@ -3,8 +3,6 @@
 
 use std::sync::PoisonError;
 
-use rayon::prelude::*;
-
 use crate::analysis::cautions::Caution;
 use crate::analysis::dataset::{Dataset, Faulty, Key, in_role};
 use crate::analysis::fit::LinearFit;

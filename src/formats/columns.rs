@@ -1,6 +1,15 @@
 //! Columns of numbers, and rows of cells as they are looked at one after the other.
 
-use super::parts::FilePart;
+/// One of several parts of a file that could be the table.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct FilePart {
+    /// What it is called in the file; a map names it so.
+    pub name: String,
+    /// What is in it.
+    pub what: String,
+    /// Whether it is read.
+    pub is_used: bool,
+}
 
 /// Columns of numbers, as a file that is no text holds them.
 #[derive(Clone, Debug, Default, PartialEq)]

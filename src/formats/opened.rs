@@ -7,10 +7,10 @@ use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 
+use super::columns::FilePart;
 use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
-use super::parts::FilePart;
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::super::names::form_of_column;
 use crate::formats::text::Head;
-use crate::formats::{Cell, Sample};
+use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
 /// How many values are shown.
@@ -178,6 +178,15 @@ fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
     n_steps + 1 >= FEWEST_CLOCK_ROWS
         && n_back * 100 <= n_steps * RESTARTS_PERCENT
         && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
+}
+
+/// Whether a column that a map ignores runs like a clock, and does more than count the rows.
+pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
+    let reports = reports(table, head, &opened.sample(&table.text, head));
+    let is_clock = |report: &ColumnReport| {
+        report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()
+    };
+    reports.iter().any(is_clock)
 }
 
 #[cfg(test)]
