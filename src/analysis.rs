@@ -138,6 +138,10 @@ pub struct RecordingResult {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum AnalysisError {
+    #[error(
+        "the recordings have no times: they are load cases, so there is no past to take thresholds from; record over time, with a column t"
+    )]
+    NoTimes,
     #[error("no recording is loaded; open a file, or the built-in sensor")]
     NoRecordings,
     #[error(

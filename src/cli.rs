@@ -27,6 +27,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
+use crate::evaluation::faults::faults;
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
@@ -38,7 +39,7 @@ use crate::formats::csv::write_csv;
 use crate::import::map::{ColumnMap, MapFileError};
 use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
-use crate::recording::{LayoutError, Recording, Tare, TareError, simulated};
+use crate::recording::{LayoutError, Recording, Tare, TareError, ValidRange, simulated};
 use crate::shown::{self, printable};
 
 pub use compare::CompareArgs;
@@ -176,10 +177,63 @@ pub struct ReadArgs {
     /// quiet half second. What a calibration made so is applied to must be tared, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     tare: Option<Tare>,
+    /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped.
+    #[arg(long, value_name = "LOW:HIGH", value_parser = gauge_range, allow_hyphen_values = true)]
+    gauge_range: Option<(f64, f64)>,
+    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes. Exported code then says where a gauge is clipped.
+    #[arg(long)]
+    leave_out_faulty: bool,
+}
+
+fn gauge_range(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once(':').and_then(|(low, high)| {
+        let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
+        (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
+    });
+    ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
 }
 
 impl ReadArgs {
-    /// The recording as it is wanted; what was done goes to standard error.
+    /// The recording as it is wanted, in parts where what is left out is long; what was done, or looks wrong, goes to standard error.
+    fn prepared(&self, recording: Recording) -> Result<Vec<Recording>, JobError> {
+        let range = ValidRange {
+            gauges: self.gauge_range,
+            rated: Vec::new(),
+        };
+        let found = faults(&recording, &range);
+        let words = found.in_words(&recording).join(", ");
+        let name = recording.name().to_owned();
+        if !self.leave_out_faulty {
+            if !words.is_empty() {
+                let way_out = match found.n_samples() {
+                    0 => "",
+                    _ => "; --leave-out-faulty leaves them out",
+                };
+                tell(&format_args!(
+                    "note: {name}: looks faulty: {words}{way_out}"
+                ));
+            }
+            return Ok(vec![self.tared(recording)?]);
+        }
+        let parts = found.left_out_of(&recording, &range);
+        if parts.is_empty() {
+            return Err(JobError::AllFaulty { name, words });
+        }
+        if found.n_samples() > 0 {
+            let (n, of, parts) = (found.n_samples(), recording.n_samples(), parts.len());
+            let parts = match parts {
+                1 => String::new(),
+                parts => format!(
+                    "; {parts} parts remain, and history does not cross from one to the next"
+                ),
+            };
+            tell(&format_args!(
+                "note: {name}: {n} of {of} samples left out: {words}{parts}"
+            ));
+        }
+        parts.into_iter().map(|part| self.tared(part)).collect()
+    }
+
     fn tared(&self, recording: Recording) -> Result<Recording, JobError> {
         let Some(tare) = self.tare else {
             return Ok(recording);
@@ -234,6 +288,8 @@ pub enum JobError {
     Map(#[from] MapFileError),
     #[error(transparent)]
     Tare(#[from] TareError),
+    #[error("{name}: all samples look faulty ({words}); none would be left")]
+    AllFaulty { name: String, words: String },
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -476,7 +532,8 @@ fn read_hearing(
             print_warnings(&loaded.warnings);
             loaded.warnings.iter().for_each(&mut *hear);
             let recordings = loaded.recordings.into_iter();
-            recordings.map(|recording| args.tared(recording)).collect()
+            let parts = recordings.map(|recording| args.prepared(recording));
+            Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
         })
         .collect()
 }

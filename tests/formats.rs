@@ -1,4 +1,5 @@
-//! Recordings that are not text: files that NumPy, SciPy, pyarrow and the MCAP library wrote (`tests/formats/generate.py`)
+//! Recordings that are not plain text: files that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one as
+//! LabVIEW does (`tests/formats/generate.py`)
 //! give the closed-form numbers they were made of; whatever is done to them never panics.
 //!
 //! Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
@@ -152,6 +153,192 @@ fn check_mcap(folder: &Path) {
     }
 }
 
+/// Reads by the map that looking proposes, with these parts of the file in it.
+fn read_parts(path: &Path, parts: &[&str]) -> Result<Loaded, String> {
+    let found = inspect(path, Known::Nothing, &Progress::default()).unwrap();
+    let mut text = found.map.table.text.clone();
+    text.parts = parts.iter().map(|part| (*part).to_owned()).collect();
+    let found = inspect(path, Known::Layout(&text), &Progress::default());
+    let map = found.map_err(|error| error.to_string())?.map;
+    // What is written is read again.
+    let mut json = Vec::new();
+    map.write_json(&mut json).unwrap();
+    let map = ColumnMap::from_json(&json).unwrap();
+    read(path, Some(&map), &[], &Progress::default()).map_err(|error| error.to_string())
+}
+
+fn check_structs(folder: &Path) {
+    let (recording, told) = sound(&folder.join("struct.mat"));
+    assert_eq!(recording.gauge_names()[0], "run.S1");
+    assert_eq!(
+        (recording.gauges_at(3)[5], recording.loads()[6]),
+        (gauge(3, 5), load(1, 0))
+    );
+    assert_eq!(recording.axes(), Axis::ALL);
+    assert!(
+        told.contains("run.out.unit (text), run.note (text), gain"),
+        "{told}"
+    );
+    let path = folder.join("structs.mat");
+    let (recording, told) = sound(&path);
+    check(&recording, 0.0, 6, &Axis::ALL);
+    assert!(told.contains("run(1) is read, not read: run(2)"), "{told}");
+    let both = read_parts(&path, &["run(1)", "run(2)"]).unwrap();
+    let lengths: Vec<usize> = both.recordings.iter().map(Recording::n_samples).collect();
+    assert_eq!(lengths, [N, 10]);
+    let missing = read_parts(&path, &["run(3)"]).unwrap_err();
+    assert!(
+        missing.contains("no run(3) in this file, but run(1), run(2)"),
+        "{missing}"
+    );
+}
+
+#[cfg(feature = "hdf5")]
+fn check_hdf5(folder: &Path) {
+    let (recording, told) = sound(&folder.join("plain.h5"));
+    check(&recording, 0.0, 6, &Axis::ALL);
+    assert!(told.contains("note (text)"), "{told}");
+    let (recording, _) = sound(&folder.join("newer.mat"));
+    check(&recording, 0.0, 6, &Axis::ALL);
+    let (frame, _) = sound(&folder.join("frame.h5"));
+    check(&frame, 0.0, 6, &[]);
+    let (recording, _) = sound(&folder.join("chunked.h5"));
+    assert_eq!(recording.gauges(), frame.gauges());
+    assert_eq!(recording.loads()[3..6], [0, 1, 2].map(|a| 2.0 * load(1, a)));
+    let (recording, told) = sound(&folder.join("records.h5"));
+    assert_eq!(recording.gauges(), frame.gauges());
+    assert_eq!(recording.axes(), [Axis::Fx, Axis::Mz]);
+    assert_eq!(recording.loads()[2..4], [load(1, 0), load(1, 5)]);
+    assert_eq!(told, "");
+    let path = folder.join("runs.h5");
+    let (recording, told) = sound(&path);
+    check(&recording, 0.0, 6, &[]);
+    assert!(told.contains("second is read, not read: first"), "{told}");
+    let first = read_parts(&path, &["first"]).unwrap();
+    assert_eq!(first.recordings[0].n_samples(), 10);
+}
+
+#[cfg(feature = "xlsx")]
+fn check_workbooks(folder: &Path) {
+    let path = folder.join("sheets.xlsx");
+    let (recording, told) = sound(&path);
+    check(&recording, 0.0, 6, &Axis::ALL);
+    assert_eq!(recording.gauge_units()[0], "mV/V");
+    assert!(told.contains("Data is read, not read: Short"), "{told}");
+    assert!(
+        told.contains("label (text), Notes (no numbers in rows)"),
+        "{told}"
+    );
+    let short = read_parts(&path, &["Short"]).unwrap();
+    assert_eq!(short.recordings[0].n_samples(), 5);
+    let differ = read_parts(&path, &["Data", "Short"]).unwrap_err();
+    assert!(differ.contains("not called the same"), "{differ}");
+    let (recording, told) = sound(&folder.join("dates.xlsx"));
+    assert_eq!(told, "");
+    // Midnight before 6 March 2024 in UTC.
+    assert_eq!(
+        recording.times()[..5],
+        [-0.5, -0.375, -0.25, -0.125, 0.0].map(|t| 1_709_683_200.0 + t)
+    );
+    assert_eq!(
+        (recording.gauges()[1], recording.loads()[1]),
+        (gauge(1, 0), load(1, 0))
+    );
+}
+
+fn check_labview(folder: &Path) {
+    let (recording, told) = sound(&folder.join("segments.lvm"));
+    check(&recording, 0.0, 6, &Axis::ALL[..1]);
+    assert_eq!(
+        (recording.gauge_units()[5].as_str(), told.as_str()),
+        ("mV/V", "")
+    );
+}
+
+/// Of three wrenches the one that is called the reference, of two arrays that of gauges; or whichever is wanted.
+#[cfg(feature = "mcap")]
+fn check_several_topics(folder: &Path) {
+    let path = folder.join("several.mcap");
+    let (recording, told) = sound(&path);
+    let text = "/strain, /ati/wrench is read, not read: /ft, /joints, /estimate, /temperatures";
+    assert!(told.contains(text), "{told}");
+    assert_eq!(
+        (recording.gauges()[0], recording.loads()[0]),
+        (gauge(0, 0), -load(0, 0))
+    );
+    let other = read_parts(&path, &["/ft", "/temperatures"]).unwrap();
+    let other = &other.recordings[0];
+    assert_eq!(
+        (other.gauges()[0], other.loads()[0]),
+        (-gauge(0, 0), load(0, 0))
+    );
+    assert_eq!(other.axes(), Axis::ALL);
+    let three = read_parts(&path, &["/ft", "/temperatures", "/strain"]).unwrap_err();
+    assert!(three.contains("two at most are read together"), "{three}");
+    let gone = read_parts(&path, &["/gone"]).unwrap_err();
+    assert!(
+        gone.contains("no /gone in this file, but /strain"),
+        "{gone}"
+    );
+}
+
+#[test]
+fn fields_of_structs_are_columns_and_several_structs_are_chosen() {
+    check_structs(&fixture(""));
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn groups_records_and_frames_of_hdf5_are_read() {
+    check_hdf5(&fixture(""));
+}
+
+#[cfg(feature = "xlsx")]
+#[test]
+fn sheets_are_read_wherever_their_header_is() {
+    check_workbooks(&fixture(""));
+}
+
+#[test]
+fn segments_of_labview_go_on_where_their_clock_does() {
+    check_labview(&fixture(""));
+}
+
+#[cfg(feature = "mcap")]
+#[test]
+fn of_several_topics_one_pair_is_read_and_the_others_are_named() {
+    check_several_topics(&fixture(""));
+}
+
+/// Each with the way out that its own tools offer.
+#[test]
+fn what_is_not_read_says_how_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    for (start, way_out) in [
+        (&b"#ROSBAG V2.0\n"[..], "rostopic echo -b"),
+        (b"TDSm\x0e\0\0\0", "nptdms"),
+        (b"SQLite format 3\0", "mcap convert"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1", "save it as .xlsx"),
+        (b"ARROW1\0\0", "to_parquet"),
+        (b"\x80\x04\x95\x10\0", "numpy.savez"),
+        (b"MDF     4.10", "asammdf"),
+    ] {
+        fs::write(&path, [start, &[0; 600]].concat()).unwrap();
+        let told = error(&path);
+        assert!(
+            told.contains("not text but") && told.contains(way_out),
+            "{told}"
+        );
+    }
+    let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    archive.start_file("content.xml", options).unwrap();
+    archive.finish().unwrap();
+    assert!(error(&path).contains("an OpenDocument file; open it in a spreadsheet program"));
+}
+
 #[test]
 fn arrays_of_numpy_are_read_with_the_names_of_columns() {
     check_numpy(&fixture(""));
@@ -202,14 +389,25 @@ fn files_made_now_read_like_those_made_then() {
     check_numpy(folder.path());
     if is_there("packed.mat") {
         check_matlab(folder.path());
+        check_structs(folder.path());
+    }
+    check_labview(folder.path());
+    #[cfg(feature = "hdf5")]
+    if is_there("newer.mat") {
+        check_hdf5(folder.path());
+    }
+    #[cfg(feature = "xlsx")]
+    if is_there("dates.xlsx") {
+        check_workbooks(folder.path());
     }
     #[cfg(feature = "parquet")]
     if is_there("brotli.parquet") {
         check_parquet(folder.path());
     }
     #[cfg(feature = "mcap")]
-    if is_there("lz4.mcap") {
+    if is_there("several.mcap") {
         check_mcap(folder.path());
+        check_several_topics(folder.path());
     }
 }
 
@@ -375,7 +573,13 @@ fn declared_sizes_are_not_believed() {
 
 /// All fixtures that this build reads.
 fn fixtures() -> Vec<PathBuf> {
-    let mut endings = vec!["npz", "npy", "mat"];
+    let mut endings = vec!["npz", "npy", "mat", "lvm"];
+    if cfg!(feature = "hdf5") {
+        endings.push("h5");
+    }
+    if cfg!(feature = "xlsx") {
+        endings.push("xlsx");
+    }
     if cfg!(feature = "parquet") {
         endings.push("parquet");
     }
@@ -396,12 +600,12 @@ fn fixtures() -> Vec<PathBuf> {
 /// Only crates that read a format may panic inside, never the readers of this project.
 #[track_caller]
 fn check_no_defect(fixture: &Path, error: &ReadError) {
-    let is_parquet = fixture
-        .extension()
-        .is_some_and(|ending| ending == "parquet");
+    let by_crate = ["parquet", "h5", "xlsx"];
+    let ending = fixture.extension().and_then(|ending| ending.to_str());
+    let is_by_crate = ending.is_some_and(|ending| by_crate.contains(&ending));
     let told = error.to_string();
     assert!(
-        is_parquet || !told.contains("its reader failed"),
+        is_by_crate || !told.contains("its reader failed"),
         "{fixture:?}: {told}"
     );
 }
@@ -419,9 +623,12 @@ fn a_file_that_is_cut_short_says_so() {
                 Ok(loaded) => {
                     let told: Vec<String> =
                         loaded.warnings.iter().map(ToString::to_string).collect();
-                    let is_mat = fixture.extension().is_some_and(|ending| ending == "mat");
+                    // What is left of a text is rows, of HDF5 those datasets that are whole.
+                    let may_be_whole = ["mat", "lvm", "h5"];
+                    let ending = fixture.extension().and_then(|ending| ending.to_str());
+                    let is_whole = ending.is_some_and(|ending| may_be_whole.contains(&ending));
                     let is_told = told.iter().any(|told| told.contains("ends early"));
-                    assert!(is_told || is_mat, "{fixture:?} {part}: {told:?}");
+                    assert!(is_told || is_whole, "{fixture:?} {part}: {told:?}");
                 }
                 Err(ReadError::File {
                     source: FileError::Io(source),

@@ -2,6 +2,8 @@
 //!
 //! Found once; window, command line and report show this list.
 
+use std::collections::BTreeSet;
+
 use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, GridEdge, Undetermined};
@@ -10,7 +12,7 @@ use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::percent;
 use crate::progress::Progress;
-use crate::recording::{Axis, LoneGroup, Role, UnusedGroups};
+use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 const STANDS_STILL: f64 = 0.02;
@@ -22,6 +24,8 @@ const CASES_PER_FEATURE: usize = 2;
 pub enum Caution {
     /// Nothing tests the calibration.
     NoTest,
+    /// The training recordings have no times: so many load cases, of so many rows.
+    LoadCases(usize, usize),
     /// The fit can go through every sample.
     Undetermined(Undetermined),
     /// Why there is no cross-validation.
@@ -70,12 +74,32 @@ impl Dataset {
         if in_role(Role::Test).next().is_none() {
             found.push(Caution::NoTest);
         }
+        if fitted && in_role(Role::Train).any(|entry| entry.recording.is_static()) {
+            let mut cases: Vec<usize> = (self.entries.iter().zip(&self.groups.of))
+                .filter(|(entry, _)| entry.role == Role::Train)
+                .map(|(_, group)| *group)
+                .collect();
+            cases.sort_unstable();
+            cases.dedup();
+            let n_rows = in_role(Role::Train)
+                .map(|entry| entry.recording.n_samples())
+                .sum();
+            found.push(Caution::LoadCases(cases.len(), n_rows));
+        }
         if fitted {
             found.extend(calibration.undetermined().map(Caution::Undetermined));
         }
         found.extend(calibration.why_not_left_out().map(Caution::NotLeftOut));
         if fitted {
-            let n_training = in_role(Role::Train).count();
+            // The parts that are left of a recording are one.
+            let n_training = match self.groups.by == RECORDING {
+                true => self
+                    .training_groups()
+                    .into_iter()
+                    .collect::<BTreeSet<_>>()
+                    .len(),
+                false => in_role(Role::Train).count(),
+            };
             if n_training < FEWEST_RECORDINGS && calibration.why_not_left_out().is_none() {
                 found.push(Caution::Blocks(n_training));
             }
@@ -130,6 +154,7 @@ impl Caution {
     pub fn short(&self) -> String {
         match self {
             Self::NoTest => "no test recording".to_owned(),
+            Self::LoadCases(cases, _) => format!("{cases} load cases, no times"),
             Self::Undetermined(found) => {
                 let (samples, coefficients) = (found.samples, found.coefficients);
                 format!("only {samples} samples for {coefficients} coefficients")
@@ -168,6 +193,11 @@ impl std::fmt::Display for Caution {
             Self::NoTest => f.write_str(
                 "no recording is in the test role, so nothing says how the calibration does on recordings it never saw, \
                  except cross-validation; keep one out of the fit, or split the recordings in time",
+            ),
+            Self::LoadCases(cases, rows) => write!(
+                f,
+                "the training recordings have no times, so look-backs and all else of the past are off, whatever the settings \
+                 say; cross-validation leaves out whole load cases ({cases} of {rows} rows), never a row beside its repeats",
             ),
             Self::Undetermined(found) => found.fmt(f),
             Self::NotLeftOut(reason) => write!(f, "no cross-validation figures: {reason}"),

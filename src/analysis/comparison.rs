@@ -153,6 +153,9 @@ pub fn paper_candidates(
             }
         }
     }
+    if recordings.is_static() {
+        candidates.retain(|candidate| !candidate.features.has_history());
+    }
     if few_trajectories(recordings).is_none() {
         candidates.retain(|candidate| !candidate.few_trajectories);
     }

@@ -188,6 +188,7 @@ impl Dataset {
     }
 
     /// As if there were too many to be kept.
+
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self {
@@ -290,7 +291,11 @@ impl Dataset {
             let entered = settings.full_scale.get(axis).copied().flatten();
             entered.unwrap_or(BEYOND_TRAINING * largest)
         });
-        let mut features = settings.features.clone();
+        let mut features = match self.key.recordings.is_static() {
+            // There is no past.
+            true => settings.features.without_history(),
+            false => settings.features.clone(),
+        };
         features.distance = features.distance.effective(&layout.axes);
         let conventional = self.conventional.as_ref().expect("fitting has prepared it");
         Ok(Calibration {
@@ -312,6 +317,7 @@ impl Dataset {
             gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
             history_step_secs,
             limits: limits.collect(),
+            gauge_limits: gauge_limits(&in_role(&self.entries, Role::Train)),
             features,
             gauge_scale: conventional.scale.clone(),
             regressor: crate::calibration::Regressor::Linear,
@@ -454,4 +460,21 @@ fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
 fn gap_secs(training: &[&Recording]) -> Option<f64> {
     let gaps = training.iter().map(|recording| recording.gap_secs());
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
+}
+
+/// Between which values the gauges of recordings that faulty samples were left out of are to be believed, less what they were tared by;
+/// empty where that is not known.
+fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
+    let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
+    for recording in training {
+        let unclipped = recording.left_out().map_or(&[][..], |own| &own.unclipped);
+        for (gauge, own) in unclipped.iter().enumerate() {
+            limits.resize(limits.len().max(unclipped.len()), (None, None));
+            let less = |end: Option<f64>| end.map(|end| end - recording.tared_by(gauge));
+            let (low, high) = &mut limits[gauge];
+            *low = [*low, less(own.0)].into_iter().flatten().reduce(f64::max);
+            *high = [*high, less(own.1)].into_iter().flatten().reduce(f64::min);
+        }
+    }
+    limits
 }

@@ -54,7 +54,7 @@ impl Dataset {
     }
 
     /// The group of each training recording.
-    fn training_groups(&self) -> Vec<usize> {
+    pub fn training_groups(&self) -> Vec<usize> {
         let entries = self.entries.iter().zip(&self.groups.of);
         let training = entries.filter(|(entry, _)| entry.role == Role::Train);
         training.map(|(_, group)| *group).collect()

@@ -178,6 +178,7 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
     let said = cautions.iter().filter_map(|caution| {
         let (about, verdict) = match caution {
             Caution::NoTest => ("test", Enough),
+            Caution::LoadCases(..) => ("times", Enough),
             Caution::Undetermined(_) => ("samples", Insufficient),
             Caution::NotLeftOut(_) => ("cross_validation", Doubtful),
             Caution::Blocks(_) | Caution::Groups(_) | Caution::Lone(_) => ("groups", Doubtful),

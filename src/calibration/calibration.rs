@@ -206,6 +206,9 @@ pub struct Calibration<M = LinearMap> {
     /// missing where it is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
+    /// Between which values each gauge is to be believed; `None` at an end where that is not known, empty where it is of no gauge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gauge_limits: Vec<(Option<f64>, Option<f64>)>,
     /// What is appended to the gauges.
     pub features: FeatureSettings,
     /// How gauges are standardised: for play radii, monomials, and what was learned.
@@ -237,6 +240,9 @@ pub struct Calibration<M = LinearMap> {
     pub tare: Option<Tare>,
 }
 
+/// No gauge and no load is as great; single precision has it.
+pub(crate) const NEVER_REACHED: f64 = 1e30;
+
 /// In place of a number that an older file does not have; [`Calibration::from_json`] puts another in its place.
 fn not_said() -> f64 {
     f64::NAN
@@ -264,6 +270,24 @@ pub struct AppliedLoads {
 }
 
 impl Calibration {
+    /// Where each gauge is clipped, below and above, with what no gauge reaches where that is not known; `None` where it is known of none.
+    pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {
+        let ends = |end: fn(&(Option<f64>, Option<f64>)) -> f64| {
+            self.gauge_limits.iter().map(end).collect()
+        };
+        let low = ends(|(low, _)| low.unwrap_or(-NEVER_REACHED));
+        let high = ends(|(_, high)| high.unwrap_or(NEVER_REACHED));
+        (!self.gauge_limits.is_empty()).then_some([low, high])
+    }
+
+    /// Whether a gauge shows what it is not to be believed.
+    pub fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
+        let mut limits = self.gauge_limits.iter().zip(gauges);
+        limits.any(|((low, high), gauge)| {
+            low.is_some_and(|low| *gauge <= low) || high.is_some_and(|high| *gauge >= high)
+        })
+    }
+
     /// The names of the columns of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
@@ -521,7 +545,7 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
 /// The past samples of a recording, one list for each look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// The past samples of each look-back; some are missing once somebody has asked to stop.
+/// The past samples of each look-back; some samples have none once somebody has asked to stop.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

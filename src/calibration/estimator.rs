@@ -136,8 +136,9 @@ impl<'a> Estimator<'a> {
         let limits = self.calibration.limits.iter();
         let is_filling = time - self.since_secs < self.calibration.features.window_secs();
         let taken = match taken {
-            _ if (self.compensated.iter().zip(limits))
-                .any(|(load, limit)| *limit > 0.0 && load.abs() > *limit) =>
+            _ if self.calibration.has_gauge_beyond(gauges)
+                || (self.compensated.iter().zip(limits))
+                    .any(|(load, limit)| *limit > 0.0 && load.abs() > *limit) =>
             {
                 Taken::Beyond
             }

@@ -132,6 +132,7 @@ impl<M> Calibration<M> {
             gap_secs: self.gap_secs,
             history_step_secs: self.history_step_secs,
             limits: self.limits,
+            gauge_limits: self.gauge_limits,
             features: self.features,
             gauge_scale: self.gauge_scale,
             regressor: self.regressor,

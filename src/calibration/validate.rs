@@ -106,6 +106,12 @@ impl Calibration {
             length("limits", n_axes, self.limits.len())?;
         }
         usable("limits", &self.limits, 0.0)?;
+        if !self.gauge_limits.is_empty() {
+            length("gauge_limits", n_gauges, self.gauge_limits.len())?;
+        }
+        let ends = self.gauge_limits.iter().flat_map(|(low, high)| [low, high]);
+        let ends: Vec<f64> = ends.filter_map(|end| *end).collect();
+        usable("gauge_limits", &ends, -LARGEST)?;
         usable("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE)?;
         usable("history_step_secs", &[self.history_step_secs], 0.0)?;
         let scale = &self.gauge_scale;

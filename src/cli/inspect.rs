@@ -87,6 +87,11 @@ fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     if table.kind.is_none() {
         print_layout(table, out)?;
     }
+    for part in &table.parts {
+        let is_used = if part.is_used { "read" } else { "not read" };
+        let (name, what) = (message(&part.name), message(&part.what));
+        writeln!(out, "{is_used}: {name} ({what})")?;
+    }
     print_columns(table, out)
 }
 

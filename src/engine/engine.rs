@@ -19,8 +19,8 @@ use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, CheckData, ChooseBlock, Compare, CompareDays, FindBest, LookAt, StudyThresholds,
-    Train, Trained,
+    Analyse, CheckData, ChooseBlock, Compare, CompareDays, FaultyRecording, FindBest, FindFaults,
+    LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::results::{KeptTraining, Results};
@@ -57,6 +57,8 @@ pub enum Action {
     OpenBuiltIn,
     /// Tare these recordings.
     Tare(Vec<usize>, Tare),
+    /// Leave what is faulty out of all recordings.
+    LeaveOutFaulty,
     /// Write a file.
     Save(FileContent, PathBuf, Existing),
     /// Write the calibration.
@@ -174,6 +176,8 @@ pub struct Engine {
     pub preferences: Preferences,
     /// Everything that was tried.
     pub models: Models,
+    /// What is wrong with the recordings.
+    pub faults: Lane<FindFaults>,
     /// What the loop pane shows.
     pub loops: Lane<LookAt>,
     /// What the metrology pane shows.
@@ -226,6 +230,7 @@ impl Engine {
             closes: false,
             preferences: Preferences::default(),
             models: Models::default(),
+            faults: Lane::new(&notify),
             loops: Lane::new(&notify),
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
@@ -386,8 +391,9 @@ impl Engine {
     }
 
     /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 10] {
+    fn lanes(&self) -> [&dyn Background; 11] {
         [
+            &self.faults,
             &self.loops,
             &self.figures,
             &self.study,
@@ -540,6 +546,26 @@ impl Engine {
         }
     }
 
+    /// Asks what is wrong with the recordings of the document.
+    pub fn ask_faults(&mut self) {
+        self.faults.ask(FindFaults {
+            recordings: Arc::clone(&self.project.recordings),
+            range: self.project.valid_range(),
+        });
+    }
+
+    /// What is wrong with each recording of the document, once it is known.
+    pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
+        let of = self.faults.answered()?;
+        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
+        self.faults.answer().filter(|_| is_own).map(Vec::as_slice)
+    }
+
+    /// What is wrong with a recording of the document, as far as it is known.
+    pub fn faults_of(&self, at: usize) -> Option<&Arc<FaultyRecording>> {
+        self.all_faults()?.get(at)
+    }
+
     /// Asks what a pane shows of the loops, by the newest analysis.
     pub fn ask_loops(&mut self, visible: Option<(f64, f64)>, question: Question) {
         if let Some(look) = self.look(visible, question) {
@@ -685,6 +711,10 @@ impl Engine {
                 let recordings = Arc::clone(&self.project.recordings);
                 self.start(Task::Tare(recordings, which, tare));
             }
+            Action::LeaveOutFaulty => {
+                let recordings = Arc::clone(&self.project.recordings);
+                self.start(Task::LeaveOut(recordings, self.project.valid_range()));
+            }
             Action::Save(content, path, existing) => self.save(content, path, existing),
             Action::Export(path, existing) => self.export(path, existing),
             Action::Replace(yes) => {
@@ -798,6 +828,7 @@ impl Engine {
     /// Takes what has been answered and done.
     pub fn take(&mut self) {
         self.analysis.take();
+        self.faults.take();
         self.loops.take();
         self.figures.take();
         self.study.take();
@@ -872,10 +903,10 @@ impl Engine {
                 }
             }
             // Others have been opened meanwhile.
-            Done::Tared(before, _) | Done::Simulated(before, _)
+            Done::Changed(before, _) | Done::Simulated(before, _)
                 if !Arc::ptr_eq(&before, &self.project.recordings) => {}
-            Done::Tared(_, Ok(tared)) => self.edit(Edit::Replace(Arc::new(tared))),
-            Done::Tared(_, Err(error)) => self.tell(Level::Error, error),
+            Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
+            Done::Changed(_, Err(error)) => self.tell(Level::Error, error),
             Done::Simulated(_, set) => {
                 // A session that was just opened and asked for it is still the same.
                 let is_saved = self.project.recordings.entries().is_empty()

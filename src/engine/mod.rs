@@ -41,7 +41,7 @@ pub(crate) use preferences::PreferencesFile;
 pub use preferences::{Preferences, Theme};
 pub use project::{Edit, Split};
 pub(crate) use project::{FromFile, Project};
-pub(crate) use questions::ThresholdStudy;
+pub(crate) use questions::{FaultyRecording, ThresholdStudy};
 pub(crate) use recovery::LeftSession;
 pub use saving::FileContent;
 pub(crate) use saving::{Doubt, Existing};

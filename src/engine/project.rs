@@ -16,7 +16,9 @@ use crate::evaluation::numbers::round_step;
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
-use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare, load_ranges};
+use crate::recording::{
+    Axis, Entry, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange, load_ranges,
+};
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
 const USUAL_SHARE: f64 = 0.125;
@@ -72,6 +74,9 @@ pub struct SessionFile {
     /// How its recordings were tared after reading, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub tares: BTreeMap<String, Tare>,
+    /// What was left out of its recordings as faulty, by the names that they had before.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub left_out: BTreeMap<String, Judged>,
     /// What its recordings are for, by name; those that are not named take the role that their name asks for.
     pub roles: BTreeMap<String, Role>,
     /// The groups that its recordings were put in, by name.
@@ -90,6 +95,8 @@ pub struct Project {
     pub settings: FitSettings,
     /// How loops, dwells and figures are measured, whoever shows them.
     pub measuring: MetrologySettings,
+    /// The least and the greatest value that a gauge can have, as the logger writes it, where somebody knows.
+    pub gauge_range: Option<(f64, f64)>,
     /// Axes that are not shown.
     pub hidden_axes: Vec<Axis>,
     /// A calibration that is applied instead of fitted.
@@ -125,6 +132,8 @@ pub enum Edit {
     AllRoles(Role),
     /// The group of every recording, in their order; `None` leaves it to its name.
     Groups(Vec<Option<String>>),
+    /// What a gauge can show.
+    GaugeRange(Option<(f64, f64)>),
     /// Close one recording.
     Remove(usize),
     /// Close all recordings.
@@ -233,6 +242,7 @@ impl Project {
                     self.hidden_axes.push(axis);
                 }
             }
+            Edit::GaugeRange(range) => self.gauge_range = range,
             Edit::Notes(notes) => self.notes = notes,
             Edit::Apply(Some(applied)) => {
                 let loaded = &self.recordings.layout().gauge_names;
@@ -265,6 +275,7 @@ impl Project {
             && self.split == other.split
             && self.settings == other.settings
             && self.measuring == other.measuring
+            && self.gauge_range == other.gauge_range
             && self.hidden_axes == other.hidden_axes
             && self.applied == other.applied
             && self.factory == other.factory
@@ -278,6 +289,14 @@ impl Project {
             maps: self.maps.clone(),
             lost: self.lost.clone(),
             ..other
+        }
+    }
+
+    /// What is known of the sensor's channels.
+    pub fn valid_range(&self) -> ValidRange {
+        ValidRange {
+            gauges: self.gauge_range,
+            rated: self.settings.full_scale.clone(),
         }
     }
 

@@ -11,11 +11,12 @@ use crate::analysis::{
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
+use crate::evaluation::faults::faults;
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::features::Thresholds;
-use crate::recording::RecordingSet;
+use crate::recording::{Recording, RecordingSet, ValidRange};
 
 /// The map has so many F_th, and so many t_th.
 const MAP_SIDE: usize = 40;
@@ -464,6 +465,78 @@ impl Query for ChooseBlock {
         let measure = self.measure;
         let measure = measure.unwrap_or_else(|| study.scale().default_measure());
         Ok(study.suggest_block(self.block, measure, progress)?)
+    }
+}
+
+/// What is wrong with recordings.
+#[derive(Clone, Debug)]
+pub struct FindFaults {
+    /// Which.
+    pub recordings: Arc<RecordingSet>,
+    /// What is known of the sensor.
+    pub range: ValidRange,
+}
+
+/// What is wrong with one of them, as it is shown.
+#[derive(Debug)]
+pub struct FaultyRecording {
+    /// How many samples cannot be used.
+    pub n_samples: usize,
+    /// Each kind in words.
+    pub words: Vec<String>,
+    /// From when to when they are, on the recording's own clock (s).
+    pub intervals: Vec<(f64, f64)>,
+}
+
+impl FaultyRecording {
+    fn of(recording: &Recording, range: &ValidRange) -> Self {
+        let faults = faults(recording, range);
+        let (samples, times) = (faults.samples(), recording.times());
+        let interval =
+            |samples: &std::ops::Range<usize>| (times[samples.start], times[samples.end - 1]);
+        Self {
+            n_samples: faults.n_samples(),
+            words: faults.in_words(recording),
+            intervals: samples.iter().map(interval).collect(),
+        }
+    }
+}
+
+impl Query for FindFaults {
+    /// In the order of the recordings.
+    type Answer = Vec<Arc<FaultyRecording>>;
+    /// A changed role leaves recordings as they are.
+    type Cache = Vec<(Arc<Recording>, ValidRange, Arc<FaultyRecording>)>;
+
+    fn title(&self) -> String {
+        "Looking for faulty samples".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings) && self.range == other.range
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work {
+            cache, progress, ..
+        } = work;
+        let before = std::mem::take(cache);
+        for entry in self.recordings.entries() {
+            progress.check()?;
+            let recording = &entry.recording;
+            let known = before
+                .iter()
+                .find(|(of, range, _)| Arc::ptr_eq(of, recording) && *range == self.range);
+            let found = match known {
+                Some((_, _, found)) => Arc::clone(found),
+                None => Arc::new(FaultyRecording::of(recording, &self.range)),
+            };
+            cache.push((Arc::clone(recording), self.range.clone(), found));
+        }
+        Ok(cache
+            .iter()
+            .map(|(_, _, found)| Arc::clone(found))
+            .collect())
     }
 }
 

@@ -15,11 +15,12 @@ use crate::analysis::View;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
+use crate::evaluation::faults::faults;
 use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Recording, Source};
+use crate::recording::{Axis, Recording, Source, Tare};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
@@ -38,6 +39,7 @@ const BYTES_LIMIT: u64 = 256 << 20;
 /// | `calibration` | the file of a calibration that is applied instead of fitted |
 /// | `settings` | the choices of the fit |
 /// | `measuring` | how loops, dwells and figures are measured |
+/// | `gauge_range` | the least and the greatest value that a gauge can have, where somebody said so |
 /// | `on_screen` | the name of the recording on screen; absent: all of them |
 /// | `hidden_axes` | axes that are not shown |
 /// | `layout` | where the panes stand |
@@ -56,6 +58,8 @@ pub struct Session {
     pub calibration: Option<PathBuf>,
     pub settings: FitSettings,
     pub measuring: MetrologySettings,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gauge_range: Option<(f64, f64)>,
     pub on_screen: Option<String>,
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
@@ -166,6 +170,10 @@ impl Session {
                 files.len() - 1
             });
             let name = entry.recording.name().to_owned();
+            if let Some(left_out) = entry.recording.left_out() {
+                let (of, judged) = (left_out.of.clone(), left_out.judged.clone());
+                files[at].left_out.insert(of, judged);
+            }
             let by_map = files[at].columns.as_ref().and_then(|map| map.tare);
             if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
                 files[at].tares.insert(name.clone(), tare);
@@ -199,6 +207,7 @@ impl Session {
             calibration: project.applied.as_ref().map(|own| own.path.clone()),
             settings: project.settings.clone(),
             measuring: project.measuring.clone(),
+            gauge_range: project.gauge_range,
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             hidden_axes: project.hidden_axes.clone(),
             layout,
@@ -267,6 +276,7 @@ impl OpenedSession {
         let session = self.session;
         let mut project = Project {
             settings: session.settings,
+            gauge_range: session.gauge_range,
             hidden_axes: session.hidden_axes,
             notes: session.notes,
             ..Project::default()
@@ -389,19 +399,37 @@ impl SessionPart {
                 absolute: found,
                 ..file.clone()
             },
-            loaded: Some(loaded.and_then(|loaded| tared(loaded, file))),
+            loaded: Some(loaded.and_then(|loaded| as_saved(loaded, file))),
         }
     }
 }
 
-/// The recordings tared as they were when the session was saved.
-fn tared(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
-    for recording in &mut loaded.recordings {
-        if let Some(tare) = file.tares.get(recording.name()) {
-            let tared = recording.clone().tared(*tare);
-            (*recording, _) = tared.map_err(|error| error.to_string())?;
+/// The recordings tared, and without what was left out of them, as they were when the session was saved.
+fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
+    let tared = |recording: Recording, tare: Option<Tare>| match tare {
+        Some(tare) if recording.tare() != Some(tare) => {
+            let tared = recording.tared(tare);
+            tared
+                .map(|(tared, _)| tared)
+                .map_err(|error| error.to_string())
         }
+        _ => Ok(recording),
+    };
+    let mut recordings = Vec::new();
+    for recording in loaded.recordings {
+        let Some(judged) = file.left_out.get(recording.name()) else {
+            recordings.push(recording);
+            continue;
+        };
+        let recording = tared(recording, judged.tared)?;
+        let found = faults(&recording, &judged.range);
+        recordings.extend(found.left_out_of(&recording, &judged.range));
     }
+    let recordings = recordings.into_iter().map(|recording| {
+        let tare = file.tares.get(recording.name()).copied();
+        tared(recording, tare)
+    });
+    loaded.recordings = recordings.collect::<Result<_, _>>()?;
     Ok(loaded)
 }
 

@@ -12,11 +12,12 @@ use crate::engine::query::{Answered, Query, Work};
 use crate::engine::results::Results;
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::{OpenedSession, SessionPart};
+use crate::evaluation::faults::faults;
 use crate::export::{TargetError, check_targets};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
-use crate::recording::{Recording, RecordingSet, Tare, simulated};
+use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 
 /// Something to do.
 #[derive(Clone, Debug)]
@@ -25,6 +26,8 @@ pub enum Task {
     Open(Vec<(PathBuf, Option<ColumnMap>)>, Vec<ColumnMap>),
     /// Tare some of these recordings.
     Tare(Arc<RecordingSet>, Vec<usize>, Tare),
+    /// Leave what is faulty by this range out of these recordings.
+    LeaveOut(Arc<RecordingSet>, ValidRange),
     /// Make the built-in recordings, to stand in the place of these.
     Simulate(Arc<RecordingSet>),
     /// Write a file; the inputs must not be written over.
@@ -57,8 +60,8 @@ pub enum Task {
 pub enum Done {
     /// The files that were read.
     Opened(Vec<OpenedFile>),
-    /// The recordings of before, and those of now.
-    Tared(Arc<RecordingSet>, Result<RecordingSet, String>),
+    /// The recordings of before, and those of now: tared, or without what is faulty.
+    Changed(Arc<RecordingSet>, Result<RecordingSet, String>),
     /// The recordings that they were to replace, and the built-in ones.
     Simulated(Arc<RecordingSet>, RecordingSet),
     /// The file was written, or could not be.
@@ -104,6 +107,7 @@ impl Query for Task {
                 many => format!("Reading {} files", many.len()),
             },
             Self::Tare(..) => "Taring".to_owned(),
+            Self::LeaveOut(..) => "Leaving out faulty samples".to_owned(),
             Self::Simulate(_) => "Simulating the built-in sensor".to_owned(),
             Self::Write { path, .. } => format!("Writing {}", file_name(path)),
             Self::ReadMap(_) => "Reading a column map".to_owned(),
@@ -124,7 +128,10 @@ impl Query for Task {
         Ok(match self {
             Self::Open(files, remembered) => Done::Opened(open_all(files, remembered, progress)),
             Self::Tare(recordings, which, tare) => {
-                Done::Tared(Arc::clone(recordings), tared(recordings, which, *tare))
+                Done::Changed(Arc::clone(recordings), tared(recordings, which, *tare))
+            }
+            Self::LeaveOut(recordings, range) => {
+                Done::Changed(Arc::clone(recordings), left_out(recordings, range))
             }
             Self::Simulate(replaced) => {
                 let made = simulated::demonstration(simulated::DEFAULT_SEED);
@@ -194,6 +201,25 @@ fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<Recor
         set.replace(*at, tared.map_err(|error| error.to_string())?.0);
     }
     Ok(set)
+}
+
+/// The recordings without what is faulty in them; a recording of which nothing remains is not there any more.
+fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, String> {
+    let mut set = RecordingSet::default();
+    for entry in recordings.entries() {
+        let recording = &entry.recording;
+        for part in faults(recording, range).left_out_of(recording, range) {
+            let part = Entry {
+                group: entry.group.clone(),
+                ..Entry::new(part, entry.role)
+            };
+            set.push(part).map_err(|error| error.to_string())?;
+        }
+    }
+    match set.entries().is_empty() {
+        true => Err("all samples look faulty; none would be left".to_owned()),
+        false => Ok(set),
+    }
 }
 
 fn file_name(path: &Path) -> String {

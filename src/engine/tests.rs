@@ -821,7 +821,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
     open(&mut engine, &["c"]);
-    finish(&mut engine, Done::Tared(untared, Ok(tared)));
+    finish(&mut engine, Done::Changed(untared, Ok(tared)));
     assert_eq!(tares(&engine), [None; 4]);
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
     settle(&mut engine);
@@ -1695,6 +1695,13 @@ fn a_saved_session_opens_again_as_it_was() {
     settle(&mut engine);
     engine.act(Action::Tare(vec![1], Tare::Interval(0.0, 0.5)));
     settle(&mut engine);
+    let greatest = engine.project().recordings.entries()[0].recording.gauges();
+    let greatest = greatest.iter().copied().fold(0.0, f64::max);
+    edit(&mut engine, Edit::GaugeRange(Some((-1e3, greatest))));
+    engine.act(Action::LeaveOutFaulty);
+    settle(&mut engine);
+    let first = &engine.project().recordings.entries()[0].recording;
+    assert!(first.left_out().is_some_and(|own| own.n_samples > 0));
     let other = with_f_th(&engine, 0.125);
     for own in [
         Edit::Role(0, Role::Off),

@@ -245,6 +245,7 @@ mod tests {
             Edit::Unsplit,
             Edit::ShowAxis(Axis::Fx, false),
             Edit::Notes("oiled".to_owned()),
+            Edit::GaugeRange(Some((-10.0, 10.0))),
             Edit::Apply(Some(calibration())),
             Edit::Apply(None),
             Edit::Compare(Some(calibration())),
@@ -276,6 +277,7 @@ mod tests {
             Edit::Groups(_) => 14,
             Edit::Measuring(_) => 15,
             Edit::Model(_) => 16,
+            Edit::GaugeRange(_) => 17,
         }
     }
 
@@ -283,7 +285,7 @@ mod tests {
     fn every_edit_is_taken_back_and_made_again() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=15 {
+        for at in 0..=17 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tried");
         }

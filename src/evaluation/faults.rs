@@ -13,7 +13,7 @@ use faer::linalg::solvers::SolveLstsq as _;
 use rayon::prelude::*;
 
 use crate::evaluation::quantile::quantile;
-use crate::recording::{LeftOut, Recording, ValidRange, median};
+use crate::recording::{Judged, LeftOut, Recording, ValidRange, median};
 
 /// Samples that say what to expect of a channel; of more, as many spread evenly.
 const LOOKED_AT: usize = 4096;
@@ -168,7 +168,10 @@ impl Faults {
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
-            range: range.clone(),
+            judged: Judged {
+                range: range.clone(),
+                tared: recording.tare(),
+            },
             n_samples: self.n_samples(),
             unclipped: self.unclipped.clone(),
         };
@@ -219,8 +222,11 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             expected: expected.as_ref(),
         };
         let unclipped = channel.clipped(range.gauges, &mut found);
-        channel.stuck(&mut found);
-        channel.jumps(&mut found);
+        // The order of load cases is none.
+        if !recording.is_static() {
+            channel.stuck(&mut found);
+            channel.jumps(&mut found);
+        }
         (found, unclipped)
     };
     let (found, mut unclipped): (Vec<Vec<Fault>>, Vec<_>) = own.par_iter().map(of_channel).unzip();
@@ -257,6 +263,8 @@ struct Own {
     step: f64,
     /// The least step that is not zero.
     resolution: f64,
+    /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
+    piles_up: Vec<f64>,
 }
 
 impl Own {
@@ -283,10 +291,25 @@ impl Own {
             [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
         let steps = looked_at.filter(|k| *k > 0);
         let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
+        let piles_up = |extreme: &f64, inward: f64| {
+            let mut counts = [0_usize; 4];
+            for k in 0..n {
+                let steps = inward * (value(k) - extreme) / resolution;
+                if steps < 3.25 && (steps - steps.round()).abs() < 0.25 {
+                    counts[steps.round() as usize] += 1;
+                }
+            }
+            let [at, beside @ ..] = counts;
+            let most_beside = beside.into_iter().max().unwrap_or(0);
+            low < high && at >= PILES_UP.max(PILES_UP * most_beside)
+        };
+        let ends = [(low, 1.0), (high, -1.0)].into_iter();
+        let piles_up = ends.filter(|(extreme, inward)| piles_up(extreme, *inward));
         Self {
             channel,
             low,
             high,
+            piles_up: piles_up.map(|(extreme, _)| extreme).collect(),
             span: high_share - low_share,
             step: steps.unwrap_or(0.0),
             resolution,
@@ -309,10 +332,17 @@ struct Expected {
 }
 
 impl Expected {
-    /// By least squares, twice: the second time without what is far from the first.
+    /// By least squares, three times: each time without what is far from the one before.
     fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
-        let mut samples: Vec<usize> = looked_at(recording.n_samples()).collect();
-        if by.is_empty() || samples.len() < 2 * (by.len() + 1) {
+        let all = || looked_at(recording.n_samples());
+        let is_inside = |k: &usize| !own.piles_up.contains(&own.channel.of(recording, *k));
+        let fewest = 2 * (by.len() + 1);
+        // What may be clipped would bend the line.
+        let mut samples: Vec<usize> = all().filter(is_inside).collect();
+        if samples.len() < fewest {
+            samples = all().collect();
+        }
+        if by.is_empty() || samples.len() < fewest {
             return None;
         }
         let scaled: Vec<(Channel, f64, f64)> = (by.into_iter())
@@ -333,7 +363,7 @@ impl Expected {
             })
             .collect();
         let mut found = None;
-        for _ in 0..2 {
+        for _ in 0..3 {
             let n = samples.len();
             let value = |k: usize| own.channel.of(recording, k);
             let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
@@ -463,25 +493,15 @@ impl Watched<'_> {
     /// and mostly farther out.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own {
-            low,
-            high,
-            resolution,
-            span,
-            ..
+            resolution, span, ..
         } = self.own;
+        if !self.own.piles_up.contains(&extreme) {
+            return false;
+        }
         let at: Vec<usize> = (0..self.n())
             .filter(|k| self.value(*k) == extreme)
             .collect();
-        let inward = if extreme == *high { -1.0 } else { 1.0 };
-        let beside = (1..=3).map(|steps| {
-            let level = extreme + inward * f64::from(steps) * resolution;
-            let is_there = |k: &usize| (self.value(*k) - level).abs() < 0.25 * resolution;
-            (0..self.n()).filter(is_there).count()
-        });
-        let most_beside = beside.max().unwrap_or(0);
-        if at.len() < PILES_UP.max(PILES_UP * most_beside) || high == low {
-            return false;
-        }
+        let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
         let Some(expected) = self.expected else {
             return false;
         };

@@ -144,6 +144,7 @@ mod tests {
             gap_secs: 1.0,
             history_step_secs: 0.0,
             limits: Vec::new(),
+            gauge_limits: Vec::new(),
             gauge_scale: GaugeScale::identity(2),
             regressor: Regressor::Linear,
             conventional: map(&FeatureSettings::present(), 0.1),

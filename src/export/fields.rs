@@ -85,6 +85,12 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             Value::Texts(calibration.trained_on.clone()),
         ),
     ];
+    let clipped_at = calibration.clipped_at().into_iter().flatten();
+    let names = ["gauge_low", "gauge_high"].into_iter();
+    fields.extend(names.zip(clipped_at).map(|(name, ends)| Field {
+        about: "a gauge that reaches this is clipped; 1e30 from zero where that is not known",
+        ..numbers("", name, &ends)
+    }));
     let rate = calibration.rate_hz.into_iter();
     fields.extend(rate.map(|rate| field("", "rate_hz", Value::Number(rate))));
     let tare = calibration.tare.iter();

@@ -10,6 +10,8 @@
 //! | `F`, `loads`, `wrench`, `FT`, `reference` …, n × 6 | `Fx` to `Mz` (n × 3: the forces) |
 //! | `X`, any other, n × k | `X1` to `Xk` |
 //!
+//! Of `run.S` or `run/S` the last part says this, and what stands before it stays: `run.S1`.
+//!
 //! n is the length of the time, or without one what most numbers stand in. An array that lies on its side is turned.
 
 use std::collections::HashMap;
@@ -83,6 +85,8 @@ pub(crate) struct Array {
     pub(crate) name: String,
     /// Where the file itself says it; empty otherwise.
     pub(crate) unit: &'static str,
+    /// Where the file itself names each of its columns.
+    pub(crate) labels: Vec<String>,
     pub(crate) shape: Vec<usize>,
     /// Whether the first index runs fastest.
     pub(crate) is_by_column: bool,
@@ -119,6 +123,10 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
             table.reference_time = Some(table.columns.len());
         }
         let names = column_names(&array.name, n_columns, array.is_vector(), &table);
+        let names: Vec<String> = match array.labels.len() == n_columns {
+            true => array.labels.clone(),
+            false => names,
+        };
         for (index, name) in names.into_iter().enumerate() {
             table.columns.push(Column {
                 name,
@@ -166,8 +174,16 @@ impl Array {
     }
 }
 
+/// Whether one of them is a time.
+pub(super) fn has_time(arrays: &[Array]) -> bool {
+    let is_time = |array: &Array| is_time_name(&array.name) && array.is_vector();
+    arrays
+        .iter()
+        .any(|array| is_time(array) && array.values.len() > 1)
+}
+
 /// How many samples there are: as many as times, or else what most numbers stand in.
-fn n_rows(arrays: &[Array]) -> usize {
+pub(super) fn n_rows(arrays: &[Array]) -> usize {
     let is_time =
         |array: &&Array| is_time_name(&array.name) && array.is_vector() && array.values.len() > 1;
     if let Some(time) = arrays.iter().find(is_time) {
@@ -198,11 +214,16 @@ fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
 }
 
 fn is_reference_time(name: &str) -> bool {
-    REFERENCE_TIMES.contains(&name.to_lowercase().as_str())
+    REFERENCE_TIMES.contains(&last_part(name).to_lowercase().as_str())
+}
+
+/// Of a path the part that says what it is.
+fn last_part(name: &str) -> &str {
+    name.rsplit(['.', '/']).next().unwrap_or(name)
 }
 
 fn is_load(name: &str) -> bool {
-    let name = name.to_lowercase();
+    let name = last_part(name).to_lowercase();
     let name = name.as_str();
     FORCES.contains(&name) || MOMENTS.contains(&name) || LOADS.contains(&name)
 }
@@ -211,7 +232,9 @@ fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) 
     if is_vector && n_columns == 1 {
         return vec![name.to_owned()];
     }
-    let small = name.to_lowercase();
+    let last = last_part(name);
+    let before = &name[..name.len() - last.len()];
+    let small = last.to_lowercase();
     let is_one_of = |names: &[&str]| names.contains(&small.as_str());
     let axes = match n_columns {
         3 if is_one_of(&MOMENTS) => &Axis::ALL[3..],
@@ -220,12 +243,16 @@ fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) 
         _ => &[],
     };
     if !axes.is_empty() {
-        return axes.iter().map(|axis| axis.symbol().to_owned()).collect();
+        let symbols = axes.iter().map(|axis| axis.symbol());
+        return symbols.map(|axis| format!("{before}{axis}")).collect();
     }
-    let is_free = || table.columns.iter().all(|column| column.name != "S1");
-    let is_gauges = is_one_of(&GAUGES) || is_gauge_name(&format!("{name}1"));
-    let stem = if is_gauges && is_free() { "S" } else { name };
-    (1..=n_columns).map(|k| format!("{stem}{k}")).collect()
+    let first = format!("{before}S1");
+    let is_free = || table.columns.iter().all(|column| column.name != first);
+    let is_gauges = is_one_of(&GAUGES) || is_gauge_name(&format!("{last}1"));
+    let stem = if is_gauges && is_free() { "S" } else { last };
+    (1..=n_columns)
+        .map(|k| format!("{before}{stem}{k}"))
+        .collect()
 }
 
 fn shape_in_words(shape: &[usize]) -> String {

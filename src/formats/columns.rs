@@ -1,5 +1,7 @@
 //! Columns of numbers, and rows of cells as they are looked at one after the other.
 
+use super::parts::FilePart;
+
 /// Columns of numbers, as a file that is no text holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
@@ -12,6 +14,10 @@ pub(crate) struct Columns {
     pub(crate) left_out: Vec<String>,
     /// Whether the file ends before it should.
     pub(crate) ends_early: bool,
+    /// Where the file holds several tables, all of them.
+    pub(crate) parts: Vec<FilePart>,
+    /// Whether nobody said which of them it is.
+    pub(crate) is_guessed_part: bool,
 }
 
 /// One column; another clock's columns may have another length.
@@ -31,6 +37,12 @@ impl Columns {
         lengths.max().unwrap_or(0)
     }
 
+    /// The names of the parts that are read, where there are several.
+    pub(super) fn used_parts(&self) -> Vec<String> {
+        let used = self.parts.iter().filter(|part| part.is_used);
+        used.map(|part| part.name.clone()).collect()
+    }
+
     pub(crate) fn row(&self, row: usize) -> NumberRow<'_> {
         NumberRow {
             columns: self.columns.iter(),
@@ -38,6 +50,34 @@ impl Columns {
         }
     }
 }
+
+/// Rows of a file from its start to its end: its first ones, and some at places all over the rest.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sample<'a> {
+    pub(crate) rows: Vec<Vec<Cell<'a>>>,
+    /// With which row each place starts.
+    starts: Vec<usize>,
+}
+
+impl<'a> Sample<'a> {
+    /// Appends rows that follow one another.
+    pub(super) fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
+        self.starts.push(self.rows.len());
+        self.rows.extend(rows);
+    }
+
+    /// The rows of each place, which follow one another there.
+    pub(crate) fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
+        let ends = self.starts.iter().copied().skip(1).chain([self.rows.len()]);
+        let starts = self.starts.iter();
+        starts.zip(ends).map(|(&start, end)| &self.rows[start..end])
+    }
+}
+
+/// At how many places besides its start a file is looked at.
+pub(super) const PLACES: usize = 64;
+/// How many rows are looked at there.
+pub(super) const ROWS_AT_A_PLACE: usize = 8;
 
 /// What stands in one column of one row.
 #[derive(Clone, Copy, Debug, PartialEq)]

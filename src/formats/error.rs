@@ -22,8 +22,11 @@ pub enum FileError {
     Io(io::Error),
     #[error("the file is empty; choose another, or record it again")]
     Empty,
-    #[error("not text but {what}; unpack it, or export the recording as CSV")]
-    NotText { what: &'static str },
+    #[error("not text but {what}; {instead}")]
+    NotText {
+        what: &'static str,
+        instead: &'static str,
+    },
     #[error(
         "a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample"
     )]
@@ -57,8 +60,33 @@ pub enum FileError {
         shown(what)
     )]
     UnpacksTooLarge { what: String, limit_bytes: u64 },
-    #[error("a MATLAB 7.3 file, which is HDF5; save it with `save FILE -v7`, or export it as CSV")]
-    Mat73,
+    #[error(
+        "a MATLAB 7.3 file that is not read here ({}); save it with `save FILE -v7`, or export it as CSV",
+        shown(why)
+    )]
+    Mat73 { why: String },
+    #[error(
+        "an HDF5 file that is damaged, or written in a way that is not read here, as groups with soft links are ({}); in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
+        shown(why)
+    )]
+    Hdf5 { why: String },
+    #[error(
+        "there is no {} in this file, but {}; say so under \"parts\" in the column map, or leave \"parts\" away",
+        shown(part),
+        listed(parts)
+    )]
+    NoSuchPart { part: String, parts: Vec<String> },
+    #[error(
+        "the columns of {} and {} are not called the same, so they are not one table; choose one of them",
+        shown(first),
+        shown(second)
+    )]
+    PartsDiffer { first: String, second: String },
+    #[error(
+        "{} topics are chosen, and two at most are read together: one of gauges and one of the reference; choose those two",
+        topics.len()
+    )]
+    TooManyTopics { topics: Vec<String> },
     #[error(
         "{} is compressed by {}, which is not read here; save it with {instead}",
         shown(what),

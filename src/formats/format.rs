@@ -35,6 +35,8 @@ pub(super) struct Source<'a> {
     /// How it starts.
     pub(super) head: &'a [u8],
     pub(super) n_bytes: u64,
+    /// Which of several parts of it make the table; none where nobody said.
+    pub(super) parts: &'a [String],
     pub(super) progress: &'a Progress,
 }
 

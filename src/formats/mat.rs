@@ -1,4 +1,4 @@
-//! MATLAB's `.mat`, version 5: matrices of numbers, read compressed or not, written plain.
+//! MATLAB's `.mat`, version 5: matrices of numbers, alone or in structs, read compressed or not, written plain.
 //!
 //! **Source** MAT-File Format (The MathWorks), level 5: a header of 128 bytes, then one element for each variable. An
 //! element is a kind, a length and so many bytes; a matrix is an element whose parts are elements: class, dimensions,
@@ -8,10 +8,12 @@ use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
-use super::arrays::{self, Array, Entry};
+use super::arrays::{Array, Entry};
 use super::columns::Columns;
 use super::error::{FileError, reading};
-use super::format::{Format, Source, unpacked_limit};
+use super::format::{COLUMN_LIMIT, Format, Source, unpacked_limit};
+use super::hdf5;
+use super::parts::{self, Group};
 
 pub(super) const FORMAT: Format = Format {
     name: "MATLAB file",
@@ -41,7 +43,7 @@ const FILE: &str = "the file";
 /// The matrices of a file as a table.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if source.head.starts_with(NEWER) {
-        return Err(FileError::Mat73);
+        return hdf5::matlab(source);
     }
     let mut file = Vec::new();
     source.open()?.read_to_end(&mut file)?;
@@ -55,7 +57,8 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         bytes: &file[HEADER_BYTES..],
         is_big_endian,
     };
-    let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
+    let mut groups = vec![Group::default()];
+    let mut left_out = Vec::new();
     while !variables.bytes.is_empty() {
         source.progress.check()?;
         let (kind, bytes) = variables.next(FILE)?;
@@ -67,19 +70,43 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
                     is_big_endian,
                 };
                 match inside.next(FILE)? {
-                    (MI_MATRIX, matrix) => variable(matrix, is_big_endian)?,
+                    (MI_MATRIX, matrix) => variable(matrix, is_big_endian, None)?,
                     _ => continue,
                 }
             }
-            MI_MATRIX => variable(bytes, is_big_endian)?,
+            MI_MATRIX => variable(bytes, is_big_endian, None)?,
             _ => continue,
         };
         match variable {
-            Variable::Numbers(array) => arrays.push(array),
+            Variable::Numbers(array) => groups[0].arrays.push(array),
             Variable::Other(what) => left_out.push(what),
+            Variable::Structs { name, elements } => {
+                let is_table =
+                    |fields: &Fields| fields.arrays.iter().any(|array| array.values.len() > 1);
+                if !elements.iter().any(is_table) {
+                    left_out.push(format!("{name} (a struct)"));
+                    continue;
+                }
+                let n_elements = elements.len();
+                for (at, fields) in elements.into_iter().enumerate() {
+                    left_out.extend(
+                        fields
+                            .left_out
+                            .into_iter()
+                            .map(|what| format!("{name}.{what}")),
+                    );
+                    groups.push(Group {
+                        name: match n_elements {
+                            1 => name.clone(),
+                            _ => format!("{name}({})", at + 1),
+                        },
+                        arrays: fields.arrays,
+                    });
+                }
+            }
         }
     }
-    Ok(Some(arrays::columns(arrays, left_out)))
+    parts::of_groups(groups, '.', left_out, source.parts).map(Some)
 }
 
 fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
@@ -102,10 +129,82 @@ enum Variable {
     Numbers(Array),
     /// Its name and what it is.
     Other(String),
+    /// One or more of the same fields.
+    Structs {
+        name: String,
+        elements: Vec<Fields>,
+    },
 }
 
-/// A matrix from the bytes of its element.
-fn variable(bytes: &[u8], is_big_endian: bool) -> Result<Variable, FileError> {
+/// The fields of a struct; those of a struct within are called `within.field`.
+#[derive(Default)]
+struct Fields {
+    arrays: Vec<Array>,
+    left_out: Vec<String>,
+}
+
+/// Structs may lie in structs so deep.
+const DEPTH_LIMIT: usize = 8;
+
+/// The fields of each element of a struct, after its name.
+fn structs(
+    mut parts: Elements<'_>,
+    n_elements: usize,
+    depth: usize,
+) -> Result<Vec<Fields>, FileError> {
+    let is_big_endian = parts.is_big_endian;
+    let (_, length) = parts.next(FILE)?;
+    let length = parts.uint32(length).filter(|length| *length > 0);
+    let length = length.ok_or_else(|| cut_short(FILE))? as usize;
+    let (_, names) = parts.next(FILE)?;
+    let names: Vec<String> = names
+        .chunks(length)
+        .map(|name| name.split(|byte| *byte == 0).next().unwrap_or_default())
+        .map(|name| String::from_utf8_lossy(name).into_owned())
+        .collect();
+    let mut elements = Vec::new();
+    // What is declared is not believed: there is no more than what follows.
+    while elements.len() < n_elements && !parts.bytes.is_empty() && !names.is_empty() {
+        let mut fields = Fields::default();
+        for name in &names {
+            let (kind, bytes) = parts.next(FILE)?;
+            if kind != MI_MATRIX || bytes.is_empty() || fields.arrays.len() >= COLUMN_LIMIT {
+                continue;
+            }
+            match variable(bytes, is_big_endian, Some((name, depth)))? {
+                Variable::Numbers(array) => fields.arrays.push(array),
+                Variable::Other(what) => fields.left_out.push(what),
+                Variable::Structs { name, mut elements } if elements.len() == 1 => {
+                    let inner = elements.remove(0);
+                    let within = |what: &str| format!("{name}.{what}");
+                    fields
+                        .arrays
+                        .extend(inner.arrays.into_iter().map(|array| Array {
+                            name: within(&array.name),
+                            ..array
+                        }));
+                    fields
+                        .left_out
+                        .extend(inner.left_out.iter().map(|what| within(what)));
+                }
+                Variable::Structs { name, .. } => {
+                    fields
+                        .left_out
+                        .push(format!("{name} (structs within a struct)"));
+                }
+            }
+        }
+        elements.push(fields);
+    }
+    Ok(elements)
+}
+
+/// A matrix from the bytes of its element; as a field of a struct it is called so, and lies so deep.
+fn variable(
+    bytes: &[u8],
+    is_big_endian: bool,
+    field: Option<(&str, usize)>,
+) -> Result<Variable, FileError> {
     let mut parts = Elements {
         bytes,
         is_big_endian,
@@ -115,14 +214,34 @@ fn variable(bytes: &[u8], is_big_endian: bool) -> Result<Variable, FileError> {
     let class = flags & 0xff;
     if !(1..=15).contains(&class) {
         // Objects and tables are stored in ways of their own.
-        return Ok(Variable::Other("an object".to_owned()));
+        let what = "an object, such as a table or timetable: save it as `S = table2struct(T, \"ToScalar\", true)`, or with writetable";
+        return Ok(Variable::Other(match field {
+            Some((name, _)) => format!("{name} ({what})"),
+            None => what.to_owned(),
+        }));
     }
     let (_, dimensions) = parts.next(FILE)?;
     let (_, name) = parts.next(FILE)?;
-    let name = String::from_utf8_lossy(name).into_owned();
+    let name = match field {
+        Some((name, _)) => name.to_owned(),
+        None => String::from_utf8_lossy(name).into_owned(),
+    };
+    let lengths = dimensions
+        .chunks_exact(4)
+        .map(|length| parts.uint32(length));
+    let shape: Option<Vec<usize>> = lengths.map(|length| Some(length? as usize)).collect();
+    let shape = shape.unwrap_or_default();
+    let n_declared = shape
+        .iter()
+        .try_fold(1_usize, |product, &length| product.checked_mul(length));
+    let depth = field.map_or(0, |(_, depth)| depth + 1);
     let other = |what: &str| Ok(Variable::Other(format!("{name} ({what})")));
     match class {
         1 => return other("cells"),
+        2 if depth < DEPTH_LIMIT => {
+            let elements = structs(parts, n_declared.unwrap_or(usize::MAX), depth)?;
+            return Ok(Variable::Structs { name, elements });
+        }
         2 => return other("a struct"),
         3 => return other("an object"),
         4 => return other("text"),
@@ -131,27 +250,19 @@ fn variable(bytes: &[u8], is_big_endian: bool) -> Result<Variable, FileError> {
         _ if flags & COMPLEX_FLAG != 0 => return other("complex numbers"),
         _ => {}
     }
-    let lengths = dimensions
-        .chunks_exact(4)
-        .map(|length| parts.uint32(length));
-    let shape: Option<Vec<usize>> = lengths.map(|length| Some(length? as usize)).collect();
-    let shape = shape.unwrap_or_default();
     let (kind, numbers) = parts.next(&name)?;
     let Some(values) = values(kind, numbers, is_big_endian) else {
         return Err(damaged(&name, "its numbers are of no known kind"));
     };
-    let n_declared = shape
-        .iter()
-        .try_fold(1_usize, |product, &length| product.checked_mul(length));
     if n_declared != Some(values.len()) {
         return Err(cut_short(&name));
     }
     Ok(Variable::Numbers(Array {
         name,
-        unit: "",
         shape,
         is_by_column: true,
         values,
+        ..Array::default()
     }))
 }
 

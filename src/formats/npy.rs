@@ -28,7 +28,7 @@ const NOT_A_TIME: i64 = i64::MIN;
 
 /// The numbers of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Number {
+pub(super) enum Number {
     Float(usize),
     Int(usize),
     Uint(usize),
@@ -36,7 +36,7 @@ enum Number {
 }
 
 impl Number {
-    const fn n_bytes(self) -> usize {
+    pub(super) const fn n_bytes(self) -> usize {
         match self {
             Self::Float(n_bytes) | Self::Int(n_bytes) | Self::Uint(n_bytes) => n_bytes,
             Self::Time => 8,
@@ -44,7 +44,7 @@ impl Number {
     }
 
     /// The value of so many bytes, the least first.
-    fn value(self, bytes: &[u8]) -> f64 {
+    pub(super) fn value(self, bytes: &[u8]) -> f64 {
         let mut eight = [0; 8];
         eight[..bytes.len()].copy_from_slice(bytes);
         let unsigned = u64::from_le_bytes(eight);
@@ -138,6 +138,7 @@ pub(super) fn read(
         })?,
         shape: header.shape,
         is_by_column: header.is_by_column,
+        labels: Vec::new(),
     })
 }
 

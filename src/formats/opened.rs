@@ -7,9 +7,10 @@ use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 
-use super::columns::{Cell, Columns};
+use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
+use super::parts::FilePart;
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;
@@ -40,18 +41,19 @@ pub(crate) enum Part<'a> {
     Rows(&'a Columns, Range<usize>),
 }
 
-/// The format of a file that starts so; text is what starts like none of them.
-pub(super) fn format_of(head: &[u8]) -> Option<&'static Format> {
-    let starts = |format: &&Format| {
+/// The formats whose files start so; text is what starts like none of them.
+pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
+    let starts = move |format: &&Format| {
         format
             .signatures
             .iter()
             .any(|start| head.starts_with(start))
     };
-    super::FORMATS.iter().find(starts)
+    super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file; of a text with a limit, only so many bytes are read.
+/// Opens a file; of a text with a limit, only so many bytes are read; of a file with several tables these parts, if any
+/// are named.
 ///
 /// # Errors
 /// [`FileError`] if there is no such file, it is damaged, or holds no numbers in rows.
@@ -59,6 +61,7 @@ pub(crate) fn open(
     path: &Path,
     block_bytes: usize,
     limit_bytes: Option<u64>,
+    parts: &[String],
     progress: &Progress,
 ) -> Result<Opened, FileError> {
     // Asked before opening: opening a named pipe would wait for its other end.
@@ -76,11 +79,12 @@ pub(crate) fn open(
     File::open(path)?
         .take(SIGNATURE_BYTES)
         .read_to_end(&mut head)?;
-    if let Some(format) = format_of(&head) {
+    for format in formats_of(&head) {
         let source = Source {
             path,
             head: &head,
             n_bytes: metadata.len(),
+            parts,
             progress,
         };
         // Not all crates that read these formats hold what this one does.
@@ -123,6 +127,7 @@ impl Opened {
             Self::Text(text) => text.layout(),
             Self::Columns { columns, .. } => Some(TextLayout {
                 header: columns.is_named,
+                parts: columns.used_parts(),
                 ..TextLayout::default()
             }),
         }
@@ -158,14 +163,28 @@ impl Opened {
         }
     }
 
-    /// The cells of the first rows.
-    pub(crate) fn first_rows(&self, layout: &TextLayout, head: &Head) -> Vec<Vec<Cell<'_>>> {
-        match self {
-            Self::Text(text) => text.first_rows(layout, head),
-            Self::Columns { columns, .. } => (0..columns.n_rows().min(HEAD_ROWS))
-                .map(|row| columns.row(row).collect())
-                .collect(),
+    /// The cells of the first rows, and of some all over the file.
+    pub(crate) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
+        let columns = match self {
+            Self::Text(text) => return text.sample(layout, head),
+            Self::Columns { columns, .. } => columns,
+        };
+        let n_rows = columns.n_rows();
+        let mut sample = Sample::default();
+        let mut add = |rows: Range<usize>| {
+            sample.add_place(rows.map(|row| columns.row(row).collect()));
+        };
+        add(0..n_rows.min(HEAD_ROWS));
+        let n_more = n_rows.saturating_sub(HEAD_ROWS);
+        if n_more <= PLACES * ROWS_AT_A_PLACE {
+            add(n_rows - n_more..n_rows);
+            return sample;
         }
+        for place in 0..PLACES {
+            let start = HEAD_ROWS + place * (n_more - ROWS_AT_A_PLACE) / (PLACES - 1);
+            add(start..start + ROWS_AT_A_PLACE);
+        }
+        sample
     }
 
     /// Hands the rows below a head to `parse` part by part, many at a time, and what comes of them in file order to
@@ -210,6 +229,19 @@ impl Opened {
             Self::Text(_) => &[],
             Self::Columns { columns, .. } => &columns.left_out,
         }
+    }
+
+    /// Of a file with several tables, all of them.
+    pub(crate) fn parts(&self) -> &[FilePart] {
+        match self {
+            Self::Text(_) => &[],
+            Self::Columns { columns, .. } => &columns.parts,
+        }
+    }
+
+    /// Whether nobody said which of its tables is read.
+    pub(crate) fn has_guessed_part(&self) -> bool {
+        matches!(self, Self::Columns { columns, .. } if columns.is_guessed_part)
     }
 
     /// Whether the file is known to end before it should.

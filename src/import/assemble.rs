@@ -11,7 +11,7 @@ use super::warning::{Finding, LoadWarning, Trouble};
 use super::{ReadError, TableError, timeline};
 use crate::recording::gap::LEAP_SECS;
 use crate::recording::units::TimeUnit;
-use crate::recording::{Recording, Source};
+use crate::recording::{self, Recording, Source};
 
 /// More cuts mean that the times are no times; so many recordings would only fill the memory.
 const RECORDING_LIMIT: usize = 50_000;
@@ -126,10 +126,59 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
 
 /// Notes a reference whose values stay for some samples and then change, again and again.
 pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
+    if plan.is_static {
+        return;
+    }
     if let Some(samples_each) = timeline::held_for(&rows.loads, plan.axes.len()) {
         let finding = Finding::HeldReference { samples_each };
         rows.findings.note(plan.line, finding);
     }
+}
+
+/// The rows of each load case as a recording without times.
+pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
+    let Table {
+        path,
+        plan,
+        mut rows,
+    } = table;
+    note_constant_gauges(&plan, &mut rows);
+    let of = recording::load_cases(&rows.loads, &plan.axes);
+    let n_cases = of.iter().max().map_or(0, |last| last + 1);
+    let finding = Finding::LoadCases {
+        n_rows: of.len(),
+        n_cases,
+    };
+    rows.findings.note(plan.line, finding);
+    let mut rows_of = vec![Vec::new(); n_cases];
+    for (row, case) in of.into_iter().enumerate() {
+        rows_of[case].push(row);
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let picked = |own: &[usize], values: &[f64], width: usize| -> Vec<f64> {
+        let rows = own
+            .iter()
+            .map(|row| &values[row * width..(row + 1) * width]);
+        rows.flatten().copied().collect()
+    };
+    let recording = |(case, own): (usize, &Vec<usize>)| {
+        let recording = Recording::new(
+            format!("{stem} case {}", case + 1),
+            Source::File(path.clone()),
+            (0..own.len()).map(|row| row as f64).collect(),
+            plan.gauge_names.clone(),
+            picked(own, &rows.gauges, plan.gauge_names.len()),
+            plan.axes.clone(),
+            picked(own, &rows.loads, plan.axes.len()),
+        );
+        let recording = recording.expect("rows are finite and of one width, and are counted");
+        recording
+            .with_gauge_units(plan.gauge_units.clone())
+            .without_times()
+    };
+    let recordings = rows_of.iter().enumerate().map(recording).collect();
+    let findings = std::mem::take(&mut rows.findings);
+    (recordings, findings.into_warnings(&path))
 }
 
 /// Notes what is odd, and cuts the rows into recordings, where nothing else is said at steps longer than `gap_secs`.

@@ -32,7 +32,7 @@ pub fn estimate_weight(
         None if map.table.has_role(ColumnRole::Gauge) => (path.to_owned(), Side::Both),
         None => (path.to_owned(), Side::ReferenceFile),
     };
-    let opened = reading.open(&path)?;
+    let opened = reading.open(&path, &map.reference_table().text.parts)?;
     let weight = map.weight.clone().unwrap_or_default();
     let mut table = reading.table(&path, opened, map.reference_table(), side, Some(&weight))?;
     let axes = table.plan.axes.clone();

@@ -129,7 +129,7 @@ impl LiveTable {
         })?;
         let progress = Progress::default();
         let reading = Reading::whole(&progress);
-        let opened = reading.open(&path)?;
+        let opened = reading.open(&path, &[])?;
         let map = match map {
             Some(map) => map.clone(),
             None => by_names(&path, &opened)?.0,

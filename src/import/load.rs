@@ -7,15 +7,18 @@ use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{ReadError, TableError, assemble, names, weigh};
+use super::{ReadError, TableError, assemble, inspect, names, weigh};
 use crate::formats::text::Decimal;
 use crate::formats::{self, Opened, Part};
-use crate::import::map::{ColumnMap, TableMap, WeightMap};
+use crate::import::map::{ColumnMap, ColumnRole, TableMap, WeightMap};
 use crate::progress::Progress;
 use crate::recording::Recording;
 
 /// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
 pub(super) const BLOCK_BYTES: usize = 1 << 18;
+
+/// A table without times has no more load cases than that: a longer one is a recording whose time has another name.
+const LOAD_CASE_ROWS: u64 = 2000;
 
 /// What a file held, and what a person should know about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,8 +59,10 @@ impl<'a> Reading<'a> {
         }
     }
 
-    pub(super) fn open(&self, path: &Path) -> Result<Opened, ReadError> {
-        let opened = formats::open(path, self.block_bytes, self.limit_bytes, self.progress);
+    /// Opens a file, of several tables in it these parts; without any one is chosen.
+    pub(super) fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
+        let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
+        let opened = formats::open(path, block_bytes, limit_bytes, parts, self.progress);
         opened.map_err(of_file(path))
     }
 
@@ -70,7 +75,8 @@ impl<'a> Reading<'a> {
 
     /// Reads gauges and reference.
     pub(super) fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
-        let opened = self.open(path)?;
+        let parts = map.map_or(&[][..], |map| &map.table.text.parts);
+        let opened = self.open(path, parts)?;
         let (map, notes) = match map {
             Some(map) => {
                 map.check()?;
@@ -118,7 +124,7 @@ impl<'a> Reading<'a> {
             None if map.has_two_clocks() => (path.to_owned(), &map.table, Side::SecondClock),
             None => return Ok(None),
         };
-        let opened = self.open(&path)?;
+        let opened = self.open(&path, &table.text.parts)?;
         self.progress.add_total(opened.read_bytes());
         let weight = map.weight.as_ref();
         let mut reference = self.table(&path, opened, table, side, weight)?;
@@ -147,7 +153,19 @@ impl<'a> Reading<'a> {
             let path = path.to_owned();
             ReadError::TooShortForMap { path, what }
         })?;
-        let plan = Plan::new(table, &head, side, weight).map_err(at(path, head.line))?;
+        let is_bare = !table.has_role(ColumnRole::Date);
+        let plan = match Plan::new(table, &head, side, weight) {
+            Err(no_time @ TableError::NoTime { .. }) if side == Side::Both && is_bare => {
+                let has_clock = inspect::has_clock(&opened, table, &head);
+                let has_many_rows = opened.about_rows(&head) > LOAD_CASE_ROWS;
+                match has_clock || has_many_rows {
+                    true => Err(no_time),
+                    false => Plan::of_load_cases(table, &head, weight).map_err(|_| no_time),
+                }
+            }
+            plan => plan,
+        };
+        let plan = plan.map_err(at(path, head.line))?;
         let mut rows = Rows::starting_after(head.n_lines);
         let parse = |part: Part<'_>| Rows::parse(part, &plan);
         let read = opened.read(&head, self.progress, parse, |parts, share| {
@@ -185,7 +203,7 @@ pub(super) fn by_names(
     if !text.header && head.names_in_comment.is_empty() {
         return Err(at(path, head.line)(TableError::HeaderIsNumbers));
     }
-    let guess = names::by_names(&text, &head, &opened.first_rows(&text, &head));
+    let guess = names::by_names(&text, &head, &opened.sample(&text, &head).rows);
     // Nobody has said that commas are decimal points: then each is told.
     text.decimal = Decimal::Point;
     let table = guess.table(&text, &head);
@@ -197,7 +215,16 @@ fn about(opened: &Opened) -> impl Iterator<Item = Finding> {
     let names = opened.left_out().to_vec();
     let left_out = (!names.is_empty()).then_some(Finding::LeftOut { names });
     let ends_early = opened.ends_early().then_some(Finding::EndsEarly);
-    left_out.into_iter().chain(ends_early)
+    let names = |is_used: bool| -> Vec<String> {
+        let parts = opened.parts().iter().filter(|part| part.is_used == is_used);
+        parts.map(|part| part.name.clone()).collect()
+    };
+    let several_parts = opened.has_guessed_part().then(|| Finding::SeveralParts {
+        used: names(true),
+        others: names(false),
+    });
+    let all = left_out.into_iter().chain(ends_early);
+    all.chain(several_parts)
 }
 
 impl Sides {
@@ -208,6 +235,18 @@ impl Sides {
             reference,
             map,
         } = self;
+        if gauges.plan.is_static {
+            let (recordings, warnings) = assemble::load_cases(gauges);
+            if let (Some(tare), Some(first)) = (map.tare, recordings.first()) {
+                // It has no interval, and says so.
+                first.clone().tared(tare)?;
+            }
+            return Ok(Loaded {
+                recordings,
+                warnings,
+                map: None,
+            });
+        }
         let mut of_reference: Vec<LoadWarning> = Vec::new();
         if let Some(mut reference) = reference {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;

@@ -613,3 +613,91 @@ fn inspection_says_what_names_do_not() {
         (2, Some(2.0))
     );
 }
+
+/// What ROS's tools make of a wrench and of an array, and German measuring programs of both.
+#[test]
+fn headers_of_other_tools_are_understood_by_themselves() {
+    let gauges = |name: fn(usize) -> String| (0..2).map(name).collect::<Vec<_>>().join(",");
+    let bagpy =
+        "Time,header.seq,header.stamp.secs,header.stamp.nsecs,wrench.force.x,wrench.torque.z,S1,S2";
+    for (header, row) in [
+        (
+            bagpy.to_owned(),
+            "1700000000.5,7,1700000000,500000000,1,2,3,4",
+        ),
+        (
+            format!(
+                "%time,field.header.stamp,field.wrench.force.x,field.wrench.torque.z,{}",
+                gauges(|k| format!("/gauges/data[{k}]"))
+            ),
+            "1700000000500000000,1700000000500000000,1,2,3,4",
+        ),
+        (
+            format!(
+                "__time,/ft/wrench/force/x,/ft/wrench/torque/z,{}",
+                gauges(|k| format!("/gauges/data.{k}"))
+            ),
+            "1700000000.5,1,2,3,4",
+        ),
+        (
+            format!(
+                "header.stamp.sec,header.stamp.nanosec,wrench.force.x,wrench.torque.z,{}",
+                gauges(|k| format!("strain[{k}]"))
+            ),
+            "1700000000,500000000,1,2,3,4",
+        ),
+        (
+            "Zeit [s];Kraft X [N];Drehmoment z [Nm];DMS 1;DMS 2".to_owned(),
+            "1700000000,5;1;2;3;4",
+        ),
+    ] {
+        let folder = Folder::with(&[("run.csv", &format!("{header}\n{row}\n"))]);
+        let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
+        let recording = &loaded.unwrap_or_else(|error| panic!("{error}")).recordings[0];
+        assert_eq!(recording.times(), [1_700_000_000.5], "{header}");
+        assert_eq!(recording.gauges(), [3.0, 4.0], "{header}");
+        assert_eq!(recording.axes(), [Axis::Fx, Axis::Mz], "{header}");
+        assert_eq!(recording.loads(), [1.0, 2.0], "{header}");
+    }
+}
+
+#[test]
+fn of_several_wrenches_one_is_the_reference_and_the_others_are_named() {
+    let (recording, findings) = single(read_by_names(
+        "t,/dut/wrench/force/x,/ati/wrench/force/x,/dut/wrench/force/y,S1\n0,1,2,3,4\n0.1,2,3,4,5\n",
+    ));
+    assert_eq!(recording.loads(), [2.0, 3.0]);
+    let finding = Finding::SeveralReferences {
+        used: vec!["/ati/wrench/force/x".into()],
+        others: vec!["/dut/wrench/force/x".into(), "/dut/wrench/force/y".into()],
+    };
+    assert_eq!(findings, [finding]);
+}
+
+fn read_by_names(content: &str) -> Result<Loaded, ReadError> {
+    let folder = Folder::with(&[("run.csv", content)]);
+    read(&folder.path("run.csv"), None, &[], &Progress::default())
+}
+
+/// The second column moves late, the third rises for long before it comes back; ten rows are enough to see a clock.
+#[test]
+fn roles_are_guessed_from_all_over_the_file() {
+    use crate::import::map::ColumnRole;
+    let roles = |n_rows: usize| -> Vec<ColumnRole> {
+        let mut content = String::from("stamp of host,b,c,d\n");
+        for k in 0..n_rows {
+            let c = (k % n_rows).min(n_rows - k);
+            let b = if k > n_rows / 2 { k % 5 } else { 0 };
+            content += &format!("{},{b},{c},{}\n", k * 2, k % 3);
+        }
+        let folder = Folder::with(&[("run.csv", &content)]);
+        let path = folder.path("run.csv");
+        let known = inspect::Known::Nothing;
+        let found = inspect::inspect(&path, known, &Progress::default()).unwrap();
+        found.table.columns.iter().map(|column| column.is).collect()
+    };
+    let (time, gauge) = (ColumnRole::Time, ColumnRole::Gauge);
+    for n_rows in [10, 600, 3_000, 200_000] {
+        assert_eq!(roles(n_rows), [time, gauge, gauge, gauge], "{n_rows}");
+    }
+}

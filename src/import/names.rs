@@ -6,6 +6,7 @@ use crate::formats::Cell;
 use crate::formats::column_name::{ColumnName, Kind};
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, Preamble, TextLayout};
+use crate::recording::Axis;
 
 /// What a column of days is called.
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
@@ -46,17 +47,25 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     } else {
         &head.names_in_comment
     };
-    let columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
-    let times: Vec<usize> = (0..columns.len())
+    let mut columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
+    for (index, column) in columns.iter_mut().enumerate() {
+        // Of a row of units, too.
+        let unit = column.unit.clone().or_else(|| head.unit(index));
+        column.kind = column.kind.and_then(|kind| kind.with_unit(unit.as_deref()));
+    }
+    let (several_references, other_loads) = choose_reference(&mut columns).unzip();
+    let mut times: Vec<usize> = (0..columns.len())
         .filter(|&index| columns[index].kind == Some(Kind::Time))
         .filter(|&index| head.reference_time != Some(index))
         .collect();
+    let fraction = stamp_fraction(&mut times, &columns);
     let keys = Header::of(head);
     let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let is = match column.kind {
             _ if head.reference_time == Some(index) => ColumnRole::TimeReference,
             Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
+            Some(Kind::Time) if fraction == Some(index) => ColumnRole::TimeFraction,
             Some(Kind::Gauge) => ColumnRole::Gauge,
             Some(Kind::Load(axis)) => ColumnRole::Load(axis),
             Some(Kind::Time) | None => continue,
@@ -75,9 +84,84 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     } else if let Some(&time) = times.first() {
         settle_time_form(&mut rules, &keys, names, time, rows);
     }
-    let mut notes = notes(text, &rules, names, &times, &ignored_times);
+    let told = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
+    let mut notes = notes(text, &rules, names, &times, told);
+    notes.extend(several_references);
     notes.extend(date_order(&rules, names, rows));
     Guess { rules, notes }
+}
+
+/// Where an axis stands in several topics or structs, leaves the reference to one of them: one that calls itself so, or
+/// else the one with the most axes, or the first.
+fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)> {
+    const REFERENCES: [&str; 7] = [
+        "ati",
+        "ref",
+        "reference",
+        "referenz",
+        "truth",
+        "gt",
+        "ground_truth",
+    ];
+    let axis_of = |column: &ColumnName| match column.kind {
+        Some(Kind::Load(axis)) => Some(axis),
+        _ => None,
+    };
+    let mut sources: Vec<(&str, Vec<Axis>)> = Vec::new();
+    for column in columns.iter() {
+        if let Some(axis) = axis_of(column) {
+            match sources
+                .iter_mut()
+                .find(|(source, _)| *source == column.source)
+            {
+                Some((_, axes)) => axes.push(axis),
+                None => sources.push((&column.source, vec![axis])),
+            }
+        }
+    }
+    let is_shared = |axis: &Axis| {
+        let having = sources.iter().filter(|(_, axes)| axes.contains(axis));
+        having.count() > 1
+    };
+    Axis::ALL.iter().find(|axis| is_shared(axis))?;
+    let calls_itself_so = |source: &str| {
+        source
+            .split(['/', '_'])
+            .any(|word| REFERENCES.contains(&word))
+    };
+    let rank = |(source, axes): &&(&str, Vec<Axis>)| (calls_itself_so(source), axes.len());
+    // `max_by_key` takes the last of equals.
+    let used = sources.iter().rev().max_by_key(rank)?.0.to_owned();
+    let names = |is_used: bool| -> Vec<String> {
+        let loads = columns.iter().filter(|column| axis_of(column).is_some());
+        let own = loads.filter(|column| (column.source == used) == is_used);
+        own.map(|column| column.name.clone()).collect()
+    };
+    let finding = Finding::SeveralReferences {
+        used: names(true),
+        others: names(false),
+    };
+    let is_other = |column: &ColumnName| axis_of(column).is_some() && column.source != used;
+    let others = (0..columns.len()).filter(|&index| is_other(&columns[index]));
+    let others: Vec<usize> = others.collect();
+    for &index in &others {
+        columns[index].kind = None;
+    }
+    Some((finding, others))
+}
+
+/// The column with the nanoseconds of a stamp whose seconds are the time: they come first among the times then.
+fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usize> {
+    let first = *times.first()?;
+    let is_pair = |secs: usize, rest: usize| columns[secs].is_completed_by(&columns[rest]);
+    let (secs, rest) = times.iter().copied().find_map(|other| match () {
+        () if is_pair(first, other) => Some((first, other)),
+        () if is_pair(other, first) => Some((other, first)),
+        () => None,
+    })?;
+    times.retain(|&time| time != secs && time != rest);
+    times.insert(0, secs);
+    Some(rest)
 }
 
 /// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
@@ -168,7 +252,7 @@ fn notes(
     rules: &[(usize, ColumnRule)],
     names: &[String],
     times: &[usize],
-    ignored_times: &[usize],
+    [ignored_times, other_loads]: [&[usize]; 2],
 ) -> Vec<Finding> {
     let mut notes = Vec::new();
     if text.preamble.is_none() && text.skip_rows > 0 {
@@ -186,7 +270,8 @@ fn notes(
         });
     }
     let mut is_told = vec![false; names.len()];
-    for index in rules.iter().map(|(index, _)| index).chain(ignored_times) {
+    let rules = rules.iter().map(|(index, _)| index);
+    for index in rules.chain(ignored_times).chain(other_loads) {
         is_told[*index] = true;
     }
     let ignored: Vec<String> = (0..names.len())

@@ -171,7 +171,7 @@ impl Rows {
                 }
                 Use::Gauge { .. } => self.gauges.push(value()?),
                 Use::Load { slot, .. } => loads[slot] = value()?,
-                Use::Time | Use::TimeText(_) => time += value()?,
+                Use::Time | Use::TimeText(_) | Use::TimeFraction { .. } => time += value()?,
                 Use::Pose { slot, .. } | Use::Mount { slot } => pose[slot] = value()?,
                 Use::Status => {
                     value()?;
@@ -318,7 +318,11 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
             None => Err(Trouble::NotANumber),
         },
         Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
-        Use::Time | Use::Gauge { .. } | Use::Load { .. } | Use::Pose { .. } => {
+        Use::Time
+        | Use::TimeFraction { .. }
+        | Use::Gauge { .. }
+        | Use::Load { .. }
+        | Use::Pose { .. } => {
             let (number, has_comma) = match cell {
                 Cell::Number(number) => (number, false),
                 Cell::Text(text) => plan.text.number(text).ok_or(Trouble::NotANumber)?,

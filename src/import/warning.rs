@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::recording::Axis;
 use crate::recording::units::TimeUnit;
+use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{listed, shown};
 
 /// Something a person should know about a file that was read all the same. Lines are counted from 1.
@@ -105,6 +105,16 @@ pub enum Finding {
         listed(others)
     )]
     SeveralTimes { used: String, others: Vec<String> },
+    /// More than one topic or struct could be the reference.
+    #[error(
+        "several columns could be the reference: {} are used, ignored: {}; if those are it, say so in a column map (\"is\": \"Fx\" and so on)",
+        listed(used),
+        listed(others)
+    )]
+    SeveralReferences {
+        used: Vec<String>,
+        others: Vec<String>,
+    },
     /// Columns that are neither time nor gauge nor reference.
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
@@ -143,6 +153,22 @@ pub enum Finding {
     /// What a file of arrays holds besides the table.
     #[error("not columns of the table, so left out: {}", listed(names))]
     LeftOut { names: Vec<String> },
+    /// There is no time, so rows are load cases.
+    #[error(
+        "no column is a time, so the {n_rows} rows are taken for {n_cases} load cases (loads within {} % are the same): nothing of the past can be fitted, and whole load cases are left out in turn; if this is a recording, call its time t or time, or give \"sample_rate_hz\" in a column map",
+        100.0 * SAME_LOAD_SHARE
+    )]
+    LoadCases { n_rows: usize, n_cases: usize },
+    /// More than one topic, sheet, group or struct could be the table.
+    #[error(
+        "several tables in one file: {} is read, not read: {}; choose in the import window, or under \"parts\" in the \"text\" of a column map",
+        listed(used),
+        listed(others)
+    )]
+    SeveralParts {
+        used: Vec<String>,
+        others: Vec<String>,
+    },
     /// A recording whose end is missing.
     #[error("the file ends early, as if its recorder was stopped; what it holds is read")]
     EndsEarly,

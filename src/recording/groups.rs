@@ -10,6 +10,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::recording::load_cases::load_cases;
 use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 /// Fewer groups than this are not taken from names: what is left to fit would be too little.
@@ -111,6 +112,8 @@ impl Groups {
 
 /// What is left out where nothing is grouped.
 pub const RECORDING: &str = "recording";
+/// What is left out where the samples have no times: all rows under the same load, whichever file they are in.
+pub const LOAD_CASE: &str = "load case";
 /// What is left out where somebody set the groups.
 const GROUP: &str = "group";
 
@@ -215,7 +218,7 @@ impl RecordingSet {
             let key = |(at, entry): (usize, &Entry)| {
                 let found = || found.and_then(|way| way.keys[at].clone());
                 let named = entry.group.clone().or_else(found);
-                named.map_or(Key::Own(at), Key::Named)
+                named.map_or(Key::Own(first_part(entries, at)), Key::Named)
             };
             entries.iter().enumerate().map(key).collect()
         };
@@ -223,8 +226,16 @@ impl RecordingSet {
             let keys = training.iter().map(|&at| &keys[at]);
             keys.collect::<BTreeSet<_>>().len()
         };
-        let n = training.len();
         let is_set = training.iter().any(|&at| entries[at].group.is_some());
+        if !is_set
+            && !training.is_empty()
+            && training.iter().all(|&at| entries[at].recording.is_static())
+        {
+            let keys = cases(entries);
+            let lone = lone(entries, &training, &keys);
+            return named(LOAD_CASE, keys, None, lone);
+        }
+        let n = training.len();
         let mut unused = None;
         for way in self.ways(&training) {
             let keys = keyed(Some(&way));
@@ -262,8 +273,8 @@ impl RecordingSet {
                 lone: None,
             });
         }
-        let own = (0..entries.len()).map(Key::Own).collect();
-        named(RECORDING, own, unused, None)
+        let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
+        named(RECORDING, own.collect(), unused, None)
     }
 
     /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
@@ -315,7 +326,44 @@ impl RecordingSet {
     }
 }
 
+/// The load case of each recording without times, called as the first one of it.
+fn cases(entries: &[Entry]) -> Vec<Key> {
+    let is_one = |entry: &Entry| entry.recording.is_static() && entry.recording.has_reference();
+    let axes = entries.iter().find(|entry| is_one(entry));
+    let axes = axes.map_or(&[][..], |entry| entry.recording.axes());
+    let loads = entries.iter().filter(|entry| is_one(entry));
+    let loads: Vec<f64> = loads
+        .flat_map(|entry| &entry.recording.loads()[..axes.len()])
+        .copied()
+        .collect();
+    let mut cases = load_cases(&loads, axes).into_iter();
+    let mut names: Vec<&str> = Vec::new();
+    let key = |(at, entry): (usize, &Entry)| match is_one(entry).then(|| cases.next()) {
+        Some(Some(case)) => {
+            if case == names.len() {
+                names.push(entries[at].recording.name());
+            }
+            Key::Named(names[case].to_owned())
+        }
+        _ => Key::Own(at),
+    };
+    entries.iter().enumerate().map(key).collect()
+}
+
 /// Groups by these keys, numbered as they come.
+/// The first of the parts that are left of the same recording; itself, where it is whole.
+fn first_part(entries: &[Entry], at: usize) -> usize {
+    let recording = &entries[at].recording;
+    let Some(left_out) = recording.left_out() else {
+        return at;
+    };
+    let is_part = |other: &Entry| {
+        let of = other.recording.left_out().map(|own| &own.of);
+        of == Some(&left_out.of) && other.recording.source() == recording.source()
+    };
+    entries.iter().position(is_part).unwrap_or(at)
+}
+
 fn named(
     by: &'static str,
     keys: Vec<Key>,
@@ -529,7 +577,7 @@ fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Recording;
+    use crate::recording::{Judged, LeftOut, Recording};
 
     /// Recordings of these files and names in the train role, all loaded from 0 to 1.
     fn set_of(names: &[(&str, &str)]) -> RecordingSet {
@@ -739,6 +787,27 @@ mod tests {
         for text in ["", " ", "{", "a}", "{mount", "{}", "{a{b}}", "{a b}"] {
             assert!(text.parse::<GroupPattern>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn the_parts_that_are_left_of_a_recording_are_one() {
+        let set = set_of(&[("/d/a.csv", "a"), ("/d/b.csv", "b"), ("/d/c.csv", "c")]);
+        let mut parts = RecordingSet::default();
+        for (at, entry) in set.entries().iter().enumerate() {
+            let left_out = LeftOut {
+                of: entry.recording.name().to_owned(),
+                judged: Judged::default(),
+                n_samples: 1,
+                unclipped: Vec::new(),
+            };
+            let cut = if at == 1 { vec![] } else { vec![1..1] };
+            for part in entry.recording.without(&cut, &left_out) {
+                parts.push(Entry::new(part.clone(), Role::Train)).unwrap();
+                parts.push(Entry::new(part, Role::Train)).unwrap();
+            }
+        }
+        let groups = parts.groups();
+        assert_eq!((groups.by, groups.of), (RECORDING, vec![0, 0, 1, 1, 2, 2]));
     }
 
     #[test]

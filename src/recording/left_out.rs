@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::Recording;
+use super::{Recording, Tare};
 
 /// What somebody knows of a sensor's channels: beyond it no sample is to be trusted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -18,13 +18,25 @@ pub struct ValidRange {
     pub rated: Vec<Option<f64>>,
 }
 
+/// By what a recording was judged, beside itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Judged {
+    /// What was known of the sensor.
+    #[serde(flatten)]
+    pub range: ValidRange,
+    /// How it had been tared by then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tared: Option<Tare>,
+}
+
 /// What was left out of a recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// The recording's name before.
     pub of: String,
-    /// By what it was judged, beside itself.
-    pub range: ValidRange,
+    /// By what it was judged.
+    pub judged: Judged,
     /// How many samples.
     pub n_samples: usize,
     /// Between what each gauge was not clipped, where that was found.
@@ -50,7 +62,8 @@ impl Recording {
             match parts.last_mut() {
                 Some(part)
                     if part.last().is_some_and(|before| {
-                        times[range.start] - times[before.end - 1] <= gap_secs
+                        let missing = times[range.start] - times[before.end - 1];
+                        missing <= gap_secs || self.is_static()
                     }) =>
                 {
                     part.push(range);
@@ -98,7 +111,7 @@ mod tests {
         let recording = recording.unwrap();
         let left_out = LeftOut {
             of: "push".into(),
-            range: ValidRange::default(),
+            judged: Judged::default(),
             n_samples: 0,
             unclipped: Vec::new(),
         };

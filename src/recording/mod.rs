@@ -8,6 +8,7 @@ pub mod gap;
 mod groups;
 pub mod kinetics;
 mod left_out;
+mod load_cases;
 mod median;
 #[expect(
     clippy::module_inception,
@@ -24,10 +25,11 @@ pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
-pub use left_out::{LeftOut, ValidRange};
+pub use left_out::{Judged, LeftOut, ValidRange};
+pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;
-pub use recording::{Recording, Source};
+pub use recording::{Recording, Sampling, Source};
 pub use set::{Entry, RecordingSet, Role};
 pub(crate) use set::{Layout, LayoutError};
 pub use tare::Tare;

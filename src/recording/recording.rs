@@ -26,6 +26,16 @@ pub enum Source {
     Simulated,
 }
 
+/// Whether the samples of a recording follow one another in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampling {
+    /// They do.
+    #[default]
+    Timed,
+    /// They do not: they are the rows of one load case, and their times only count them.
+    Static,
+}
+
 /// One uninterrupted run: times, gauge channels, and the reference load where it is known.
 ///
 /// **Source** a row of loads is L (Eq. 1), a row of gauges S (Eq. 2).
@@ -38,6 +48,7 @@ pub enum Source {
 pub struct Recording {
     name: String,
     source: Source,
+    sampling: Sampling,
     times: Shared,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
@@ -153,6 +164,7 @@ impl Recording {
             left_out: None,
             name,
             source,
+            sampling: Sampling::Timed,
             times: times.into(),
             gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
@@ -186,6 +198,23 @@ impl Recording {
         let all = self.offsets.iter_mut().zip(offsets);
         all.for_each(|(all, offset)| *all += offset);
         self
+    }
+
+    /// The recording as the rows of one load case, whose times say nothing.
+    pub fn without_times(mut self) -> Self {
+        self.sampling = Sampling::Static;
+        self.rate_hz = None;
+        self
+    }
+
+    /// Whether the samples follow one another in time.
+    pub fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    /// Whether the samples have no times: then nothing of the past, no loop and no dwell can be known.
+    pub fn is_static(&self) -> bool {
+        self.sampling == Sampling::Static
     }
 
     /// What a tare took off this gauge.
@@ -257,8 +286,11 @@ impl Recording {
         self.times.whole()
     }
 
-    /// From the first sample to the last (s).
+    /// From the first sample to the last (s); none of samples without times.
     pub fn duration_secs(&self) -> f64 {
+        if self.is_static() {
+            return 0.0;
+        }
         self.times[self.times.len() - 1] - self.times[0]
     }
 
@@ -323,8 +355,11 @@ impl Recording {
 
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
     ///
-    /// A step of 0 counts as 1.
+    /// A step of 0 counts as 1. The rows of a load case all stay: they are not samples of one motion.
     pub fn decimated(&self, step: usize) -> Self {
+        if self.is_static() {
+            return self.clone();
+        }
         let step = step.max(1);
         let mut kept = match step {
             1 => self.segment(0..self.n_samples()),
@@ -348,8 +383,11 @@ impl Recording {
 
     /// Cuts the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
     ///
-    /// `None` where a side would be empty. History does not cross the cut: these are two recordings.
+    /// `None` where a side would be empty, and of a load case. History does not cross the cut: these are two recordings.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
+        if self.is_static() {
+            return None;
+        }
         let n = self.n_samples();
         let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0
         (0 < cut && cut < n).then(|| {
@@ -403,7 +441,8 @@ impl Recording {
         Self {
             name,
             source: self.source.clone(),
-            rate_hz: rate_hz(&times),
+            sampling: self.sampling,
+            rate_hz: rate_hz(&times).filter(|_| !self.is_static()),
             tare: self.tare,
             gap_secs: self.gap_secs,
             earlier: None,

@@ -166,6 +166,12 @@ impl RecordingSet {
         median(entries.filter_map(|entry| entry.recording.rate_hz()))
     }
 
+    /// Whether recordings that train or test have no times, so that nothing of the past can be known.
+    pub fn is_static(&self) -> bool {
+        let used = self.entries.iter().filter(|entry| entry.role != Role::Off);
+        used.into_iter().any(|entry| entry.recording.is_static())
+    }
+
     /// How the recordings that are fitted were tared, where they all were in one way.
     pub fn tare(&self) -> Option<Tare> {
         let is_fitted = |entry: &&Entry| entry.role == Role::Train;
@@ -254,12 +260,31 @@ impl RecordingSet {
     }
 
     /// Cuts each recording that plays a role in time: the first part trains, the rest tests. What is off or too short
-    /// to be cut stays as it is.
+    /// to be cut stays as it is. Load cases are not cut but take the one role or the other, so that no row tests what was
+    /// fitted to its repeats.
     pub fn split(&self, fraction: f64) -> Self {
+        let cases = match self.is_static() {
+            true => self.groups().of,
+            false => Vec::new(),
+        };
+        // Spread evenly: loads are often in order.
+        let trains = |case: usize| {
+            let before = |n: usize| (fraction * n as f64).floor();
+            before(case + 1) > before(case)
+        };
         let entries = self
             .entries
             .iter()
-            .flat_map(|entry| {
+            .enumerate()
+            .flat_map(|(at, entry)| {
+                if entry.recording.is_static() && entry.role != Role::Off {
+                    let is_training = trains(cases.get(at).copied().unwrap_or(at));
+                    let role = if is_training { Role::Train } else { Role::Test };
+                    return vec![Entry {
+                        role,
+                        ..entry.clone()
+                    }];
+                }
                 let halves = (entry.role != Role::Off)
                     .then(|| entry.recording.split(fraction))
                     .flatten();

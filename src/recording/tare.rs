@@ -66,6 +66,10 @@ pub enum TareError {
         to: f64,
         duration_secs: f64,
     },
+    #[error(
+        "{name}: its samples have no times, so there is no interval to tare by; take the unloaded reading off in the table, or fit with the offset"
+    )]
+    NoTimes { name: String },
     #[error("{name}: no half second without movement to tare by; name one, e.g. --tare 0:1.5")]
     NeverQuiet { name: String },
 }
@@ -76,6 +80,11 @@ impl Recording {
     /// # Errors
     /// [`TareError`] if the interval has no sample, or there is no quiet one.
     pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
+        if self.is_static() {
+            return Err(TareError::NoTimes {
+                name: self.name().to_owned(),
+            });
+        }
         let times = self.times();
         let (start, end) = match tare {
             Tare::Auto => first_quiet(&self).ok_or_else(|| TareError::NeverQuiet {

@@ -339,6 +339,7 @@ mod tests {
             reference: &reference,
             conventional: &off(1.0),
             compensated: &off(0.5),
+            is_static: false,
         };
         table_of(&[run], &axes, &[10.0, 0.0])
     }

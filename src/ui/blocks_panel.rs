@@ -2,18 +2,21 @@
 
 use egui::{Id, TextEdit};
 
-use crate::features::{BLOCKS, Block, Choice, FeatureSettings};
+use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings};
 use crate::ui::setting::found;
 
-/// Draws them.
-pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings) {
+/// Draws them; without times those of the past cannot be used.
+pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool) {
     for &block in BLOCKS {
         let values = features.blocks.of(block).to_vec();
-        let chosen = match block.setting().choices() {
-            Some(choices) => one_of(ui, block, choices, values),
-            None => list(ui, block, values),
-        };
-        features.blocks.set(block, chosen);
+        let has_past = matches!(block.appends(), Appends::Past(_));
+        let shown = ui.add_enabled_ui(!(is_static && has_past), |ui| {
+            match block.setting().choices() {
+                Some(choices) => one_of(ui, block, choices, values),
+                None => list(ui, block, values),
+            }
+        });
+        features.blocks.set(block, shown.inner);
     }
 }
 

@@ -116,6 +116,7 @@ fn body(
     ui.separator();
     let mut text = importing.map.table.text.clone();
     settings::layout(ui, &mut text);
+    settings::parts(ui, &table.parts, &mut text);
     if text != importing.map.table.text {
         send(out, ImportCommand::SetLayout(text));
         return;

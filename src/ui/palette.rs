@@ -69,6 +69,11 @@ pub fn inks(visuals: &Visuals) -> Inks {
     }
 }
 
+/// Behind samples that look faulty.
+pub fn faulty(visuals: &Visuals) -> Color32 {
+    visuals.error_fg_color.gamma_multiply(0.28)
+}
+
 /// Behind intervals where past = present.
 pub fn without_past(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode {

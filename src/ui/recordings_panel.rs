@@ -9,6 +9,7 @@ use crate::engine::{Action, Edit, Engine};
 use crate::evaluation::metrics::Group;
 use crate::recording::{Axis, Entry, GroupPattern, Role, Tare};
 use crate::report::{self, Cell, Table};
+use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
 use crate::ui::numbers::{elided, significant};
@@ -48,6 +49,7 @@ impl Default for View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        cx.engine.ask_faults();
         recordings_panel(ui, cx.engine, self, cx.out);
     }
 }
@@ -56,6 +58,9 @@ impl PaneView for View {
 fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     path_field(ui, fields, out);
     split_row(ui, engine, fields, out);
+    if !engine.project().recordings.entries().is_empty() {
+        faults_row(ui, engine, out);
+    }
     if engine.project().recordings.is_simulated() {
         ui.colored_label(ui.visuals().warn_fg_color, "simulated").on_hover_text(
             "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
@@ -137,6 +142,70 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
             }
         }
     });
+}
+
+/// What a gauge can show, how many samples look faulty, and the way to leave them out.
+fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let project = engine.project();
+    ui.horizontal_wrapped(|ui| {
+        let mut entered = project.gauge_range;
+        let mut knows = entered.is_some();
+        let limits = ui.checkbox(&mut knows, "Gauge limits").on_hover_text(
+            "What the logger can write at least and at most, such as -32768 and 32767: a gauge that reaches it is clipped. Without \
+             them limits are found where a gauge stands at its extreme while the load goes on",
+        );
+        if limits.changed() {
+            entered = knows.then(|| gauge_extremes(project.recordings.entries()));
+        }
+        if let Some((low, high)) = &mut entered {
+            for (value, what) in [(low, "Least value"), (high, "Greatest value")] {
+                let speed = (0.001 * value.abs()).max(1e-6);
+                let field = egui::DragValue::new(value).speed(speed);
+                ui.add(field).on_hover_text(format!("{what} of a gauge"));
+            }
+        }
+        if entered != project.gauge_range {
+            out.push(Edit::GaugeRange(entered.filter(|(low, high)| low < high)).into());
+        }
+        let entries = project.recordings.entries();
+        let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
+        let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();
+        let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
+        if !faults.is_empty() {
+            let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
+            let text = match n_faulty {
+                0 => "A channel looks dead".to_owned(),
+                _ => format!("{n_faulty} of {n} samples look faulty"),
+            };
+            let label = ui.colored_label(ui.visuals().warn_fg_color, text);
+            label.on_hover_ui(|ui| {
+                for (at, faults) in faults.iter().take(12) {
+                    let recording = &entries[*at].recording;
+                    let words = faults.words.join(", ");
+                    ui.label(format!("{}: {words}", printable(recording.name())));
+                }
+                if faults.len() > 12 {
+                    ui.label(format!("and {} more recordings", faults.len() - 12));
+                }
+            });
+        }
+        if n_faulty > 0 || project.gauge_range.is_some() {
+            let button = ui.button("Leave out").on_hover_text(
+                "Takes the faulty samples out of the recordings; history does not cross what is missing for longer than a gap. Exported \
+                 code then says where a gauge is clipped. Undo takes it back",
+            );
+            if button.clicked() {
+                out.push(Action::LeaveOutFaulty.into());
+            }
+        }
+    });
+}
+
+fn gauge_extremes(entries: &[Entry]) -> (f64, f64) {
+    let gauges = entries.iter().flat_map(|entry| entry.recording.gauges());
+    gauges.fold((0.0, 0.0), |(low, high): (f64, f64), gauge| {
+        (low.min(*gauge), high.max(*gauge))
+    })
 }
 
 fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
@@ -414,6 +483,15 @@ fn name_button(
         }
         if let Some(tare) = recording.tare() {
             ui.label(format!("tared over {tare}"));
+        }
+        if let Some(left_out) = recording.left_out() {
+            let (n, of) = (left_out.n_samples, printable(&left_out.of));
+            ui.label(format!("{n} faulty samples left out of {of}"));
+        }
+        if let Some(faults) = engine.faults_of(at) {
+            for words in &faults.words {
+                ui.colored_label(ui.visuals().warn_fg_color, words);
+            }
         }
         let reference: Vec<_> = recording.axes().iter().map(|axis| axis.symbol()).collect();
         ui.label(format!(

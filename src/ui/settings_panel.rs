@@ -57,8 +57,16 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     // An applied calibration brings its own choices; only how samples are thinned out stays open.
     let mut settings = engine.project().settings.clone();
     ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {
-        look_back(ui, engine, &mut settings.features);
-        blocks_panel::blocks(ui, &mut settings.features);
+        let is_static = engine.project().recordings.is_static();
+        if is_static {
+            let text = "No times: look-back and all else of the past are off";
+            ui.colored_label(ui.visuals().warn_fg_color, text).on_hover_text(
+                "The recordings are load cases, whose rows do not follow one another in time; what is chosen here counts again \
+                 for recordings over time",
+            );
+        }
+        ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
+        blocks_panel::blocks(ui, &mut settings.features, is_static);
         regressor_panel::regressor(ui, engine, &mut settings, out);
         switch(ui, &OFFSET, &mut settings.offset);
         ui.horizontal(|ui| {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use egui::util::undoer::{Settings, Undoer};
 
 use crate::analysis::TraceSet;
+use crate::engine::FaultyRecording;
 use crate::evaluation::series::Columns;
 use crate::recording::Axis;
 use crate::ui::command::TimeMove;
@@ -49,6 +50,8 @@ pub struct TimeView {
     /// What was shown before, and after.
     zooms: Undoer<Shown>,
     /// The sample under the pointer, or where it plays, in the last frame.
+    /// What looks faulty in each recording, once it is known.
+    pub(super) faulty: Vec<Arc<FaultyRecording>>,
     pub(super) hovered: Option<usize>,
     /// The pass in which the panes were drawn last.
     pub(super) drawn_in: u64,
@@ -66,6 +69,7 @@ impl Default for TimeView {
             on: None,
             shown: Shown::default(),
             zooms: no_zooms(),
+            faulty: Vec::new(),
             hovered: None,
             drawn_in: 0,
             pointed: None,

@@ -50,6 +50,8 @@ pub struct View;
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        cx.engine.ask_faults();
+        cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
         trace_panes(ui, cx.engine, cx.time, cx.out);
     }
 }

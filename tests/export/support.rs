@@ -108,8 +108,24 @@ pub fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibrati
 pub fn calibrations() -> Vec<(String, Calibration)> {
     let linear = block_sets()
         .into_iter()
-        .map(|(name, blocks)| (name.to_owned(), calibration(blocks, Regressor::Linear)));
+        .map(|(name, blocks)| (name.to_owned(), calibration(blocks, Regressor::Linear)))
+        .map(|(name, own)| match name.as_str() {
+            "present" | "all_blocks" => (name, clipped(own)),
+            _ => (name, own),
+        });
     linear.chain(learned()).collect()
+}
+
+/// Where the gauges are clipped is known: at one end, at both, of one not at all.
+fn clipped(mut calibration: Calibration) -> Calibration {
+    let scale = &calibration.gauge_scale;
+    let gauges = scale.shift.iter().zip(&scale.deviation);
+    let limits = gauges
+        .map(|(mean, deviation)| (Some(mean - 1.7 * deviation), Some(mean + 1.9 * deviation)));
+    calibration.gauge_limits = limits.collect();
+    calibration.gauge_limits[0].0 = None;
+    calibration.gauge_limits[1] = (None, None);
+    calibration
 }
 
 pub fn learned() -> Vec<(String, Calibration)> {

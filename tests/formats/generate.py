@@ -1,6 +1,7 @@
 """Makes one small recording in every format, in this folder or the one named: python3 generate.py [FOLDER]
 
-Needs NumPy and SciPy; pyarrow for Parquet, mcap for MCAP: without one of them its files are left out and named.
+Needs NumPy and SciPy; pyarrow for Parquet, mcap for MCAP, h5py for HDF5, openpyxl for workbooks: without one of them its
+files are left out and named.
 Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a - k / 2. All of these are exact in any float.
 """
 
@@ -61,6 +62,121 @@ def matlab_files():
     }
     savemat(HERE / "plain.mat", variables)
     savemat(HERE / "packed.mat", variables, do_compression=True)
+    fields = {"t": TIME, "S": GAUGES, "out": {"loads": LOADS, "unit": "N"}, "note": "dry"}
+    savemat(HERE / "struct.mat", {"run": fields, "gain": 5.0}, do_compression=True)
+    runs = np.zeros(2, dtype=[("t", object), ("S", object), ("loads", object)])
+    for k in range(2):
+        rows = slice(None) if k == 0 else slice(0, 10)
+        runs[k] = (TIME[rows], GAUGES[rows], LOADS[rows])
+    savemat(HERE / "structs.mat", {"run": runs}, do_compression=True)
+
+
+def hdf5_files():
+    import h5py
+
+    with h5py.File(HERE / "plain.h5", "w") as file:
+        file["time"] = TIME
+        file["gauges"] = GAUGES.astype("<f4")
+        file["wrench"] = LOADS.astype(">f8")
+        file["count"] = np.arange(N, dtype="i8")
+        file["note"] = "dry run"
+    with h5py.File(HERE / "chunked.h5", "w") as file:
+        log = file.create_group("log/first")
+        packed = dict(compression="gzip", shuffle=True)
+        log.create_dataset("t", data=TIME, chunks=(16,), maxshape=(None,), **packed)
+        log.create_dataset("S", data=GAUGES.astype("<f2"), chunks=(16, 4), **packed)
+        log.create_dataset("F", data=(LOADS[:, :3] * 2).astype("<i2"), chunks=(16, 3), fletcher32=True)
+        log["F"][:] = LOADS[:, :3] * 2
+        log["loop"] = file["log"]
+    record = [("t", "<f8"), ("gauges", "<f4", (6,)), ("Fx", "<f8"), ("Mz", ">f4"), ("label", "S5")]
+    records = np.zeros(N, dtype=record)
+    records["t"], records["gauges"] = TIME, GAUGES
+    records["Fx"], records["Mz"] = LOADS[:, 0], LOADS[:, 5]
+    with h5py.File(HERE / "records.h5", "w") as file:
+        file.create_dataset("run", data=records, chunks=(10,), compression="gzip")
+    # As pandas keeps a data frame: names beside values.
+    names = [b"t"] + [b"S%d" % j for j in range(1, 7)]
+    with h5py.File(HERE / "frame.h5", "w") as file:
+        file["df/block0_items"] = np.array(names)
+        file["df/block0_values"] = np.column_stack([TIME, GAUGES])
+    with h5py.File(HERE / "runs.h5", "w") as file:
+        for name, n in (("first", 10), ("second", N)):
+            file[f"{name}/t"] = TIME[:n]
+            file[f"{name}/S"] = GAUGES[:n]
+    # As MATLAB's -v7.3: a block of the user's own before it, columns as rows, the class of each variable.
+    path = HERE / "newer.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+
+        def put(group, name, values, kind="double"):
+            data = group.create_dataset(name, data=np.asarray(values).T)
+            data.attrs["MATLAB_class"] = np.bytes_(kind)
+
+        put(file, "t", TIME[None, :])
+        put(file, "gauges", GAUGES)
+        put(file, "loads", LOADS.astype("f4"), "single")
+        put(file, "note", np.frombuffer("dry run".encode("utf-16le"), "u2")[None, :], "char")
+        rig = file.create_group("rig")
+        rig.attrs["MATLAB_class"] = np.bytes_("struct")
+        put(rig, "gain", [[5.0]])
+        put(file.create_group("#refs#"), "a", TIME[None, :])
+    start = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: no day HDF5 schema 1.00 ."
+    content = bytearray(path.read_bytes())
+    content[:128] = start.ljust(124, b" ") + b"\x00\x02IM"
+    path.write_bytes(bytes(content))
+
+
+def workbook_files():
+    import datetime
+
+    import openpyxl
+
+    axes = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"]
+    book = openpyxl.Workbook()
+    notes = book.active
+    notes.title = "Notes"
+    notes.append(["operator", "somebody"])
+    sheet = book.create_sheet("Data")
+    sheet.append(["Rig 5"])
+    sheet.append([])
+    sheet.append(["t", *(f"S{j}" for j in range(1, 7)), *axes, "label"])
+    sheet.append(["[s]", *["mV/V"] * 6, *["N"] * 3, *["N·m"] * 3])
+    for k in range(N):
+        sheet.append([TIME[k], *GAUGES[k], *LOADS[k], "x"])
+    other = book.create_sheet("Short")
+    other.append(["t", "S1"])
+    for k in range(5):
+        other.append([k, k])
+    book.save(HERE / "sheets.xlsx")
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(["Zeit", "DMS 1", "Kraft z [N]"])
+    start = datetime.datetime(2024, 3, 5, 23, 59, 59, 500000)
+    for k in range(N):
+        sheet.append([start + datetime.timedelta(seconds=k / 8), GAUGES[k, 0], LOADS[k, 0]])
+    book.save(HERE / "dates.xlsx")
+
+
+def labview_files():
+    """As LabVIEW's "Write To Measurement File" does; a comma for the decimals, a header for each of two segments."""
+
+    def number(x):
+        return f"{x:.6f}".replace(".", ",")
+
+    lines = ["LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab"]
+    lines += ["Decimal_Separator\t,", "Multi_Headings\tYes", "X_Columns\tNo", "Time_Pref\tRelative"]
+    lines += ["***End_of_Header***\t", "\t"]
+    for start in (0, 24):
+        rows = range(start, 24 if start == 0 else N)
+        tabs = "\t" * 7
+        lines += ["Channels\t7" + tabs, "Samples" + f"\t{len(rows)}" * 7 + "\t"]
+        lines += ["Date" + "\t2024/03/05" * 7 + "\t", "Time" + f"\t10:00:00,{15625 * start:06d}" * 7 + "\t"]
+        lines += ["Y_Unit_Label" + "\tmV/V" * 6 + "\tN\t", "X_Dimension" + "\tTime" * 7 + "\t"]
+        lines += ["X0" + "\t0,0000000000000000E+0" * 7 + "\t", "Delta_X" + "\t0,015625" * 7 + "\t"]
+        names = "\t".join(f"S{j}" for j in range(1, 7))
+        lines += ["***End_of_Header***" + tabs + "\t", f"X_Value\t{names}\tFx\tComment"]
+        lines += ["\t" + "\t".join(number(x) for x in [*GAUGES[k], LOADS[k, 0]]) + "\t" for k in rows]
+        lines += [""]
+    (HERE / "segments.lvm").write_text("\r\n".join(lines), newline="")
 
 
 def parquet_files():
@@ -103,7 +219,7 @@ def header(secs):
 def mcap_files():
     from mcap.writer import CompressionType, Writer
 
-    def write(name, compression, wrench_every=1):
+    def write(name, compression, wrench_every=1, others=()):
         with open(HERE / name, "wb") as file:
             writer = Writer(file, chunk_size=2048, compression=compression)
             writer.start()
@@ -116,6 +232,7 @@ def mcap_files():
             wrench = channel("/ft", "geometry_msgs/msg/WrenchStamped")
             joints = channel("/joints", "sensor_msgs/msg/JointState")
             text = channel("/note", "std_msgs/msg/String")
+            more = [channel(topic, kind) for topic, kind in others]
 
             def add(topic, secs, data):
                 nanosecs = round(secs * 1e9)
@@ -126,6 +243,11 @@ def mcap_files():
                 layout = [("I", 1), ("text", "gauges"), ("I", 6), ("I", 6), ("I", 0)]
                 numbers = [("I", 6)] + [("d", g) for g in GAUGES[k]]
                 add(gauges, 1000 + TIME[k], cdr(*layout, *numbers))
+                for topic, (_, kind) in zip(more, others):
+                    stamped = header(1000 + TIME[k]) + [("d", -f) for f in LOADS[k]]
+                    wrench_too = cdr(*stamped)
+                    array_too = cdr(*layout, ("I", 6), *[("d", -g) for g in GAUGES[k]])
+                    add(topic, 1000 + TIME[k], wrench_too if "Wrench" in kind else array_too)
                 if k % wrench_every == 0:
                     # Logged a second late: the stamp counts.
                     stamped = header(1000 + TIME[k]) + [("d", f) for f in LOADS[k]]
@@ -140,9 +262,16 @@ def mcap_files():
     write("plain.mcap", CompressionType.NONE, wrench_every=2)
     write("zstd.mcap", CompressionType.ZSTD)
     write("lz4.mcap", CompressionType.LZ4)
+    others = [
+        ("/estimate", "geometry_msgs/msg/WrenchStamped"),
+        ("/ati/wrench", "geometry_msgs/msg/WrenchStamped"),
+        ("/temperatures", "std_msgs/msg/Float64MultiArray"),
+    ]
+    write("several.mcap", CompressionType.ZSTD, others=others)
 
 
-for make in (numpy_files, matlab_files, parquet_files, mcap_files):
+makers = (numpy_files, matlab_files, hdf5_files, workbook_files, labview_files, parquet_files, mcap_files)
+for make in makers:
     try:
         make()
     except ImportError as error:

@@ -284,3 +284,42 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     assert_eq!((map.mounts.len(), map.mounts[0].mass_kg), (1, found));
     window.check_accessibility();
 }
+
+/// A click selects a row, one with Shift all up to it; of a load the axes follow one another.
+#[test]
+fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
+    let files = Files::new();
+    let rows = (0..300).fold("clock,alpha,beta,gamma,delta\n".to_owned(), |text, k| {
+        let a = (0.1 * f64::from(k)).sin();
+        format!(
+            "{text}{},{a},{},{},{}\n",
+            0.05 * f64::from(k),
+            a + 1.0,
+            2.0 * a,
+            3.0 - a
+        )
+    });
+    let mut window = window(vec![files.write("run.csv", &rows)]);
+    let select = |window: &mut Window, column: &str, modifiers: egui::Modifiers| {
+        window.get_by_label(column).click_modifiers(modifiers);
+        settle(window);
+    };
+    let roles = |window: &Window| -> Vec<String> {
+        let importing = state(window).importing.as_ref().unwrap();
+        let rules = importing.map.table.columns.iter();
+        rules
+            .map(|rule| format!("{} {}", rule.column, rule.is))
+            .collect()
+    };
+    let gauges = ["alpha", "beta", "gamma", "delta"].map(|name| format!("\"{name}\" gauge"));
+    assert_eq!(roles(&window)[1..], gauges);
+    select(&mut window, "beta", egui::Modifiers::NONE);
+    select(&mut window, "delta", egui::Modifiers::SHIFT);
+    choose(&mut window, "gamma", "Fx");
+    let loads = ["\"beta\" Fx", "\"gamma\" Fy", "\"delta\" Fz"];
+    assert_eq!(roles(&window)[2..], loads);
+    select(&mut window, "gamma", egui::Modifiers::COMMAND);
+    choose(&mut window, "beta", "ignore");
+    assert_eq!(roles(&window)[1..], ["\"alpha\" gauge", "\"gamma\" Fy"]);
+    window.check_accessibility();
+}

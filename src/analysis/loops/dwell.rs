@@ -72,6 +72,12 @@ pub(super) fn picture(
     let calibration = &source.calibration;
     let (column, _) = column_of(calibration, question.axis)?;
     let runs = source.runs();
+    if runs.iter().any(|run| run.is_static) {
+        return Err(Reason::NoTimes {
+            axis: question.axis,
+        }
+        .into());
+    }
     let found = dwells(&runs, &source.rules(measuring))?;
     let last = found.len().checked_sub(1).ok_or(LookError::NoDwell {
         secs: measuring.hold_secs,

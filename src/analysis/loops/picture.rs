@@ -160,6 +160,14 @@ pub(super) fn picture(
     if parts.is_empty() {
         return Err(Reason::NoReference { axis }.into());
     }
+    let is_static = |part: &&Part| {
+        source
+            .recording(part.recording)
+            .is_some_and(|recording| recording.is_static())
+    };
+    if parts.iter().any(is_static) {
+        return Err(Reason::NoTimes { axis }.into());
+    }
     let curves = columns(source, &parts, &loads, question)?;
     for columns in std::iter::once(&loads).chain(curves.iter().map(|(_, columns)| columns)) {
         check(source, &parts, axis, columns)?;

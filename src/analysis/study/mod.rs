@@ -50,6 +50,9 @@ impl Study {
         if recordings.entries().is_empty() {
             return Err(AnalysisError::NoRecordings);
         }
+        if recordings.is_static() {
+            return Err(AnalysisError::NoTimes);
+        }
         let request = Request::fit(recordings, settings);
         // Its steps are not those that whoever watches counts.
         let data = datasets.get(&Key::of(&request), &progress.part())?;

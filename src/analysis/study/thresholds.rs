@@ -194,6 +194,7 @@ impl<'a> Rows<'a> {
                     thresholds,
                     progress,
                 );
+                progress.check()?;
                 let ages = ThresholdAges {
                     past: &past,
                     further: &self.further[at],

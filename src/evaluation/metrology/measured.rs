@@ -21,6 +21,7 @@ const LARGEST: f64 = 1e100;
 #[derive(Debug)]
 pub(super) struct Columns<'a> {
     pub(super) name: &'a str,
+    pub(super) is_static: bool,
     pub(super) times: &'a [f64],
     /// Per axis of the table; `None` where the run has no reference for it.
     pub(super) loads: Vec<Option<Vec<f64>>>,
@@ -53,6 +54,7 @@ impl<'a> Columns<'a> {
         };
         Ok(Self {
             name: run.name,
+            is_static: run.is_static,
             times: run.times,
             loads: axes
                 .iter()
@@ -128,7 +130,7 @@ impl<'a> Measured<'a> {
                 let (loads, bands): (Vec<&[f64]>, Vec<f64>) = known
                     .filter_map(|(loads, band)| Some((loads.as_deref()?, *band)))
                     .unzip();
-                if loads.is_empty() {
+                if loads.is_empty() || run.is_static {
                     return Vec::new();
                 }
                 holds(run.times, &loads, &bands, settings.hold_secs)

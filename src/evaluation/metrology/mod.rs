@@ -16,6 +16,7 @@
 //! give ([`Basis`]). The figures compare two calibrations on the same data fairly; they do not replace a
 //! certificate's measurement. [`Definition::free_running`] says it row by row.
 
+mod case_rows;
 mod crosstalk;
 mod dwell_rows;
 mod dwells;
@@ -35,7 +36,7 @@ use self::crosstalk::{Alone, Response, crosstalk_figure, intervals_alone};
 use self::dwell_rows::DwellRows;
 use self::errors::error_figures;
 use self::loop_rows::LoopRows;
-use self::measured::{Measured, OUTPUTS};
+use self::measured::{AxisView, Measured, OUTPUTS};
 use crate::calibration::AppliedLoads;
 use crate::evaluation::numbers::significant;
 use crate::recording::{Axis, Recording};
@@ -73,6 +74,8 @@ pub struct Run<'a> {
     pub conventional: &'a [f64],
     /// Comp.
     pub compensated: &'a [f64],
+    /// Whether the samples have no times, being rows of load cases.
+    pub is_static: bool,
 }
 
 impl<'a> Run<'a> {
@@ -85,6 +88,7 @@ impl<'a> Run<'a> {
             reference: recording.loads(),
             conventional: &applied.conventional,
             compensated: &applied.compensated,
+            is_static: recording.is_static(),
         }
     }
 }
@@ -285,7 +289,11 @@ pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
 ) -> std::result::Result<Metrology, MetrologyError> {
-    let measured = Measured::of(runs, rules)?;
+    let merged = LoadCases::of(runs);
+    let measured = match &merged {
+        Some(cases) => Measured::of(&[cases.run()], rules)?,
+        None => Measured::of(runs, rules)?,
+    };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let alone = intervals_alone(&measured);
     let by_axis: Vec<AxisFigures> = (0..axes.len())
@@ -349,6 +357,9 @@ impl AxisFigures {
                 };
             }
         };
+        if measured.runs.iter().any(|run| run.is_static) {
+            return Self::of_load_cases(measured, alone, axis, &view);
+        }
         let [loops, halved, doubled] =
             [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.dead_band));
         let dwells = DwellRows::of(&view);
@@ -379,6 +390,89 @@ impl AxisFigures {
         Self {
             outputs: std::array::from_fn(figures),
             cycle_share: loops.share_of_range(),
+        }
+    }
+}
+
+impl AxisFigures {
+    /// Of rows without times: what takes no order of samples, and the reason in place of the others.
+    fn of_load_cases(
+        measured: &Measured<'_>,
+        alone: &[Alone],
+        axis: usize,
+        view: &AxisView<'_>,
+    ) -> Self {
+        let crosstalk =
+            |axes, response, output| crosstalk_figure(measured, alone, axes, response, output);
+        let figures = |output| {
+            let rows = Quantity::all(measured.axes).into_iter();
+            let mut errors = error_figures(view, output).into_iter();
+            let figure = |quantity| match quantity {
+                Quantity::BestFitNonlinearity => case_rows::nonlinearity(view, output),
+                Quantity::Repeatability => case_rows::repeatability(view, output),
+                Quantity::Crosstalk(from) | Quantity::CrosstalkDeviation(from) => {
+                    let loaded = measured.axes.iter().position(|own| *own == from);
+                    let response = match quantity {
+                        Quantity::Crosstalk(_) => Response::AtFullLoad,
+                        _ => Response::Largest,
+                    };
+                    crosstalk((loaded.unwrap_or(0), axis), response, output)
+                }
+                Quantity::Rmse | Quantity::LargestError | Quantity::Error95 => errors
+                    .next()
+                    .unwrap_or(Err(Reason::NoTimes { axis: view.axis })),
+                _ => Err(Reason::NoTimes { axis: view.axis }),
+            };
+            rows.map(figure).collect()
+        };
+        Self {
+            outputs: std::array::from_fn(figures),
+            cycle_share: None,
+        }
+    }
+}
+
+/// The rows of all load cases as one run, in which the order says nothing.
+struct LoadCases<'a> {
+    axes: &'a [Axis],
+    times: Vec<f64>,
+    reference: Vec<f64>,
+    conventional: Vec<f64>,
+    compensated: Vec<f64>,
+}
+
+impl<'a> LoadCases<'a> {
+    /// `None` where samples have times.
+    fn of(runs: &[Run<'a>]) -> Option<Self> {
+        let with_reference = || runs.iter().filter(|run| !run.reference_axes.is_empty());
+        let is_static = runs.iter().any(|run| run.is_static);
+        let axes = with_reference()
+            .next()
+            .filter(|_| is_static)?
+            .reference_axes;
+        let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
+            let own = with_reference().filter(|run| run.reference_axes == axes);
+            own.flat_map(values).copied().collect()
+        };
+        let n_rows = joined(|run| run.times).len();
+        Some(Self {
+            axes,
+            times: (0..n_rows).map(|row| row as f64).collect(),
+            reference: joined(|run| run.reference),
+            conventional: joined(|run| run.conventional),
+            compensated: joined(|run| run.compensated),
+        })
+    }
+
+    fn run(&self) -> Run<'_> {
+        Run {
+            name: "all load cases",
+            times: &self.times,
+            reference_axes: self.axes,
+            reference: &self.reference,
+            conventional: &self.conventional,
+            compensated: &self.compensated,
+            is_static: true,
         }
     }
 }

@@ -20,6 +20,16 @@ pub enum Reason {
         high: f64,
         dead_band: f64,
     },
+    #[error(
+        "the recordings are load cases without times, so {} has no loop, no dwell and no creep; record it over time, with a column t",
+        .axis.symbol()
+    )]
+    NoTimes { axis: Axis },
+    #[error(
+        "no load case of {} was taken twice, so nothing says how well it repeats; repeat load cases",
+        .axis.symbol()
+    )]
+    NoRepeats { axis: Axis },
     #[error("{} only {} in every recording, so there is no second branch to compare with; record it up and down", .axis.symbol(), if *.rises { "rises" } else { "falls" })]
     OneBranch { axis: Axis, rises: bool },
     #[error("{} has no reversal within a recording, so there is no cycle; record it up and down in one run", .axis.symbol())]
@@ -106,6 +116,8 @@ impl Reason {
         match self {
             Self::NoReference { .. } => "no ref.",
             Self::ConstantLoad { .. } => "constant",
+            Self::NoTimes { .. } => "no times",
+            Self::NoRepeats { .. } => "no repeats",
             Self::OneBranch { .. } => "1 branch",
             Self::NoCycle { .. } => "no cycle",
             Self::NoRisingBranch { .. } => "no rise",

@@ -31,6 +31,7 @@ impl One {
             reference: &self.load,
             conventional: &self.conventional,
             compensated: &self.compensated,
+            is_static: false,
         }
     }
 
@@ -333,6 +334,7 @@ fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
         reference: &reference,
         conventional: &conventional,
         compensated: &reference,
+        is_static: false,
     };
     let table = table_of(&[run], &axes, &[10.0, 5.0]);
     let cell = |from, axis| table.cell(Quantity::Crosstalk(from), axis).unwrap();
@@ -543,6 +545,7 @@ fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
         reference: &reference,
         conventional: &output,
         compensated: &output,
+        is_static: false,
     };
     table_of(&[run], &[Axis::Fx, Axis::Fy], &[10.0, 10.0])
 }

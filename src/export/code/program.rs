@@ -6,7 +6,7 @@
 use faer::Mat;
 use serde::Serialize;
 
-use crate::calibration::{Calibration, Kernel, Learned, LinearMap, Network};
+use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
 use crate::features::{Column, Design, Rows, Source};
 
 /// A history of every sample, as an old file may ask for, keeps no more than this (s).
@@ -32,6 +32,12 @@ pub(in crate::export) struct Program {
     pub gap_secs: f64,
     /// Beyond it nothing is known of the sensor.
     pub limits: Vec<f64>,
+    /// Where each gauge is clipped below; empty where no limit is known.
+    pub gauge_low: Vec<f64>,
+    /// Where it is clipped above.
+    pub gauge_high: Vec<f64>,
+    /// Whether these limits are of tared gauges, as the calibration's are.
+    pub limits_tared: bool,
     /// What tared gauges show without load.
     pub unloaded: Vec<f64>,
     /// The other blocks.
@@ -93,6 +99,7 @@ impl Program {
         if measured.is_empty() {
             measured.push((0, 0.0)); // nothing ever differs, and no array is empty
         }
+        let [gauge_low, gauge_high] = calibration.clipped_at().unwrap_or_default();
         let mut program = Self {
             conventional: on_rows(&calibration.conventional, &centre),
             look_backs: features
@@ -105,6 +112,9 @@ impl Program {
             history_step_secs: (calibration.history_step_secs).max(SHORTEST_STEP_SECS),
             gap_secs: calibration.gap_secs,
             limits: limits(calibration),
+            gauge_low,
+            gauge_high,
+            limits_tared: calibration.tare.is_some(),
             unloaded: unloaded(calibration),
             blocks,
             standardise,
@@ -175,11 +185,14 @@ impl Program {
 
 /// The limit of each axis; where none is known, one that no load reaches.
 fn limits(calibration: &Calibration) -> Vec<f64> {
-    const NONE: f64 = 1e30;
     let known = |axis| calibration.limits.get(axis).copied();
     let axes = 0..calibration.axes.len();
-    axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NONE))
-        .collect()
+    axes.map(|axis| {
+        known(axis)
+            .filter(|limit| *limit > 0.0)
+            .unwrap_or(NEVER_REACHED)
+    })
+    .collect()
 }
 
 /// What gauges show without load once they are tared: zero where the calibration was made of such gauges; else those without a

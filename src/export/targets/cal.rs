@@ -257,6 +257,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         units: Axis::ALL.map(|axis| axis.unit().to_owned()).to_vec(),
         rated: vec![true; full_scale.len()],
         limits: full_scale.clone(),
+        gauge_limits: Vec::new(),
         full_scale,
         offset: false,
         decimation: 1,

@@ -27,7 +27,7 @@
  *     {{ PREFIX }}_AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have
  *                                  forgotten what was before, creep has relaxed through it, play has held.
  *     {{ PREFIX }}_RESTARTED       so it is; the history starts anew with it, as after init. Zeros are kept.
- *     {{ PREFIX }}_BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load.
+ *     {{ PREFIX }}_BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}.
  *     {{ PREFIX }}_REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is no number,
  *                                  before the last or a leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times
  *                                  in a row the clock counts as set anew: the last of them restarts.
@@ -116,6 +116,10 @@ typedef struct {
     {{ prefix }}_real conventional_base[{{ n_axes }}];
     {{ prefix }}_real unloaded[{{ n_gauges }}];                      /* what tared gauges show without load */
     {{ prefix }}_real limit[{{ n_axes }}];                           /* beyond it nothing is known of the sensor */
+{% if gauge_low %}
+    {{ prefix }}_real gauge_low[{{ n_gauges }}];                     /* a gauge that reaches it is clipped */
+    {{ prefix }}_real gauge_high[{{ n_gauges }}];
+{% endif %}
     {{ prefix }}_real gap_secs;
     {{ prefix }}_clock gap;
 {% if ring %}
@@ -210,6 +214,10 @@ static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
     {{ conventional.base|numbers }},
     {{ unloaded|numbers }},
     {{ limits|numbers }},
+{% if gauge_low %}
+    {{ gauge_low|numbers }},
+    {{ gauge_high|numbers }},
+{% endif %}
     {{ gap_secs|number }},
     {{ gap_secs|time }},
 {% if ring %}
@@ -612,6 +620,13 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
 {% if ring %}
     if (status == {{ PREFIX }}_OK && s->is_filling)
         status = {{ PREFIX }}_FILLING;
+{% endif %}
+{% if gauge_low %}
+    for (axis = 0; axis < {{ n_gauges }}; axis++) {
+        {{ prefix }}_real gauge = gauges[axis]{{ " - s->gauge_zero[axis]" if limits_tared }};
+        if (gauge <= c->gauge_low[axis] || gauge >= c->gauge_high[axis])
+            status = {{ PREFIX }}_BEYOND;
+    }
 {% endif %}
     for (axis = 0; axis < {{ n_axes }}; axis++) {
         if (s->load[axis] > c->limit[axis] || s->load[axis] < -c->limit[axis])

@@ -30,7 +30,7 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges)
 %     2  after a gap: so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what
 %        was before, creep has relaxed through it, play has held.
 %     3  restarted: so it is; the history starts anew with it, as in a new state. A tare is kept.
-%     4  beyond: so it is; but it is beyond what is known of the sensor, or beyond its rated load.
+%     4  beyond: so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}.
 %     5  rejected, time: there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a
 %        leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the last of
 %        them restarts.
@@ -116,6 +116,10 @@ state.started = true;
 load = {{ prefix }}_answer(c, row);
 if any(abs(load) > c.limits)
     status = 4;
+{% if gauge_low %}
+elseif any(gauges{{ " - state.gauge_zero" if limits_tared }} <= c.gauge_low) || any(gauges{{ " - state.gauge_zero" if limits_tared }} >= c.gauge_high)
+    status = 4; % a gauge is clipped
+{% endif %}
 elseif status == 0 && time - state.since < {{ window_secs|plain }}
     status = 1;
 end
@@ -262,6 +266,10 @@ end
 function c = {{ prefix }}_constants()
 c.wraps_secs = {{ wraps_secs|times }}; % where counters of 32 bits begin anew
 c.limits = {{ limits|numbers }}';
+{% if gauge_low %}
+c.gauge_low = {{ gauge_low|numbers }}';
+c.gauge_high = {{ gauge_high|numbers }}';
+{% endif %}
 c.unloaded = {{ unloaded|numbers }}'; % what tared gauges show without load
 c.centre = {{ centre|numbers }}';
 c.conventional = {{ conventional.matrix|rows }};

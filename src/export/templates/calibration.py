@@ -19,7 +19,7 @@
 #     AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what was
 #                     before, creep has relaxed through it, play has held.
 #     RESTARTED       so it is; the history starts anew with it, as in a new state. Zeros are kept.
-#     BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load.
+#     BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}.
 #     REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a leap
 #                     after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the
 #                     last of them restarts.
@@ -45,6 +45,9 @@ GAP_SECS = {{ gap_secs|plain }}
 WINDOW_SECS = {{ window_secs|plain }}
 HISTORY_STEP_SECS = {{ history_step_secs|plain }}
 LIMITS = np.array({{ limits|numbers }})
+{% if gauge_low %}
+GAUGE_LOW, GAUGE_HIGH = np.array([{{ gauge_low|numbers }}, {{ gauge_high|numbers }}])  # a gauge that reaches them is clipped
+{% endif %}
 UNLOADED = np.array({{ unloaded|numbers }})  # what tared gauges show without load
 
 CENTRE = np.array({{ centre|numbers }})
@@ -152,6 +155,10 @@ class State:
         self.started = True
         if np.any(np.abs(self.load) > LIMITS):
             self.status = BEYOND
+{% if gauge_low %}
+        elif not np.all((GAUGE_LOW < gauges{{ " - self.gauge_zero" if limits_tared }}) & (gauges{{ " - self.gauge_zero" if limits_tared }} < GAUGE_HIGH)):
+            self.status = BEYOND
+{% endif %}
         elif self.status == OK and time - self.since < WINDOW_SECS:
             self.status = FILLING
         return self.load - self.load_zero, self.conventional - self.conventional_zero

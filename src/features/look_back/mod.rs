@@ -268,7 +268,7 @@ impl LoadPath {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
-    /// [`past_samples`](Self::past_samples), of which some are missing once somebody has asked to stop.
+    /// [`past_samples`](Self::past_samples), of which some are not looked for once somebody has asked to stop: those have none.
     ///
     /// # Panics
     /// As [`past_samples`](Self::past_samples).
@@ -355,7 +355,7 @@ impl<const D: usize> Path<D> {
 
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
         assert_eq!(times.len(), self.n, "one time per sample");
-        let mut past = vec![0; self.n];
+        let mut past: Vec<u32> = (0..self.n as u32).collect();
         let runs = past.par_chunks_mut(RUN).enumerate();
         let wanted = runs.filter(|_| !progress.is_cancelled());
         wanted.for_each(|(run, past)| {
@@ -589,6 +589,19 @@ fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_search_that_is_stopped_leaves_samples_without_a_past() {
+        let loads: Vec<f64> = (0..100).map(f64::from).collect();
+        let progress = Progress::default();
+        progress.cancel();
+        let thresholds = Thresholds {
+            f_th: 3.0,
+            t_th_secs: 5.0,
+        };
+        let past = LoadPath::new(&loads, &[1.0]).past_samples_until(&loads, thresholds, &progress);
+        assert_eq!(past, (0..100).collect::<Vec<u32>>());
+    }
 
     /// The rule as written, one sample after another.
     fn plain_scan(times: &[f64], rows: &[Vec<f64>], thresholds: Thresholds) -> Vec<u32> {

@@ -1,4 +1,5 @@
-//! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock.
+//! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock;
+//! where there are several of a kind, whichever is wanted.
 //!
 //! Guarantees: one chunk at a time is in memory; a recording whose end is missing, as a killed recorder leaves it, gives
 //! what it holds.
@@ -13,6 +14,7 @@ use ::mcap::{McapError, parse_record};
 use super::super::columns::{Column, Columns};
 use super::super::error::{self, FileError};
 use super::super::format::{COLUMN_LIMIT, Source};
+use super::super::parts::{self, FilePart};
 use super::cdr::Cdr;
 use crate::recording::Axis;
 
@@ -58,7 +60,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     }
     Ok(Some(Columns {
         ends_early,
-        ..topics.columns()
+        ..topics.columns(source.parts)?
     }))
 }
 
@@ -317,44 +319,122 @@ impl Topics {
         }
     }
 
-    /// The topic of arrays and that of wrenches with the most samples; all others are listed.
-    fn columns(self) -> Columns {
-        let most = |is_wrench: bool| {
-            let is_it = |(_, topic): &(&u16, &Topic)| {
-                topic
-                    .shape
-                    .is_some_and(|shape| shape.is_wrench() == is_wrench)
-                    && !topic.samples.is_empty()
-            };
-            let topics = self.topics.iter().filter(is_it);
-            let most = topics.max_by_key(|(_, topic)| topic.samples.len());
-            most.map(|(id, _)| *id)
+    /// The topics that are wanted; where nobody says, one of arrays and one of wrenches. All others are listed.
+    fn columns(self, wanted: &[String]) -> Result<Columns, FileError> {
+        let readable = self
+            .topics
+            .iter()
+            .filter(|(_, topic)| !topic.samples.is_empty());
+        let readable: Vec<(u16, &Topic)> = readable.map(|(id, topic)| (*id, topic)).collect();
+        parts::check_wanted(
+            wanted,
+            readable.iter().map(|(_, topic)| topic.name.as_str()),
+        )?;
+        let chosen = if wanted.is_empty() {
+            [
+                Topic::most_likely(&readable, false),
+                Topic::most_likely(&readable, true),
+            ]
+        } else {
+            of_wanted(&readable, wanted)?
         };
-        let (gauges, wrench) = (most(false), most(true));
+        // What could have been taken instead of a topic that was.
+        let is_rival = |topic: &Topic| {
+            let is_like = |own: &&u16| {
+                let own = &self.topics[*own];
+                own.is_wrench() == topic.is_wrench() && own.is_list() <= topic.is_list()
+            };
+            chosen.iter().flatten().any(|id| is_like(&id))
+        };
+        let is_chosen = |id: u16| chosen.contains(&Some(id));
+        let has_rivals = readable
+            .iter()
+            .any(|(id, topic)| !is_chosen(*id) && is_rival(topic));
+        let told = readable.iter().map(|(id, topic)| FilePart {
+            name: topic.name.clone(),
+            what: format!("{}, {} messages", topic.kind, topic.samples.len()),
+            is_used: is_chosen(*id),
+        });
         let mut table = Columns {
             is_named: true,
+            is_guessed_part: wanted.is_empty() && has_rivals,
+            parts: match has_rivals || !wanted.is_empty() {
+                true => told.collect(),
+                false => Vec::new(),
+            },
             ..Columns::default()
         };
         let mut topics = self.topics;
-        if let Some(topic) = gauges.and_then(|id| topics.remove(&id)) {
-            topic.add_to(&mut table, "time", |column| format!("S{}", column + 1));
-        }
-        if let Some(topic) = wrench.and_then(|id| topics.remove(&id)) {
-            let has_gauges = !table.columns.is_empty();
-            table.reference_time = has_gauges.then_some(table.columns.len());
-            let time = if has_gauges { "time_reference" } else { "time" };
+        let [first, second] = chosen.map(|id| id.and_then(|id| topics.remove(&id)));
+        for topic in [first, second].into_iter().flatten() {
+            let is_second = !table.columns.is_empty();
+            if is_second {
+                table.reference_time = Some(table.columns.len());
+            }
+            let time = if is_second { "time_reference" } else { "time" };
             let axis = |column: usize| Axis::ALL[column.min(5)].symbol().to_owned();
-            topic.add_to(&mut table, time, axis);
+            let path = topic.name.clone();
+            if topic.is_wrench() && (is_second || wanted.len() < 2) {
+                topic.add_to(&mut table, time, axis);
+            } else if is_second || topic.is_wrench() {
+                // Nobody but who chose it knows what it is.
+                topic.add_to(&mut table, time, |column| format!("{path}[{column}]"));
+            } else {
+                topic.add_to(&mut table, time, |column| format!("S{}", column + 1));
+            }
         }
         let left_out = topics.into_values().filter(|topic| topic.n_messages > 0);
         table.left_out = left_out
             .map(|topic| format!("{} ({})", topic.name, topic.kind))
             .collect();
-        table
+        Ok(table)
     }
 }
 
+/// The wanted topics, that of the gauges first: of a wrench and another the other, else in the order of the wish.
+fn of_wanted(readable: &[(u16, &Topic)], wanted: &[String]) -> Result<[Option<u16>; 2], FileError> {
+    let find = |name: &String| readable.iter().find(|(_, topic)| topic.name == *name);
+    let mut chosen: Vec<&(u16, &Topic)> = wanted.iter().filter_map(find).collect();
+    if chosen.len() > 2 {
+        return Err(FileError::TooManyTopics {
+            topics: wanted.to_vec(),
+        });
+    }
+    chosen.sort_by_key(|(_, topic)| topic.is_wrench());
+    let mut ids = chosen.into_iter().map(|(id, _)| *id);
+    Ok([ids.next(), ids.next()])
+}
+
 impl Topic {
+    fn is_wrench(&self) -> bool {
+        self.shape.is_some_and(Shape::is_wrench)
+    }
+
+    /// Whether its messages hold as many numbers as somebody wished, and nothing else.
+    fn is_list(&self) -> bool {
+        matches!(self.shape, Some(Shape::Array(_)))
+    }
+
+    /// The topic that is most likely the reference, or the gauges: by its kind, its name, then its number of samples.
+    fn most_likely(topics: &[(u16, &Self)], is_wrench: bool) -> Option<u16> {
+        const REFERENCES: [&str; 6] = ["ati", "ref", "reference", "truth", "gt", "load"];
+        const GAUGES: [&str; 8] = [
+            "gauge", "gauges", "strain", "strains", "raw", "adc", "channels", "sg",
+        ];
+        let names: &[&str] = if is_wrench { &REFERENCES } else { &GAUGES };
+        let rank = |(_, topic): &&(u16, &Self)| {
+            let name = topic.name.to_lowercase();
+            let is_named = name.split(['/', '_']).any(|word| names.contains(&word));
+            (topic.is_list(), is_named, topic.samples.len())
+        };
+        let of_kind = topics
+            .iter()
+            .rev()
+            .filter(|(_, topic)| topic.is_wrench() == is_wrench);
+        // `max_by_key` takes the last of equals.
+        of_kind.max_by_key(rank).map(|(id, _)| *id)
+    }
+
     /// Appends a column of times and one for each number, in the order of the times.
     fn add_to(mut self, table: &mut Columns, time: &str, name: impl Fn(usize) -> String) {
         // Drivers that do not know the time leave it at zero.

@@ -2,6 +2,7 @@
 //!
 //! Guarantees: the blocks joined are the file without its byte order mark; no block splits a line.
 
+use std::io;
 use std::path::Path;
 
 use super::cells::{is_skipped, lines};
@@ -52,6 +53,17 @@ impl Blocks {
 
     pub(super) fn encoding(&self) -> Encoding {
         self.text.encoding()
+    }
+
+    /// The whole lines among so many bytes from this one on, whatever was read before.
+    pub(super) fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
+        let mut lines = self.text.part(path, at, n_bytes)?;
+        if at + (n_bytes as u64) < self.whole_file_bytes() {
+            lines.truncate(memchr::memrchr(b'\n', &lines).map_or(0, |end| end + 1));
+        }
+        let start = memchr::memchr(b'\n', &lines).map_or(lines.len(), |end| end + 1);
+        lines.drain(..start);
+        Ok(lines)
     }
 
     /// The first blocks as one, with at least so many bytes and a line that is no comment, if the file has them.

@@ -85,8 +85,8 @@ impl Text {
         if head.is_empty() {
             return Err(FileError::Empty);
         }
-        let (encoding, mark_bytes) =
-            encoding_of(&head).map_err(|what| FileError::NotText { what })?;
+        let (encoding, mark_bytes) = encoding_of(&head)
+            .map_err(|Other { what, instead }| FileError::NotText { what, instead })?;
         file.seek(SeekFrom::Start(mark_bytes as u64))?;
         let head = head.split_off(mark_bytes);
         let (head, _) = decoded(encoding, head);
@@ -148,6 +148,21 @@ impl Text {
         Ok(has_more)
     }
 
+    /// So many bytes from this one on as text, whatever was read before; the characters at its ends may be cut.
+    pub(super) fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(
+            at - at % self.encoding.bytes_per_character(),
+        ))?;
+        let mut raw = Vec::new();
+        file.take(n_bytes as u64).read_to_end(&mut raw)?;
+        let (mut text, _) = decoded(self.encoding, raw);
+        if self.has_bare_returns {
+            mend_line_ends(&mut text);
+        }
+        Ok(text)
+    }
+
     /// Ends every line with `\n`; a `\r` at the end waits for what follows.
     fn mend_line_ends(&mut self, text: &mut Vec<u8>, has_more: bool) {
         if std::mem::take(&mut self.waiting_return) {
@@ -157,10 +172,14 @@ impl Text {
             text.pop();
             self.waiting_return = true;
         }
-        for at in 0..text.len() {
-            if text[at] == b'\r' && text.get(at + 1) != Some(&b'\n') {
-                text[at] = b'\n';
-            }
+        mend_line_ends(text);
+    }
+}
+
+fn mend_line_ends(text: &mut [u8]) {
+    for at in 0..text.len() {
+        if text[at] == b'\r' && text.get(at + 1) != Some(&b'\n') {
+            text[at] = b'\n';
         }
     }
 }
@@ -191,7 +210,7 @@ fn has_bare_returns(text: &[u8]) -> bool {
 }
 
 /// The encoding of a file that starts so and the length of its byte order mark, or what the file is instead of text.
-fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), &'static str> {
+fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), Other> {
     if let Some(what) = other_kind(head) {
         return Err(what);
     }
@@ -223,7 +242,10 @@ fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), &'static str> {
     let is_control = |byte: &&u8| **byte < b' ' && !b"\t\n\x0b\x0c\r\x1b".contains(byte);
     let n_controls = head.iter().filter(is_control).count();
     if n_controls * BYTES_PER_CONTROL_CHARACTER > head.len() {
-        return Err("binary data");
+        return Err(Other {
+            what: "binary data",
+            instead: "unpack it, or export the recording as CSV",
+        });
     }
     let is_utf8 = match std::str::from_utf8(head) {
         Ok(_) => true,
@@ -240,26 +262,82 @@ fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), &'static str> {
     ))
 }
 
-/// What a file that starts so is, if its first bytes name another kind of file.
-fn other_kind(head: &[u8]) -> Option<&'static str> {
-    const SIGNATURES: [(&[u8], &str); 14] = [
-        (b"\x1f\x8b", "a gzip archive"),
-        (b"PK\x03\x04", "a zip archive or a spreadsheet"),
-        (b"\x89HDF", "an HDF5 file"),
-        (b"\xd0\xcf\x11\xe0", "a spreadsheet of an old kind"),
-        (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
-        (b"BZh", "a bzip2 archive"),
-        (b"\xfd7zXZ", "an xz archive"),
-        (b"7z\xbc\xaf", "a 7-Zip archive"),
-        (b"#ROSBAG", "a ROS recording"),
-        (b"TDSm", "a TDMS file"),
-        (b"SQLite format", "a database"),
-        (b"ARROW1", "an Arrow file"),
-        (b"%PDF", "a PDF document"),
-        (b"\x89PNG", "a picture"),
+/// What a file that starts so is, if its first bytes name another kind of file, and the way out.
+fn other_kind(head: &[u8]) -> Option<Other> {
+    const UNPACK: &str = "unpack it";
+    const TO_XLSX: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
+    const EXPORT: &str = "export the recording as CSV";
+    const SIGNATURES: [(&[u8], &str, &str); 18] = [
+        (b"\x1f\x8b", "a gzip archive", UNPACK),
+        (
+            b"PK\x03\x04",
+            "a zip archive or a spreadsheet",
+            "unpack it, or save the sheet as .xlsx or CSV",
+        ),
+        (
+            b"\x89HDF",
+            "an HDF5 file",
+            "in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
+        ),
+        (
+            b"\xd0\xcf\x11\xe0",
+            "a spreadsheet of an old kind (.xls)",
+            TO_XLSX,
+        ),
+        (b"\x28\xb5\x2f\xfd", "a Zstandard archive", UNPACK),
+        (b"BZh", "a bzip2 archive", UNPACK),
+        (b"\xfd7zXZ", "an xz archive", UNPACK),
+        (b"7z\xbc\xaf", "a 7-Zip archive", UNPACK),
+        (
+            b"#ROSBAG",
+            "a ROS 1 recording (.bag)",
+            "write each topic as CSV, which is read as it is: `rostopic echo -b FILE.bag -p /TOPIC > TOPIC.csv`",
+        ),
+        (
+            b"TDSm",
+            "a TDMS file of LabVIEW",
+            "in Python: `from nptdms import TdmsFile`, then `TdmsFile.read(\"FILE.tdms\").as_dataframe(time_index=True).to_csv(\"FILE.csv\", index_label=\"t\")`; or let LabVIEW write .lvm",
+        ),
+        (
+            b"SQLite format",
+            "a database (.db3 of ROS 2)",
+            "make an MCAP recording of it: `mcap convert FILE.db3 FILE.mcap`, or `ros2 bag convert`",
+        ),
+        (
+            b"ARROW1",
+            "an Arrow file",
+            "in Python: `import pandas`, then `pandas.read_feather(\"FILE\").to_parquet(\"FILE.parquet\")`",
+        ),
+        (
+            b"MDF ",
+            "an MDF recording",
+            "in Python: `import asammdf`, then `asammdf.MDF(\"FILE\").to_dataframe().to_csv(\"FILE.csv\", index_label=\"t\")`",
+        ),
+        (
+            b"\x80\x04\x95",
+            "a pickle of Python",
+            "in Python: `import pickle, numpy; d = pickle.load(open(\"FILE\", \"rb\"))`, then `numpy.savez(\"FILE.npz\", t=d[\"t\"], S=d[\"S\"], F=d[\"F\"])` with its own names",
+        ),
+        (
+            b"{\\rtf",
+            "a document of a word processor",
+            "save it as plain text, or as CSV",
+        ),
+        (b"%PDF", "a PDF document", EXPORT),
+        (b"\x89PNG", "a picture", EXPORT),
+        (b"\xff\xd8\xff", "a picture", EXPORT),
     ];
-    let named = SIGNATURES.iter().find(|(start, _)| head.starts_with(start));
-    named.map(|&(_, what)| what)
+    let named = SIGNATURES
+        .iter()
+        .find(|(start, ..)| head.starts_with(start));
+    named.map(|&(_, what, instead)| Other { what, instead })
+}
+
+/// A kind of file that is not read, and the way out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Other {
+    what: &'static str,
+    instead: &'static str,
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 //!
 //! Guarantees: results come in file order whatever the number of threads; only a few blocks are in memory at a time.
 
-use std::path::Path;
+use std::cell::OnceCell;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
@@ -11,7 +12,7 @@ use super::cells::{is_skipped, lines};
 use super::encoding::Encoding;
 use super::layout::{self, Head, detect, locate};
 use super::written::TextLayout;
-use crate::formats::columns::Cell;
+use crate::formats::columns::{PLACES, ROWS_AT_A_PLACE, Sample};
 use crate::formats::error::FileError;
 use crate::formats::format::Format;
 use crate::progress::{Cancelled, Progress};
@@ -26,6 +27,8 @@ pub(in crate::formats) const FORMAT: Format = Format {
 
 /// So much of a text is there when its table is looked for.
 const HEAD_BYTES: usize = 1 << 16;
+/// So much is read at a place in the midst of a file at least, and at most.
+const PLACE_BYTES: std::ops::RangeInclusive<usize> = 4 << 10..=128 << 10;
 /// Enough for threads to share them evenly.
 const BLOCKS_PER_THREAD: usize = 8;
 /// Blocks parsed at a time at most, so that many cores do not mean much memory.
@@ -34,8 +37,11 @@ const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
 /// A text that was opened, and its start.
 #[derive(Debug)]
 pub(crate) struct TextFile {
+    path: PathBuf,
     blocks: Blocks,
     head: Vec<u8>,
+    /// Whole lines at places all over what follows the first lines, once they were asked for.
+    places: OnceCell<Vec<Vec<u8>>>,
 }
 
 impl TextFile {
@@ -47,7 +53,12 @@ impl TextFile {
     ) -> Result<Self, FileError> {
         let mut blocks = Blocks::open(path, block_bytes, limit_bytes)?;
         let head = blocks.head(HEAD_BYTES)?;
-        Ok(Self { blocks, head })
+        Ok(Self {
+            path: path.to_owned(),
+            blocks,
+            head,
+            places: OnceCell::new(),
+        })
     }
 
     /// How the table is written, found by looking; `None` if there is none.
@@ -60,13 +71,31 @@ impl TextFile {
         locate(&self.head, layout)
     }
 
-    /// The cells of the first rows.
-    pub(in crate::formats) fn first_rows(
-        &self,
-        layout: &TextLayout,
-        head: &Head,
-    ) -> Vec<Vec<Cell<'_>>> {
-        layout::first_rows(&self.head, layout, head)
+    /// The cells of the first rows, and of some all over the file; it is as quick for gigabytes.
+    pub(in crate::formats) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
+        let places = self.places.get_or_init(|| self.read_places());
+        layout::sample(&self.head, layout, head, places)
+    }
+
+    fn read_places(&self) -> Vec<Vec<u8>> {
+        let (n_looked_at, line_bytes) = layout::looked_at(&self.head);
+        let bytes_per_character = self.encoding().bytes_per_character();
+        // Lines are whole from the end of the one before on.
+        let start = (n_looked_at as u64 * bytes_per_character).saturating_sub(bytes_per_character);
+        let n_more = self.whole_file_bytes().saturating_sub(start);
+        let line_bytes = line_bytes * bytes_per_character as usize;
+        let place_bytes =
+            (line_bytes * (ROWS_AT_A_PLACE + 2)).clamp(*PLACE_BYTES.start(), *PLACE_BYTES.end());
+        // What cannot be read now is told when the file is.
+        let lines = |at, n_bytes| self.blocks.lines_at(&self.path, at, n_bytes).ok();
+        if n_more <= (PLACES * place_bytes) as u64 {
+            return lines(start, n_more as usize).into_iter().collect();
+        }
+        let room = n_more - place_bytes as u64;
+        let at = |place: usize| start + (room as f64 * place as f64 / (PLACES - 1) as f64) as u64;
+        (0..PLACES)
+            .filter_map(|place| lines(at(place), place_bytes))
+            .collect()
     }
 
     /// How many rows the file has if all are like those of its head.
@@ -109,6 +138,7 @@ impl TextFile {
         let Self {
             mut blocks,
             head: mut start,
+            ..
         } = self;
         let rest = start.split_off(head.n_bytes);
         drop(start);

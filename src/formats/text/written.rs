@@ -20,6 +20,10 @@ pub struct TextLayout {
     /// A preamble that says more than nothing; `skip_rows` does not matter with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preamble: Option<Preamble>,
+    /// Of a file that holds several tables, which are read: topics, sheets, groups, structs. Without any one is chosen,
+    /// and that is told.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<String>,
 }
 
 /// What stands between two cells.

@@ -33,8 +33,10 @@ pub(super) fn fill_in(
         is_free[index] = false;
         guess.rules.push((index, rule));
     };
+    let may_be_load_cases = has_loads && !needs_gauges;
     let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
-        report.runs_like_clock && is_free[report.number - 1]
+        let is_counter = may_be_load_cases && needs_time && report.counts_rows();
+        report.runs_like_clock && is_free[report.number - 1] && !is_counter
     };
     if needs_time {
         match reports.iter().find(|report| is_clock(report, &is_free)) {

@@ -3,18 +3,20 @@
 use serde::Serialize;
 
 use super::super::names::form_of_column;
-use crate::formats::Cell;
 use crate::formats::text::Head;
+use crate::formats::{Cell, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
 /// How many values are shown.
 const SHOWN_VALUES: usize = 3;
-/// With so many steps up out of a hundred, and none down, numbers run like a clock.
+/// With so many steps up out of a hundred, and hardly any down, numbers run like a clock.
 const CLOCK_STEPS_PERCENT: usize = 60;
+/// Where a file holds one recording after the other, its clock goes back at so many steps out of a hundred at most.
+const RESTARTS_PERCENT: usize = 1;
 /// Fewer rows tell nothing about a clock.
 const FEWEST_CLOCK_ROWS: usize = 3;
 
-/// One column as it was found, by the first rows of its file.
+/// One column as it was found, by its file's first rows and some all over it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnReport {
     /// Counted from 1.
@@ -33,13 +35,27 @@ pub struct ColumnReport {
     pub min: Option<f64>,
     /// The largest number.
     pub max: Option<f64>,
-    /// Whether the numbers, or the dates, never go back and mostly go on.
+    /// Whether the numbers, or the dates, hardly ever go back and mostly go on.
     pub runs_like_clock: bool,
     /// What the map says that it is.
     pub is: ColumnRole,
 }
 
 impl ColumnReport {
+    /// Whether it only numbers the rows, or the poses or repeats that they are of.
+    pub(super) fn counts_rows(&self) -> bool {
+        let first: Vec<f64> = self
+            .first
+            .iter()
+            .filter_map(|cell| cell.parse().ok())
+            .collect();
+        let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
+        first.len() > 1
+            && first[0].abs() <= 1.0
+            && first.iter().all(|number| number.fract() == 0.0)
+            && first.windows(2).all(is_step)
+    }
+
     /// Whether what the map takes from the column stands in it.
     pub(super) fn can_be_what_it_is(&self) -> bool {
         match self.is {
@@ -50,9 +66,10 @@ impl ColumnReport {
             ColumnRole::TimeReference => {
                 matches!(self.content, Content::Numbers | Content::Times)
             }
-            ColumnRole::Gauge | ColumnRole::Load(_) | ColumnRole::Pose(_) => {
-                self.content == Content::Numbers
-            }
+            ColumnRole::TimeFraction
+            | ColumnRole::Gauge
+            | ColumnRole::Load(_)
+            | ColumnRole::Pose(_) => self.content == Content::Numbers,
         }
     }
 }
@@ -80,7 +97,8 @@ impl Content {
 }
 
 /// A report on each column.
-pub(super) fn reports(table: &TableMap, head: &Head, rows: &[Vec<Cell<'_>>]) -> Vec<ColumnReport> {
+pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
+    let rows = &sample.rows;
     let n_columns = rows
         .iter()
         .map(Vec::len)
@@ -120,12 +138,14 @@ pub(super) fn reports(table: &TableMap, head: &Head, rows: &[Vec<Cell<'_>>]) -> 
             } else {
                 Content::Text
             };
-            let times = || match (content, form) {
-                (Content::Times, Some(form)) => filled()
-                    .filter_map(|cell| form.secs(cell.written()?))
-                    .collect(),
-                _ => numbers.clone(),
+            let time = |cell: Cell<'_>| match (content, form) {
+                (Content::Times, Some(form)) => form.secs(cell.written()?),
+                _ => value(cell),
             };
+            let times = sample.places().map(|place| -> Vec<f64> {
+                let cells = place.iter().filter_map(|row| row.get(index).copied());
+                cells.filter_map(time).collect()
+            });
             let rule = rules[index];
             ColumnReport {
                 number: index + 1,
@@ -138,19 +158,26 @@ pub(super) fn reports(table: &TableMap, head: &Head, rows: &[Vec<Cell<'_>>]) -> 
                 first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
                 min: numbers.iter().copied().reduce(f64::min),
                 max: numbers.iter().copied().reduce(f64::max),
-                runs_like_clock: runs_like_clock(&times()),
+                runs_like_clock: runs_like_clock(times),
                 is: rule.map_or(ColumnRole::Ignore, |rule| rule.is),
             }
         })
         .collect()
 }
 
-fn runs_like_clock(times: &[f64]) -> bool {
-    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
-    let n_up = steps().filter(|step| *step > 0.0).count();
-    times.len() >= FEWEST_CLOCK_ROWS
-        && steps().all(|step| step >= 0.0)
-        && n_up * 100 >= steps().count() * CLOCK_STEPS_PERCENT
+/// By the times at each place.
+fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
+    let (mut n_up, mut n_back, mut n_steps) = (0, 0, 0);
+    for times in places {
+        for step in times.windows(2).map(|pair| pair[1] - pair[0]) {
+            n_up += usize::from(step > 0.0);
+            n_back += usize::from(step < 0.0);
+            n_steps += 1;
+        }
+    }
+    n_steps + 1 >= FEWEST_CLOCK_ROWS
+        && n_back * 100 <= n_steps * RESTARTS_PERCENT
+        && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
 }
 
 #[cfg(test)]
@@ -158,10 +185,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clocks_go_on_and_never_back() {
-        assert!(runs_like_clock(&[0.0, 0.1, 0.1, 0.2, 0.3]));
-        assert!(!runs_like_clock(&[0.0, 0.1, 0.05, 0.2, 0.3]));
-        assert!(!runs_like_clock(&[0.0, 0.0, 0.0, 0.2, 0.3]));
-        assert!(!runs_like_clock(&[0.0, 1.0]));
+    fn clocks_go_on_and_hardly_ever_back() {
+        let is_clock = |times: &[f64]| runs_like_clock([times.to_vec()].into_iter());
+        assert!(is_clock(&[0.0, 0.1, 0.1, 0.2, 0.3]));
+        assert!(!is_clock(&[0.0, 0.1, 0.05, 0.2, 0.3]));
+        assert!(!is_clock(&[0.0, 0.0, 0.0, 0.2, 0.3]));
+        assert!(!is_clock(&[0.0, 1.0]));
+        let run = |n: u32| (0..n).map(f64::from);
+        assert!(is_clock(&run(200).chain(run(200)).collect::<Vec<_>>()));
+        let ramp = || (0..20).map(|k| run(8).map(move |step| f64::from(k) + step).collect());
+        assert!(runs_like_clock(ramp()));
+        let down = |place: Vec<f64>| place.into_iter().rev().collect::<Vec<f64>>();
+        assert!(!runs_like_clock(ramp().chain(ramp().map(down))));
     }
 }

@@ -19,11 +19,11 @@ use super::load::{BLOCK_BYTES, Loaded, Reading};
 use super::two_clocks::{self, Table};
 use super::{Finding, ReadError, names};
 use crate::formats::text::Encoding;
-use crate::formats::text::TextLayout;
-use crate::formats::{Cell, Opened};
+use crate::formats::text::{Head, TextLayout};
+use crate::formats::{Cell, FilePart, Opened, Sample};
 use crate::import::clock_offset::{self, ClockOffset};
 use crate::import::join::Series;
-use crate::import::map::{ColumnMap, TableMap};
+use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
@@ -76,6 +76,9 @@ pub struct TableReport {
     pub line: Option<u64>,
     /// How many rows there are, by the length of the first ones.
     pub about_rows: u64,
+    /// Where it holds several tables, all of them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<FilePart>,
     /// Its columns.
     pub columns: Vec<ColumnReport>,
     /// The cells of its first rows.
@@ -138,7 +141,12 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         block_bytes: BLOCK_BYTES,
         limit_bytes: Some(SAMPLE_BYTES),
     };
-    let opened = reading.open(path)?;
+    let parts = match known {
+        Known::Nothing => &[][..],
+        Known::Layout(text) => &text.parts,
+        Known::Map(map) => &map.table.text.parts,
+    };
+    let opened = reading.open(path, parts)?;
     let (map, questions) = match known {
         Known::Map(map) => (map.clone(), Vec::new()),
         Known::Layout(text) => propose(&opened, text),
@@ -151,7 +159,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         None => None,
         Some(file) => {
             let path = two_clocks::reference_path(path, file);
-            let opened = reading.open(&path).ok();
+            let opened = reading.open(&path, &file.table.text.parts).ok();
             opened.map(|opened| report(&path, &opened, &file.table))
         }
     };
@@ -176,15 +184,24 @@ fn propose(opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
         };
         return (ColumnMap::of_table(table), Vec::new());
     };
-    let rows = opened.first_rows(text, &head);
-    let mut guess = names::by_names(text, &head, &rows);
+    let sample = opened.sample(text, &head);
+    let mut guess = names::by_names(text, &head, &sample.rows);
     let questions = if text.preamble.is_some() {
         vec![Question::ReferenceAlone]
     } else {
-        let reports = columns::reports(&guess.table(text, &head), &head, &rows);
-        by_values::fill_in(&mut guess, &head, &rows, &reports)
+        let reports = columns::reports(&guess.table(text, &head), &head, &sample);
+        by_values::fill_in(&mut guess, &head, &sample.rows, &reports)
     };
     (ColumnMap::of_table(guess.table(text, &head)), questions)
+}
+
+/// Whether a column that a map ignores runs like a clock, and does more than count the rows.
+pub(super) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
+    let reports = columns::reports(table, head, &opened.sample(&table.text, head));
+    let is_clock = |report: &ColumnReport| {
+        report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()
+    };
+    reports.iter().any(is_clock)
 }
 
 /// The first of the maps that is for files like this one, if any is.
@@ -201,8 +218,14 @@ pub(super) fn map_for<'a>(
         block_bytes: BLOCK_BYTES,
         limit_bytes: Some(SAMPLE_BYTES),
     };
-    let opened = reading.open(path)?;
-    Ok(maps.iter().find(|map| is_for(&opened, &map.table)))
+    let opened = reading.open(path, &[])?;
+    let is_for_it = |map: &&ColumnMap| match map.table.text.parts.as_slice() {
+        [] => is_for(&opened, &map.table),
+        parts => reading
+            .open(path, parts)
+            .is_ok_and(|opened| is_for(&opened, &map.table)),
+    };
+    Ok(maps.iter().find(is_for_it))
 }
 
 /// Whether a map was made for files like this one: the header is the same, name by name. Without a header there are as
@@ -215,16 +238,15 @@ fn is_for(opened: &Opened, table: &TableMap) -> bool {
     if !has_shape || table.text.header {
         return has_shape;
     }
-    let rows = opened.first_rows(&table.text, &head);
-    let columns = columns::reports(table, &head, &rows);
+    let columns = columns::reports(table, &head, &opened.sample(&table.text, &head));
     opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::can_be_what_it_is)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
     let head = opened.head(&table.text);
-    let rows = match &head {
-        Some(head) => opened.first_rows(&table.text, head),
-        None => Vec::new(),
+    let sample = match &head {
+        Some(head) => opened.sample(&table.text, head),
+        None => Sample::default(),
     };
     TableReport {
         path: path.to_owned(),
@@ -233,9 +255,11 @@ fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
         kind: opened.kind(),
         text: table.text.clone(),
         line: head.as_ref().map(|head| head.line),
+        parts: opened.parts().to_vec(),
         about_rows: head.as_ref().map_or(0, |head| opened.about_rows(head)),
-        columns: head.map_or_else(Vec::new, |head| columns::reports(table, &head, &rows)),
-        preview: rows
+        columns: head.map_or_else(Vec::new, |head| columns::reports(table, &head, &sample)),
+        preview: sample
+            .rows
             .iter()
             .take(PREVIEW_ROWS)
             .map(|row| row.iter().copied().map(Cell::text).collect())

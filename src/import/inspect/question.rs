@@ -67,7 +67,7 @@ impl fmt::Display for Question {
                 "this log of ATI's Net F/T holds the reference alone: put this table under \"reference\" in the map of the file with the gauges",
             ),
             Self::Time => f.write_str(
-                "no column runs like a clock: say which is the time, or give \"sample_rate_hz\"",
+                "no column runs like a clock: say which is the time, or give \"sample_rate_hz\"; without either, rows with gauges and loads are load cases",
             ),
             Self::ReferenceClock(columns) => {
                 let columns: Vec<String> = columns.iter().map(usize::to_string).collect();

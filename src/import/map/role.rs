@@ -20,6 +20,8 @@ pub enum ColumnRole {
     TimeReference,
     /// The day that belongs to a time of day in the `time` column.
     Date,
+    /// What is added to the `time` column: the nanoseconds, or milliseconds, of a stamp that has its seconds there.
+    TimeFraction,
     /// A gauge channel.
     Gauge,
     /// One axis of the reference load.
@@ -83,6 +85,7 @@ impl ColumnRole {
             Self::Time,
             Self::TimeReference,
             Self::Date,
+            Self::TimeFraction,
             Self::Gauge,
         ];
         let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
@@ -101,6 +104,7 @@ impl ColumnRole {
             Self::Time => "time",
             Self::TimeReference => "time_reference",
             Self::Date => "date",
+            Self::TimeFraction => "time_fraction",
             Self::Gauge => "gauge",
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",

@@ -8,7 +8,8 @@ use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpell
 use crate::import::map::{
     Attitude, ColumnKey, ColumnRole, ColumnRule, Header, KeyError, PosePart, TableMap, WeightMap,
 };
-use crate::recording::{Axis, units};
+use crate::recording::Axis;
+use crate::recording::units::{self, TimeUnit};
 
 /// The columns that rules speak of, in file order.
 fn resolved<'a>(
@@ -136,6 +137,27 @@ impl Making<'_> {
         }
     }
 
+    /// The map, the start of the file, and what is read of it.
+    pub(super) fn parts(&self) -> (&TableMap, &Head, Side) {
+        (self.table, self.head, self.side)
+    }
+
+    pub(super) fn no_time(&self) -> TableError {
+        TableError::NoTime {
+            names: self.all_names(),
+        }
+    }
+
+    /// As [`Self::times`], of a table that has none.
+    pub(super) fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+        let n_columns = self.head.n_columns.max(self.head.names.len());
+        let mut uses = vec![Use::Ignored; n_columns];
+        if let Some((index, _)) = self.single(ColumnRole::Status)? {
+            uses[index] = Use::Status;
+        }
+        Ok((None, TimeScale::PerSecond(1.0), uses))
+    }
+
     pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
         let n_columns = match self.head.names.len() {
             0 => self.head.n_columns,
@@ -155,9 +177,7 @@ impl Making<'_> {
                 None if self.head.ati.is_some() && self.side == Side::Both => {
                     Err(self.reference_alone())
                 }
-                None => Err(TableError::NoTime {
-                    names: self.all_names(),
-                }),
+                None => Err(self.no_time()),
             };
         };
         uses[index] = Use::Time;
@@ -185,7 +205,30 @@ impl Making<'_> {
             }
         };
         self.date(&mut uses)?;
+        let scale = self.time_fraction(scale, &mut uses)?;
         Ok((Some(index), scale, uses))
+    }
+
+    /// The column with the rest of times that are whole seconds, or as the map says.
+    fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
+        let role = ColumnRole::TimeFraction;
+        let Some((index, rule)) = self
+            .single(role)?
+            .filter(|_| self.side != Side::SecondClock)
+        else {
+            return Ok(scale);
+        };
+        let unit = self.unit(index, rule).unwrap_or_else(|| "ns".to_owned());
+        let fraction = TimeUnit::from_name(&unit)
+            .ok_or_else(|| self.unknown_unit(index, rule, &unit, "s, ms, us, ns"))?;
+        let per_second = match scale {
+            TimeScale::PerSecond(per_second) => per_second,
+            TimeScale::ByValues => 1.0,
+        };
+        uses[index] = Use::TimeFraction {
+            factor: per_second / fraction.per_second(),
+        };
+        Ok(TimeScale::PerSecond(per_second))
     }
 
     /// The column with the day, which adds to a time of day.

@@ -23,6 +23,10 @@ pub(super) enum Use {
     Time,
     /// A date or a time of day, part of the time.
     TimeText(TimeForm),
+    /// Times `factor` it is in the unit of the time, and part of it.
+    TimeFraction {
+        factor: f64,
+    },
     /// Times `factor` it is as the map wants it.
     Gauge {
         factor: f64,
@@ -54,9 +58,10 @@ impl Use {
     #[inline(always)]
     pub(super) const fn factor(self) -> f64 {
         match self {
-            Self::Gauge { factor } | Self::Load { factor, .. } | Self::Pose { factor, .. } => {
-                factor
-            }
+            Self::Gauge { factor }
+            | Self::Load { factor, .. }
+            | Self::Pose { factor, .. }
+            | Self::TimeFraction { factor } => factor,
             _ => 1.0,
         }
     }
@@ -66,7 +71,7 @@ impl Use {
         match self {
             Self::Ignored | Self::Status | Self::Mount { .. } => "column",
             Self::Pose { .. } => "pose",
-            Self::Time | Self::TimeText(_) => "time",
+            Self::Time | Self::TimeText(_) | Self::TimeFraction { .. } => "time",
             Self::Gauge { .. } => "gauge",
             Self::Load { .. } => "reference",
         }
@@ -138,6 +143,8 @@ pub(super) struct Plan {
     pub(super) pose: Option<PosePlan>,
     /// Whether a row may hold nothing for this side.
     pub(super) may_be_blank: bool,
+    /// Whether there are no times at all: rows are load cases.
+    pub(super) is_static: bool,
 }
 
 /// The numbers of a pose, as they stand beside each other: how the sensor is turned, where it is, what it carries.
@@ -179,9 +186,36 @@ impl Plan {
         weight: Option<&WeightMap>,
     ) -> Result<Self, TableError> {
         let making = Making::new(table, head, side)?;
-        let (time_column, time_scale, mut uses) = making.times()?;
+        Self::made(&making, making.times()?, weight, false)
+    }
+
+    /// Brings a map without a time to the file whose table starts so: rows are load cases, so there must be loads.
+    pub(super) fn of_load_cases(
+        table: &TableMap,
+        head: &Head,
+        weight: Option<&WeightMap>,
+    ) -> Result<Self, TableError> {
+        let making = Making::new(table, head, Side::Both)?;
+        let plan = Self::made(&making, making.no_times()?, weight, true)?;
+        if plan.axes.is_empty() && plan.pose.is_none() {
+            return Err(making.no_time());
+        }
+        Ok(plan)
+    }
+
+    fn made(
+        making: &Making<'_>,
+        (time_column, time_scale, mut uses): (Option<usize>, TimeScale, Vec<Use>),
+        weight: Option<&WeightMap>,
+        is_static: bool,
+    ) -> Result<Self, TableError> {
+        let (table, head, side) = making.parts();
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
-        let pose = making.pose(weight, &mut uses)?;
+        let mut pose = making.pose(weight, &mut uses)?;
+        if let Some(pose) = pose.as_mut().filter(|_| is_static) {
+            // What stands still is not accelerated.
+            pose.position = None;
+        }
         let axes = making.loads(pose.is_some(), &mut uses)?;
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
@@ -197,6 +231,7 @@ impl Plan {
             axes,
             pose,
             may_be_blank: matches!(side, Side::Gauges | Side::SecondClock),
+            is_static,
         })
     }
 }

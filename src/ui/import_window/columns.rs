@@ -1,17 +1,21 @@
 //! One row a column: what it is, its name and unit, its scale factor, what it holds.
 
+use std::collections::BTreeSet;
+
 use egui::{ComboBox, DragValue, TextEdit};
 use egui_extras::{Column, TableBuilder};
 
 use crate::formats::text::times::TIME_SPELLINGS;
 use crate::import::inspect::ColumnReport;
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
+use crate::recording::Axis;
 use crate::recording::units::{FORCE_UNITS, MOMENT_UNITS};
 use crate::ui::choice::choice;
 use crate::ui::numbers::significant;
 
 const NAME: &str = "What a gauge is called; empty: as in the header, or S1, S2, …";
 const SCALE: &str = "Values are multiplied with this; -1 turns the sign";
+const SELECT: &str = "As the file writes it. Click a row to select it, Ctrl for one more, Shift for a range: a role chosen for one of them is for all";
 const MISSING: &str = "A number that means that there is none";
 
 /// One row a column: what it is, its name and unit, its sign and scale, what it holds.
@@ -20,6 +24,11 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
     // Without names the room is for what the columns hold.
     let has_names = reports.iter().any(|report| !report.header.is_empty());
     let header_width = if has_names { 130.0 } else { 52.0 };
+    let mut selection: Selection = ui
+        .data(|data| data.get_temp(selection_id(id)))
+        .unwrap_or_default();
+    selection.rows.retain(|row| *row < reports.len());
+    let before_frame = selection.clone();
     let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
     egui::ScrollArea::horizontal()
         .id_salt(id)
@@ -29,6 +38,7 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                 .id_salt(id)
                 .striped(true)
                 .vscroll(false)
+                .sense(egui::Sense::click())
                 .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
                 .column(Column::exact(28.0))
                 .column(Column::initial(header_width).clip(true).resizable(true))
@@ -40,13 +50,16 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                 .header(20.0, |mut titles| {
                     for (title, explanation) in [
                         ("", "The number of the column"),
-                        ("Header", "As the file writes it"),
-                        ("Role", "What it is; what nobody looks at is ignored"),
+                        ("Header", SELECT),
+                        ("Role", "What it is; what nobody looks at is ignored. Of selected columns, what all of them are"),
                         ("Name", NAME),
                         ("Unit", &units()),
                         ("Scale factor", SCALE),
                         ("Missing value", MISSING),
-                        ("First values, range", "By the first rows"),
+                        (
+                            "First values, range",
+                            "By the first rows, and some all over the file",
+                        ),
                     ] {
                         titles.col(|ui| {
                             ui.strong(title).on_hover_text(explanation);
@@ -58,6 +71,7 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                         let report = &reports[row.index()];
                         let mut rule = table.rule(&header, report.number - 1);
                         let before = rule.clone();
+                        row.set_selected(selection.rows.contains(&row.index()));
                         let alike = reports.iter().filter(|own| own.header == report.header);
                         // What a screen reader calls it.
                         let name = match (report.header.as_str(), alike.count()) {
@@ -65,13 +79,78 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                             (header, 1) => format!("column {header}"),
                             (header, _) => format!("column {}, {header}", report.number),
                         };
+                        let at = row.index();
                         column_row(&mut row, id, (&name, report), &mut rule);
-                        if rule != before {
+                        let response = row.response();
+                        if response.clicked() {
+                            selection.click(at, response.ctx.input(|input| input.modifiers));
+                        }
+                        if rule.is != before.is && selection.rows.contains(&at) {
+                            let numbers = selection.rows.iter().map(|&row| reports[row].number);
+                            set_all(table, &header, numbers, rule.is);
+                        } else if rule != before {
                             table.set_rule(&header, report.number - 1, rule);
                         }
                     });
                 });
         });
+    if selection != before_frame {
+        ui.data_mut(|data| data.insert_temp(selection_id(id), selection));
+    }
+}
+
+fn selection_id(table: &str) -> egui::Id {
+    egui::Id::unique(("selected columns", table))
+}
+
+/// Which rows of the table a role is chosen for at once.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Selection {
+    rows: BTreeSet<usize>,
+    /// Where a range starts.
+    anchor: usize,
+}
+
+impl Selection {
+    /// As in any list: one alone, with Ctrl one more or less, with Shift all from the last one on.
+    fn click(&mut self, row: usize, modifiers: egui::Modifiers) {
+        if modifiers.shift {
+            let (first, last) = (self.anchor.min(row), self.anchor.max(row));
+            self.rows = (first..=last).collect();
+            return;
+        }
+        self.anchor = row;
+        if modifiers.command {
+            if !self.rows.remove(&row) {
+                self.rows.insert(row);
+            }
+        } else if self.rows == BTreeSet::from([row]) {
+            self.rows.clear();
+        } else {
+            self.rows = BTreeSet::from([row]);
+        }
+    }
+}
+
+/// Makes these columns the same; of a load, this axis and those that follow it.
+fn set_all(
+    table: &mut TableMap,
+    header: &Header<'_>,
+    numbers: impl Iterator<Item = usize>,
+    role: ColumnRole,
+) {
+    let following: Vec<ColumnRole> = match role {
+        ColumnRole::Load(first) => {
+            let axes = Axis::ALL.into_iter().skip_while(|axis| *axis != first);
+            axes.map(ColumnRole::Load).collect()
+        }
+        _ => Vec::new(),
+    };
+    for (at, number) in numbers.enumerate() {
+        let mut rule = table.rule(header, number - 1);
+        rule.is = following.get(at).copied().unwrap_or(role);
+        table.set_rule(header, number - 1, rule);
+    }
 }
 
 fn units() -> String {
@@ -91,7 +170,8 @@ fn column_row(
         ui.weak(number.to_string());
     });
     row.col(|ui| {
-        ui.label(&report.header);
+        // A click is for the row.
+        ui.add(egui::Label::new(&report.header).selectable(false));
     });
     row.col(|ui| {
         let button = ComboBox::from_id_salt((id, number))

@@ -2,6 +2,7 @@
 
 use egui::{ComboBox, DragValue};
 
+use crate::formats::FilePart;
 use crate::formats::text::{Decimal, Delimiter, TextLayout};
 use crate::import::map::ColumnMap;
 use crate::recording::Tare;
@@ -33,6 +34,35 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
             .on_hover_text("The first line of the table names its columns");
         ui.checkbox(&mut text.units_row, "units row")
             .on_hover_text("The next line says their units");
+    });
+}
+
+/// Which of several tables in the file are read.
+pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
+    if parts.is_empty() {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Read of this file:");
+        for part in parts {
+            let mut is_used = part.is_used;
+            let tick = ui.checkbox(&mut is_used, &part.name);
+            let explanation = format!(
+                "{}. Of topics one of gauges and one of the reference are read together, of tables those with the same columns, one after the other",
+                part.what
+            );
+            if tick.on_hover_text(explanation).changed() {
+                let used = parts.iter().filter(|own| match own.name == part.name {
+                    true => is_used,
+                    false => own.is_used,
+                });
+                let used: Vec<String> = used.map(|own| own.name.clone()).collect();
+                // Without any, one would be chosen again.
+                if !used.is_empty() {
+                    text.parts = used;
+                }
+            }
+        }
     });
 }
 

@@ -1,10 +1,12 @@
 //! One axis: the pane with its traces, and the one with their errors under it.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
+use crate::engine::FaultyRecording;
 use crate::evaluation::Series;
 use crate::evaluation::series::Columns;
 use crate::recording::Axis;
@@ -105,10 +107,11 @@ fn pane(
         // Dashes of a line that goes up and down within a pixel would be noise.
         line.dash = line.dash.filter(|_| lie_apart);
     }
-    let cursors = &panes.cursors;
+    let (cursors, faulty) = (&panes.cursors, &panes.faulty[..]);
     let response = plot.show(ui, |plot| {
         plot.set_plot_bounds(bounds);
         shade_without_past(plot, traces, &visible, columns, &visuals);
+        shade_faulty(plot, traces, faulty, &visible, columns, &visuals);
         separate_segments(plot, traces, &visible, columns, &visuals);
         if kind == Kind::Load {
             overlay::thresholds(plot, traces, hovered, &visuals);
@@ -345,6 +348,39 @@ fn shade_without_past(
             .fill(palette::without_past(visuals))
             .border_width(0.0);
         plot.span(span);
+    }
+}
+
+/// Shades samples that look faulty, at least a pixel wide.
+fn shade_faulty(
+    plot: &mut PlotUi<'_>,
+    traces: &TraceSet,
+    faulty: &[Arc<FaultyRecording>],
+    visible: &Visible,
+    columns: usize,
+    visuals: &egui::Visuals,
+) {
+    let pixel = visible.column_secs(columns);
+    for segment in visible_segments(traces, &visible.samples) {
+        let Some(FaultyRecording { intervals, .. }) =
+            faulty.get(segment.recording).map(|own| &**own)
+        else {
+            return;
+        };
+        let offset = segment.clock_offset_secs;
+        let (from, to) = (visible.time.0 + offset, visible.time.1 + offset);
+        let mut at = intervals.partition_point(|(_, end)| *end < from);
+        while at < intervals.len() && intervals[at].0 <= to {
+            let (start, end) = intervals[at];
+            // What follows within a pixel is one on screen.
+            let next = at + intervals[at..].partition_point(|(later, _)| *later <= end + pixel);
+            let end = intervals[next - 1].1.max(start + pixel);
+            let span = Span::new("", start - offset..=end - offset)
+                .fill(palette::faulty(visuals))
+                .border_width(0.0);
+            plot.span(span);
+            at = next;
+        }
     }
 }
 

@@ -63,7 +63,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
                 },
                 header: true,
                 units_row: units.is_some_and(|line| is_units_row(line.text, delimiter)),
-                preamble: None,
+                ..TextLayout::default()
             }
         }
         None => {

@@ -9,10 +9,10 @@ use std::borrow::Cow;
 pub(crate) use detect::detect;
 
 use super::ati;
-use super::cells::{Cells, is_skipped};
+use super::cells::{Cells, is_skipped, lines};
 use super::written::{Delimiter, Preamble, TextLayout};
 use crate::formats::column_name::ColumnName;
-use crate::formats::columns::Cell;
+use crate::formats::columns::Sample;
 use crate::formats::csv::unguarded;
 
 /// How many lines besides comments are looked at.
@@ -135,16 +135,28 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     Some(start)
 }
 
-/// The cells of the first rows.
-pub(crate) fn first_rows<'a>(
+/// The rows of the lines that are looked at first, and then those at other places of the file.
+pub(crate) fn sample<'a>(
     head: &'a [u8],
     layout: &TextLayout,
     start: &Head,
-) -> Vec<Vec<Cell<'a>>> {
-    first_lines(&head[start.n_bytes..], 0)
-        .iter()
-        .filter_map(|line| Some(layout.row(line.text)?.collect()))
-        .collect()
+    places: &'a [Vec<u8>],
+) -> Sample<'a> {
+    let mut sample = Sample::default();
+    let first = first_lines(&head[start.n_bytes..], 0);
+    let row = |text| Some(layout.row(text)?.collect::<Vec<_>>());
+    sample.add_place(first.iter().filter_map(|line| row(line.text)));
+    for place in places {
+        sample.add_place(lines(place).filter_map(|line| row(line.trim_ascii_end())));
+    }
+    sample
+}
+
+/// Where the lines end that are looked at first, and how long one is in the mean.
+pub(crate) fn looked_at(head: &[u8]) -> (usize, usize) {
+    let lines = first_lines(head, 0);
+    let end = lines.last().map_or(0, |line| line.end);
+    (end, end / lines.len().max(1))
 }
 
 /// The first of the most frequent numbers; 0 without any.

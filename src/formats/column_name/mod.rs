@@ -1,51 +1,20 @@
 //! What a column's name says: its kind and its unit.
 
+mod path;
+mod words;
+
 use crate::recording::Axis;
 use crate::recording::units::{TimeUnit, force_in_newtons, moment_in_newton_metres};
 
-/// Names of a time column, in small letters without separators. A time unit alone, but for the bare `s`, is one too.
-const TIMES: [&str; 10] = [
-    "t",
-    "time",
-    "times",
-    "timestamp",
-    "timestamps",
-    "stamp",
-    "elapsed",
-    "elapsedtime",
-    "epoch",
-    "unixtime",
-];
-/// What stands before a gauge's number, in small letters.
-const GAUGES: [&str; 18] = [
-    "s",
-    "sg",
-    "stg",
-    "g",
-    "gauge",
-    "ch",
-    "chan",
-    "channel",
-    "ai",
-    "u",
-    "v",
-    "raw",
-    "strain",
-    "sensor",
-    "adc",
-    "a",
-    "coinft_raw",
-    "coinft",
-];
 /// What may follow a gauge's name without brackets; gauges keep whatever unit they have.
-const GAUGE_UNITS: [&str; 16] = [
+const GAUGE_UNITS: [&str; 19] = [
     "mv/v", "uv/v", "v/v", "v", "mv", "uv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms",
-    "strain", "ustrain", "pf",
+    "strain", "ustrain", "pf", "um/m", "µm/m", "μm/m",
 ];
 /// No name that is understood is longer (bytes).
 const LONGEST: usize = 64;
-/// What may stand before an axis of the reference.
-const REFERENCES: [&str; 3] = ["ati", "reference", "ref"];
+/// What a time is only called in a header that gives its unit.
+const TIMES_WITH_UNIT: [&str; 1] = ["temps"];
 
 /// What a column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +33,8 @@ pub(crate) struct ColumnName {
     pub(crate) kind: Option<Kind>,
     /// As written; a bracketed one may be anything, one after a separator is known for the kind.
     pub(crate) unit: Option<String>,
+    /// Of a path, what stands before the part that says the kind: the topic or the struct. Empty otherwise.
+    pub(crate) source: String,
 }
 
 impl ColumnName {
@@ -82,12 +53,46 @@ impl ColumnName {
             let is_unit = kind == Kind::Time && TimeUnit::from_name(name).is_some();
             Some((kind, is_unit.then_some(name)))
         });
+        let path = match understood {
+            None => path::understood(name),
+            Some(_) => None,
+        };
+        let (kind, unit) = match (&path, understood) {
+            (Some(path), _) => (Some(path.kind), path.unit),
+            (None, Some((kind, unit))) => (Some(kind), unit),
+            (None, None) => (None, None),
+        };
+        let is_time = |unit: &str| {
+            TIMES_WITH_UNIT.contains(&plain(name).as_str()) && TimeUnit::from_name(unit).is_some()
+        };
+        let unit = bracketed.or(unit);
         Self {
             name: name.to_owned(),
-            kind: understood.map(|(kind, _)| kind),
-            unit: bracketed
-                .or(understood.and_then(|(_, unit)| unit))
-                .map(str::to_owned),
+            kind: kind
+                .or_else(|| unit.is_some_and(is_time).then_some(Kind::Time))
+                .and_then(|kind| kind.with_unit(unit)),
+            unit: unit.map(str::to_owned),
+            source: path.map_or_else(String::new, |path| path.source),
+        }
+    }
+
+    /// Whether this counts the nanoseconds of a stamp whose whole seconds `self` counts.
+    pub(crate) fn is_completed_by(&self, other: &Self) -> bool {
+        self.source == other.source
+            && path::is_part_of_stamp(&self.name, false)
+            && path::is_part_of_stamp(&other.name, true)
+    }
+}
+
+impl Kind {
+    /// What a column is whose name is of this kind and whose unit is this: a name of a load with a unit of gauges is a
+    /// gauge, and a gauge's name with the unit of a load is neither, as it says no axis.
+    pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
+        let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
+        match (self, unit) {
+            (Self::Gauge, Some(unit)) if is_load_unit(unit) => None,
+            (Self::Load(_), Some(unit)) if is_of_gauge(unit) => Some(Self::Gauge),
+            _ => Some(self),
         }
     }
 }
@@ -114,14 +119,30 @@ fn is_index(inside: &str) -> bool {
 }
 
 fn kind_of(name: &str) -> Option<Kind> {
-    let plain = name.to_lowercase().replace(['_', ' '], "");
     let is_time_unit = name.len() > 1 && TimeUnit::from_name(name).is_some();
-    if TIMES.contains(&plain.as_str()) || is_time_unit {
+    if is_time_unit {
+        return Some(Kind::Time);
+    }
+    plain_kind(name)
+}
+
+/// In small letters without separators.
+fn plain(name: &str) -> String {
+    name.to_lowercase().replace(['_', ' '], "")
+}
+
+/// What a name is by itself.
+fn plain_kind(name: &str) -> Option<Kind> {
+    if name.len() > LONGEST {
+        return None;
+    }
+    let plain = plain(name);
+    if words::is_time(&plain) {
         Some(Kind::Time)
-    } else if is_gauge(name) {
+    } else if words::gauge_stem(name).is_some() {
         Some(Kind::Gauge)
     } else {
-        axis_of(&plain).map(Kind::Load)
+        words::axis_of(&plain.replace('-', "")).map(Kind::Load)
     }
 }
 
@@ -133,32 +154,6 @@ pub(crate) fn is_gauge_name(name: &str) -> bool {
 /// Whether a column with this name is the time.
 pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
-}
-
-fn is_gauge(name: &str) -> bool {
-    let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    let n_digits = name.len() - start.len();
-    let start = start.strip_suffix(['_', ' ', '-']).unwrap_or(start);
-    (1..=9).contains(&n_digits) && GAUGES.contains(&start.to_lowercase().as_str())
-}
-
-fn axis_of(plain: &str) -> Option<Axis> {
-    let bare = REFERENCES
-        .iter()
-        .find_map(|reference| plain.strip_prefix(reference))
-        .unwrap_or(plain);
-    Axis::ALL.into_iter().find(|axis| {
-        let (quantities, direction): (&[&str], _) = match axis {
-            Axis::Fx => (&["f", "force"], "x"),
-            Axis::Fy => (&["f", "force"], "y"),
-            Axis::Fz => (&["f", "force"], "z"),
-            Axis::Mx => (&["m", "t", "moment", "torque"], "x"),
-            Axis::My => (&["m", "t", "moment", "torque"], "y"),
-            Axis::Mz => (&["m", "t", "moment", "torque"], "z"),
-        };
-        bare.strip_suffix(direction)
-            .is_some_and(|quantity| quantities.contains(&quantity))
-    })
 }
 
 /// Whether this is a unit of any kind of column.
@@ -229,6 +224,66 @@ mod tests {
     fn other_names_tell_nothing() {
         let others = "|s|S|x|label|temperature|S1a|S1_N|ch|Fx_std|Fx_Nm|F|fxx|t1|1|min|S1234567890|time-s|[N]";
         assert_all(&others.split('|').collect::<Vec<_>>(), None);
+    }
+
+    #[test]
+    fn what_the_tools_of_ros_write_is_understood() {
+        let times = "%time|__time|Time|header.stamp|field.header.stamp|/ft/header/stamp|header.stamp.sec|\
+            header.stamp.nanosec|/ft/header/stamp/nsecs|run.t|log.time [ms]";
+        assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));
+        let gauges = "/gauges/data[0]|/gauges/data.0|/gauges/data/11|gauges.data[3]|/ft_sensor/strain_gauges/data[2]|\
+            /strain[4]|raw.7|/adc/data0|/gauge1/data|/sg/ch3|run.S1|log.ch2 [V]|/adc_raw/data[1]";
+        assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
+        let fx = "wrench.force.x|field.wrench.force.x|/ft/wrench/force/x|/ft/wrench/wrench/force/x|/ati/Fx|run.Fx [N]|\
+            /ati/fx/data|Force.X|force.x";
+        let fx: Vec<_> = fx.split('|').collect();
+        assert_all(&fx, Some(Kind::Load(Axis::Fx)));
+        let mz = "wrench.torque.z|field.wrench.torque.z|/ft/wrench/torque/z|/ft/moment/z [N·mm]";
+        let mz: Vec<_> = mz.split('|').collect();
+        assert_all(&mz, Some(Kind::Load(Axis::Mz)));
+        assert_eq!(
+            ColumnName::parse("/ATI/wrench/force/x").source,
+            "ati/wrench"
+        );
+        let stamp = |name: &str| ColumnName::parse(&format!("header.stamp.{name}"));
+        assert!(stamp("sec").is_completed_by(&stamp("nanosec")));
+        assert!(stamp("secs").is_completed_by(&stamp("nsecs")));
+        assert!(!stamp("nsecs").is_completed_by(&stamp("secs")));
+        assert_eq!(stamp("nsecs").unit.as_deref(), Some("ns"));
+    }
+
+    #[test]
+    fn loads_are_understood_in_other_languages() {
+        let fx = "Kraft X [N]|Kraft x|X-Kraft|Kraft in X-Richtung|Kraft Fx [kN]|Force X|Fuerza X|Fuerza eje X|Forza X|\
+            Força X|力X|力_X [N]|X方向力|X轴力|力 X|ref Kraft x|荷重X|Force axe X|X force|Referenz Fx";
+        assert_all(
+            &fx.split('|').collect::<Vec<_>>(),
+            Some(Kind::Load(Axis::Fx)),
+        );
+        let mz = "Moment Z|Drehmoment z|Drehmoment Mz [Nm]|Couple Z|Momento Z [N·m]|Coppia Z|力矩Z|扭矩 Z|トルクZ|\
+            Z軸モーメント|Z-Moment";
+        assert_all(
+            &mz.split('|').collect::<Vec<_>>(),
+            Some(Kind::Load(Axis::Mz)),
+        );
+        let gauges = "DMS 1|DMS_2 [mV/V]|Kanal 3|Jauge 1|Voie 2|Galga 4|Canal 1|Canale 2|通道1|应变片 3|ひずみ1|Dehnung 2";
+        assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
+        let times = "Zeit [s]|Zeitstempel|Tiempo|Tempo (ms)|时间|時間 [s]|Temps [s]";
+        assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));
+    }
+
+    /// A load that is taken for a gauge makes the calibration perfect, a gauge for a load makes it nonsense.
+    #[test]
+    fn a_load_is_no_gauge_and_a_gauge_is_no_load() {
+        let none = "/wrench/data[0]|/ft/data[2]|/ft_raw/data[0]|/force_sensor/data[1]|/force_gauge/data[0]|data[0]|\
+            field.data0|/ati/ch1|/wrench/raw_1|/temperature/data[0]|/gauges/temperature/data[0]|Kanal 1 [N]|S1 [N]|\
+            ch2 (N·m)|Kraft|Kraft [N]|Kraftsensor 1|Kraftaufnehmer 2|Moment|Couple [N·m]|Drehmomentsensor 1|\
+            /imu/linear_acceleration/x|position.x|/pose/position/z|wrench.force_std.x|/ft/bias/force/x|\
+            /cmd_wrench/force/x|/ft/wrench/covariance/force/x|wrench.force|header.frame_id|field.header.seq|Fx.1|\
+            moment of inertia x|Temps|/gauges/offset/data[0]|/force_raw[0]|Zugkraft X max";
+        assert_all(&none.split('|').collect::<Vec<_>>(), None);
+        let gauges = "Fx [mV/V]|Kraft X (mV)|wrench.force.x [counts]|Fz [µm/m]";
+        assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
     }
 
     #[test]

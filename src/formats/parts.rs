@@ -1,0 +1,174 @@
+//! Files that hold several tables: the topics of a recording, the sheets of a workbook, the groups of an archive, structs.
+//!
+//! Guarantees: what somebody names is read, or there is an error that names what is there; where nobody does, what is taken
+//! is said, with what could have been.
+
+use super::arrays::{self, Array};
+use super::column_name::{ColumnName, Kind};
+use super::columns::{Column, Columns};
+use super::error::FileError;
+
+/// One of several parts of a file that could be the table.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct FilePart {
+    /// What it is called in the file; a map names it so.
+    pub name: String,
+    /// What is in it.
+    pub what: String,
+    /// Whether it is read.
+    pub is_used: bool,
+}
+
+/// One table of a file.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    pub(super) name: String,
+    pub(super) columns: Columns,
+}
+
+/// Arrays that lie beside each other in a group or a struct; those of the file itself have no name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Group {
+    pub(super) name: String,
+    pub(super) arrays: Vec<Array>,
+}
+
+/// What was asked for that is not there.
+pub(super) fn check_wanted<'a>(
+    wanted: &[String],
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> Result<(), FileError> {
+    match wanted
+        .iter()
+        .find(|name| !names.clone().any(|own| own == *name))
+    {
+        None => Ok(()),
+        Some(missing) => Err(FileError::NoSuchPart {
+            part: missing.clone(),
+            parts: names.map(str::to_owned).collect(),
+        }),
+    }
+}
+
+/// The part that is wanted; several if their columns are called the same, one after the other. Without a wish the one
+/// whose names say most, then the one with most rows.
+pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
+    check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
+    if parts.len() <= 1 {
+        let only = parts.into_iter().next();
+        return Ok(only.map_or_else(Columns::default, |part| part.columns));
+    }
+    let is_used: Vec<bool> = if wanted.is_empty() {
+        let score = |part: &Part| (kinds(&part.columns), part.columns.n_rows());
+        // `max_by_key` takes the last of equals.
+        let best = (0..parts.len()).rev().max_by_key(|&at| score(&parts[at]));
+        (0..parts.len()).map(|at| Some(at) == best).collect()
+    } else {
+        parts
+            .iter()
+            .map(|part| wanted.contains(&part.name))
+            .collect()
+    };
+    let told = parts.iter().zip(&is_used).map(|(part, &is_used)| FilePart {
+        name: part.name.clone(),
+        what: format!(
+            "{} rows of {} columns",
+            part.columns.n_rows(),
+            part.columns.columns.len()
+        ),
+        is_used,
+    });
+    let told: Vec<FilePart> = told.collect();
+    let used = parts
+        .into_iter()
+        .zip(is_used)
+        .filter(|(_, is_used)| *is_used);
+    let mut used = used.map(|(part, _)| part);
+    let Some(mut table) = used.next() else {
+        return Ok(Columns::default());
+    };
+    for next in used {
+        let names = |part: &Part| -> Vec<String> {
+            part.columns
+                .columns
+                .iter()
+                .map(|column| column.name.clone())
+                .collect()
+        };
+        if names(&table) != names(&next) {
+            return Err(FileError::PartsDiffer {
+                first: table.name,
+                second: next.name,
+            });
+        }
+        let n_rows = table.columns.n_rows();
+        for (column, more) in table.columns.columns.iter_mut().zip(next.columns.columns) {
+            // Below a shorter column nothing stands, and its rows stay its own.
+            column.values.resize(n_rows, f64::NAN);
+            column.values.extend(more.values);
+        }
+        table.columns.left_out.extend(next.columns.left_out);
+    }
+    Ok(Columns {
+        parts: told,
+        is_guessed_part: wanted.is_empty(),
+        ..table.columns
+    })
+}
+
+/// How many of time, gauges and loads are among the names.
+fn kinds(columns: &Columns) -> usize {
+    let kind = |column: &Column| ColumnName::parse(&column.name).kind;
+    let has = |is_it: fn(Kind) -> bool| columns.columns.iter().filter_map(kind).any(is_it);
+    usize::from(has(|kind| kind == Kind::Time))
+        + usize::from(has(|kind| kind == Kind::Gauge))
+        + usize::from(has(|kind| matches!(kind, Kind::Load(_))))
+}
+
+/// The table of a file of groups: all of them together where they are as long as each other and one time is for all,
+/// otherwise each is a part.
+pub(super) fn of_groups(
+    mut groups: Vec<Group>,
+    separator: char,
+    left_out: Vec<String>,
+    wanted: &[String],
+) -> Result<Columns, FileError> {
+    let is_table = |group: &Group| group.arrays.iter().any(|array| array.values.len() > 1);
+    let n_tables = groups.iter().filter(|group| is_table(group)).count();
+    let shape = |group: &Group| {
+        (
+            arrays::n_rows(&group.arrays),
+            arrays::has_time(&group.arrays),
+        )
+    };
+    let shapes: Vec<(usize, bool)> = groups.iter().filter(|g| is_table(g)).map(shape).collect();
+    let are_alike = shapes.iter().all(|(n_rows, _)| *n_rows == shapes[0].0);
+    let n_times = shapes.iter().filter(|(_, has_time)| *has_time).count();
+    if wanted.is_empty() && (n_tables <= 1 || (are_alike && n_times <= 1)) {
+        let all = groups.into_iter().flat_map(|group| {
+            let name = move |name: &str| match group.name.as_str() {
+                "" => name.to_owned(),
+                // The one group of a file says nothing; the fields of a struct are called so.
+                _ if n_tables <= 1 && separator == '/' => name.to_owned(),
+                group => format!("{group}{separator}{name}"),
+            };
+            let arrays = group.arrays.into_iter();
+            arrays.map(move |array| Array {
+                name: name(&array.name),
+                ..array
+            })
+        });
+        return Ok(arrays::columns(all.collect(), left_out));
+    }
+    groups.retain(is_table);
+    let part = |group: Group| Part {
+        name: match group.name.as_str() {
+            "" => "(top level)".to_owned(),
+            _ => group.name,
+        },
+        columns: arrays::columns(group.arrays, Vec::new()),
+    };
+    let mut columns = choose(groups.into_iter().map(part).collect(), wanted)?;
+    columns.left_out.extend(left_out);
+    Ok(columns)
+}

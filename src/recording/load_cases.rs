@@ -1,0 +1,61 @@
+//! Load cases: rows that were taken under the same load, of tables without times.
+
+use crate::recording::Axis;
+
+/// Loads are the same within this share of the largest force, or of the largest moment.
+pub const SAME_LOAD_SHARE: f64 = 0.005;
+
+/// The load case of each row, numbered as they come: it is that of the first one with the same load on every axis.
+///
+/// **Shapes** loads `n × n_axes` row-major.
+pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
+    let rows = || loads.chunks_exact(axes.len().max(1));
+    let largest = |is_force: bool| {
+        let of_kind = |row: &[f64]| {
+            let own = row
+                .iter()
+                .zip(axes)
+                .filter(|(_, axis)| axis.is_force() == is_force);
+            own.map(|(load, _)| load.abs()).fold(0.0, f64::max)
+        };
+        rows().map(of_kind).fold(0.0, f64::max)
+    };
+    let (force, moment) = (largest(true), largest(false));
+    let within: Vec<f64> = axes
+        .iter()
+        .map(|axis| SAME_LOAD_SHARE * if axis.is_force() { force } else { moment })
+        .collect();
+    let mut first: Vec<&[f64]> = Vec::new();
+    rows()
+        .map(|row| {
+            let is_same = |own: &&[f64]| {
+                let mut pairs = own.iter().zip(row).zip(&within);
+                pairs.all(|((a, b), within)| (a - b).abs() <= *within)
+            };
+            first.iter().position(is_same).unwrap_or_else(|| {
+                first.push(row);
+                first.len() - 1
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loads_within_half_a_percent_are_one_case() {
+        let axes = [Axis::Fx, Axis::Fz, Axis::Mx];
+        let loads = [
+            [0.0, 20.0, 1.0],
+            [20.0, 0.0, 0.0],
+            [0.09, 19.95, 1.004], // a second time
+            [0.0, 20.0, 0.98],    // another moment
+            [20.0, 0.05, 0.0],
+        ];
+        assert_eq!(load_cases(loads.as_flattened(), &axes), [0, 1, 0, 2, 1]);
+        assert_eq!(load_cases(&[], &axes), [0; 0]);
+        assert_eq!(load_cases(&[0.0; 3], &axes), [0]);
+    }
+}

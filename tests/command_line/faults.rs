@@ -1,0 +1,84 @@
+//! Samples that look faulty: noted, left out, and what a calibration then says of its gauges.
+
+use std::fmt::Write as _;
+
+use crate::program::{run, stderr, succeed};
+use crate::workshop::{ALL_FILES, HEADER, Workshop};
+
+/// A press of 100 s at 20 Hz whose first gauge is clipped at 30 counts for two long whiles, and whose second misses one sample.
+fn clipped() -> String {
+    let mut text = HEADER.to_owned();
+    for k in 0..2000 {
+        let t = f64::from(k) / 20.0;
+        let force = 20.0 * (0.13 * t).sin() + 3.0 * (1.1 * t).cos();
+        let wiggle = f64::from(k * 7919 % 13) / 13.0;
+        let s1 = (2.0 * force + wiggle).round().min(30.0);
+        let s2 = if k == 700 {
+            0.0
+        } else {
+            (1000.0 - 30.0 * force + wiggle).round()
+        };
+        writeln!(text, "{t},{s1},{s2},{force}").unwrap();
+    }
+    text
+}
+
+#[test]
+fn faulty_samples_are_noted_and_left_out_where_that_is_asked() {
+    let workshop = Workshop::new();
+    workshop.write("press.csv", clipped());
+    let noted = run(workshop.path(), &["fit", "--train", "press.csv"]);
+    let noted = stderr(&noted);
+    for words in [
+        "press: looks faulty",
+        "saturated (S1)",
+        "1 dropped out (S2)",
+        "--leave-out-faulty",
+    ] {
+        assert!(noted.contains(words), "{words}: {noted}");
+    }
+    let fit = [
+        "fit",
+        "--train",
+        "press.csv",
+        "--leave-out-faulty",
+        "--export",
+        "c.json",
+    ];
+    let told = stderr(&run(workshop.path(), &fit));
+    assert!(told.contains("samples left out"), "{told}");
+    assert!(told.contains("parts remain"), "{told}");
+    let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    let limits = serde_json::json!([[null, 30.0], [null, null]]);
+    assert_eq!(calibration["gauge_limits"], limits);
+
+    // The greatest value that a logger can write, where somebody knows it.
+    let fit = [
+        &fit[..4],
+        &["--gauge-range=-40:25", "--export", "c.json", "--force"],
+    ]
+    .concat();
+    succeed(workshop.path(), &fit);
+    let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    assert_eq!(
+        calibration["gauge_limits"][0],
+        serde_json::json!([-40.0, 25.0])
+    );
+}
+
+#[test]
+fn where_nothing_is_wrong_nothing_is_said_and_a_range_must_be_one() {
+    let workshop = Workshop::with_recordings();
+    let fit = [&["fit"], &ALL_FILES[..]].concat();
+    let told = stderr(&run(workshop.path(), &fit));
+    assert!(!told.contains("faulty"), "{told}");
+    for (range, word) in [("5:1", "rising"), ("x", "rising"), ("0:0", "rising")] {
+        let arguments = [&fit[..], &["--gauge-range", range]].concat();
+        let output = run(workshop.path(), &arguments);
+        assert!(!output.status.success());
+        assert!(stderr(&output).contains(word), "{}", stderr(&output));
+    }
+    let all = [&fit[..], &["--gauge-range=0:1e-9", "--leave-out-faulty"]].concat();
+    let told = stderr(&run(workshop.path(), &all));
+    assert!(told.contains("none would be left"), "{told}");
+}

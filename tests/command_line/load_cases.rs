@@ -1,0 +1,203 @@
+//! Tables without times: a mass hanging in many poses, each read more than once.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use crate::program::{fit, numbers, run, stderr, succeed};
+use crate::workshop::Workshop;
+
+const N_POSES: usize = 20;
+
+/// Six gauges and six axes under 2 kg in 20 poses, taken three times one after the other; gauges are read with some noise.
+fn poses(repeats: std::ops::Range<usize>) -> String {
+    let mut text =
+        String::from("pose,S1,S2,S3,S4,S5,S6,Fx [N],Fy [N],Fz [N],Mx [Nm],My [Nm],Mz [Nm]\n");
+    for repeat in repeats {
+        for pose in 0..N_POSES {
+            let (a, b) = (0.9 * pose as f64, 0.37 * pose as f64 + 0.2);
+            let force = [a.cos() * b.sin(), a.sin() * b.sin(), b.cos()].map(|x| 19.6133 * x);
+            let [x, y, z] = force;
+            // Its centre moves along the arm from pose to pose.
+            let arm = [0.02, -0.01, 0.05 + 0.002 * (pose % 7) as f64];
+            let moment = [
+                arm[1] * z - arm[2] * y,
+                arm[2] * x - arm[0] * z,
+                arm[0] * y - arm[1] * x,
+            ];
+            write!(text, "{}", pose + 1).unwrap();
+            for gauge in 0..6 {
+                let g = gauge as f64;
+                let weights = |k: usize| ((g + 1.3) * (k as f64 + 0.7)).sin();
+                let clean: f64 = (0..3)
+                    .map(|k| weights(k) * force[k] + 10.0 * weights(k + 3) * moment[k])
+                    .sum();
+                let noise = ((pose * 31 + repeat * 17 + gauge * 7) as f64 * 12.9898).sin();
+                write!(text, ",{}", 3.0 + clean + 0.01 * noise).unwrap();
+            }
+            for load in force.iter().chain(&moment) {
+                write!(text, ",{load:.6}").unwrap();
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+#[test]
+fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
+    let workshop = Workshop::new();
+    workshop.write("poses.csv", poses(0..3));
+    let arguments = [
+        "fit",
+        "--json",
+        "--train",
+        "poses.csv",
+        "--export",
+        "c.json",
+        "--export",
+        "c.h",
+    ];
+    let output = succeed(workshop.path(), &arguments);
+    let told = stderr(&output);
+    assert!(
+        told.contains("the 60 rows are taken for 20 load cases"),
+        "{told}"
+    );
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&report["n_train"], &report["rank"]),
+        (&60.into(), &7.into())
+    );
+    assert_eq!(report["cross_validation"]["by"], "load case", "{report}");
+    assert_eq!(report["cross_validation"]["groups"], N_POSES);
+    assert_eq!(report["cross_validation"]["parts"], N_POSES);
+    let cautions = report["cautions"].to_string();
+    assert!(
+        cautions.contains("have no times, so look-backs and all else of the past are off"),
+        "{cautions}"
+    );
+    for scores in ["conventional", "compensated"] {
+        for error in numbers(&report[scores]["cv_rmse"]) {
+            assert!(error < 0.05, "{report}");
+        }
+    }
+    // No past is kept, so none is exported.
+    let calibration: Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    assert_eq!(
+        calibration["features"]["look_backs"],
+        Value::Array(Vec::new())
+    );
+    assert_eq!(
+        calibration["compensated"]["features"]
+            .as_array()
+            .unwrap()
+            .len(),
+        7
+    );
+}
+
+/// Rows of one file or of three, sorted by pose or by repeat: the same load cases, the same scores.
+#[test]
+fn load_cases_are_the_same_in_whatever_order_and_file_they_stand() {
+    let workshop = Workshop::new();
+    workshop.write("poses.csv", poses(0..3));
+    for repeat in 0..3 {
+        workshop.write(&format!("r{repeat}.csv"), poses(repeat..repeat + 1));
+    }
+    let text = poses(0..3);
+    let mut rows: Vec<&str> = text.lines().skip(1).collect();
+    rows.sort_by_key(|row| row.split(',').next().unwrap().parse::<u32>().unwrap());
+    let header = text.lines().next().unwrap();
+    workshop.write("sorted.csv", format!("{header}\n{}\n", rows.join("\n")));
+    let scores = |files: &[&str]| {
+        let report = fit(workshop.path(), &[&["--train"], files].concat());
+        assert_eq!(report["cross_validation"]["parts"], N_POSES, "{files:?}");
+        numbers(&report["conventional"]["cv_rmse"])
+    };
+    let whole = scores(&["poses.csv"]);
+    for files in [&["sorted.csv"][..], &["r0.csv", "r1.csv", "r2.csv"]] {
+        for (a, b) in scores(files).iter().zip(&whole) {
+            assert!((a - b).abs() < 1e-9 * b, "{files:?}: {a} {b}");
+        }
+    }
+}
+
+/// Sixty percent of the load cases train, with all their rows.
+#[test]
+fn a_split_takes_whole_load_cases() {
+    let workshop = Workshop::new();
+    workshop.write("poses.csv", poses(0..3));
+    let report = fit(workshop.path(), &["--train", "poses.csv", "--split", "0.6"]);
+    assert_eq!(
+        (&report["n_train"], &report["n_test"]),
+        (&36.into(), &24.into())
+    );
+    assert_eq!(report["cross_validation"]["parts"], 12);
+}
+
+#[test]
+fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
+    let workshop = Workshop::new();
+    workshop.write("poses.csv", poses(0..3));
+    let output = succeed(workshop.path(), &["metrology", "--json", "poses.csv"]);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let figures = |id: &str| -> Vec<Value> {
+        let rows = report["rows"].as_array().unwrap();
+        let row = rows.iter().find(|row| row["id"] == id).expect(id);
+        let cells = row["cells"].as_array().unwrap().iter();
+        cells.map(|cell| cell["conventional"].clone()).collect()
+    };
+    for id in [
+        "hysteresis",
+        "mean_width",
+        "terminal_nonlinearity",
+        "zero_return",
+        "creep",
+    ] {
+        for figure in figures(id) {
+            let reason = figure["reason"].as_str().unwrap();
+            assert!(
+                figure["value"].is_null() && reason.contains("without times"),
+                "{id}: {figure}"
+            );
+        }
+    }
+    for id in ["best_fit_nonlinearity", "repeatability", "rmse"] {
+        for figure in figures(id) {
+            let value = figure["value"]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{id}: {figure}"));
+            assert!(value > 0.0 && value < 0.2, "{id}: {figure}");
+        }
+    }
+    let sweep = run(workshop.path(), &["sweep", "--train", "poses.csv"]);
+    assert!(
+        stderr(&sweep).contains("the recordings have no times"),
+        "{}",
+        stderr(&sweep)
+    );
+}
+
+/// A column that is a clock, or too many rows: then the time is asked for, as before.
+#[test]
+fn a_recording_whose_time_has_another_name_is_no_table_of_load_cases() {
+    let workshop = Workshop::new();
+    let rows = |n: usize, clock: fn(usize) -> f64| {
+        (0..n).fold("ticker,S1,S2,Fz\n".to_owned(), |text, k| {
+            let load = (0.01 * k as f64).sin();
+            format!("{text}{},{},{},{load}\n", clock(k), 2.0 * load, 1.0 - load)
+        })
+    };
+    workshop.write("clock.csv", rows(100, |k| 5.0 + 0.01 * k as f64));
+    workshop.write("long.csv", rows(3000, |_| 0.0));
+    for file in ["clock.csv", "long.csv"] {
+        let output = run(workshop.path(), &["fit", "--train", file]);
+        assert!(!output.status.success());
+        assert!(
+            stderr(&output).contains("no time column among ticker"),
+            "{}",
+            stderr(&output)
+        );
+    }
+}
