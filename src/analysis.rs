@@ -10,6 +10,7 @@ mod cautions;
 mod comparison;
 mod cross_validated;
 mod dataset;
+mod drift;
 mod factory;
 mod fit;
 mod intervals;
@@ -45,6 +46,7 @@ pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
+pub use drift::{Drifted, drift};
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
 pub use learning::TrainingStep;
@@ -154,6 +156,8 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
+    #[error("{recording}: its reference has other axes than the calibration")]
+    OtherAxes { recording: String },
     #[error(
         "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
     )]

@@ -4,6 +4,7 @@ mod best;
 mod check;
 mod choices;
 mod compare;
+mod drift;
 mod fit;
 mod inspect;
 mod live;
@@ -131,6 +132,8 @@ pub enum Job {
     Best(Box<best::BestArgs>),
     /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
     Compare(Box<CompareArgs>),
+    /// Say what moved between days, and what refitting the offset, a matrix on top, or all of a calibration brings.
+    Drift(Box<drift::DriftArgs>),
     /// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
     Sweep(Box<SweepArgs>),
     /// Apply a calibration: Conv. and Comp. of each sample as CSV.
@@ -358,6 +361,8 @@ pub enum JobError {
         recording: PathBuf,
         calibration: PathBuf,
     },
+    #[error("the refit of {refit} is no calibration to write: {reason}")]
+    NoRefit { refit: &'static str, reason: String },
     #[error("the recordings do not carry the model")]
     Insufficient,
     #[error("say where the loads go: --out DIR, or --traces FILE")]
@@ -419,6 +424,7 @@ pub fn run(job: Job) -> ExitCode {
         Job::Report(args) => report::run(&args),
         Job::Best(args) => best::run(&args),
         Job::Compare(args) => compare::run(&args),
+        Job::Drift(args) => drift::run(&args),
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
         Job::Metrology(args) => metrology::run(&args),

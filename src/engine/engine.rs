@@ -19,8 +19,8 @@ use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, CheckData, ChooseBlock, Compare, FaultyRecording, FindBest, FindFaults, LookAt,
-    StudyThresholds, Train, Trained,
+    Analyse, CheckData, ChooseBlock, Compare, CompareDays, FaultyRecording, FindBest, FindFaults,
+    LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::results::{KeptTraining, Results};
@@ -186,6 +186,8 @@ pub struct Engine {
     pub study: Lane<StudyThresholds>,
     /// What the pane of the data check shows.
     pub check: Lane<CheckData>,
+    /// What the pane of drift shows.
+    pub drift: Lane<CompareDays>,
     /// The choice of a block's numbers.
     pub choice: Lane<ChooseBlock>,
     analysis: Lane<Analyse>,
@@ -233,6 +235,7 @@ impl Engine {
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
             check: Lane::new(&notify),
+            drift: Lane::new(&notify),
             choice: Lane::new(&notify),
             analysis: Lane::new(&notify),
             training: Lane::new(&notify),
@@ -388,13 +391,14 @@ impl Engine {
     }
 
     /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 10] {
+    fn lanes(&self) -> [&dyn Background; 11] {
         [
             &self.faults,
             &self.loops,
             &self.figures,
             &self.study,
             &self.check,
+            &self.drift,
             &self.choice,
             &self.analysis,
             &self.training,
@@ -625,6 +629,30 @@ impl Engine {
         self.check.ask(CheckData { request, hanging });
     }
 
+    /// Asks what changed between the sessions of the document.
+    pub fn ask_drift(&mut self) {
+        let project = &self.project;
+        let recordings = Arc::clone(&project.recordings);
+        if recordings.entries().is_empty() {
+            self.drift.forget();
+            return;
+        }
+        let is_other = |of: &CompareDays| of.recordings.layout() != recordings.layout();
+        if self.drift.asked().is_some_and(is_other) {
+            self.drift.forget();
+        }
+        let calibration = project
+            .applied
+            .as_ref()
+            .map(|own| Arc::clone(&own.calibration));
+        let settings = project.settings.clone();
+        self.drift.ask(CompareDays {
+            recordings,
+            calibration,
+            settings,
+        });
+    }
+
     /// Changes the document, as one step of undo.
     fn change<T>(&mut self, change: impl FnOnce(&mut Project) -> T) -> T {
         let before = self.project.clone();
@@ -805,6 +833,7 @@ impl Engine {
         self.figures.take();
         self.study.take();
         self.check.take();
+        self.drift.take();
         for heard in self.training.take() {
             if heard == LaneEvent::Problem {
                 let problem = self.training.problem().unwrap_or_default();

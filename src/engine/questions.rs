@@ -6,8 +6,8 @@ use std::time::Duration;
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
-    HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare,
-    find_best, sufficiency, train,
+    Drifted, HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep,
+    compare, drift, find_best, sufficiency, train,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
@@ -160,6 +160,42 @@ impl Query for CheckData {
         Ok(sufficiency(
             &self.request,
             self.hanging.as_ref(),
+            work.progress,
+        )?)
+    }
+}
+
+/// What changed between the sessions of the recordings.
+#[derive(Clone, Debug)]
+pub struct CompareDays {
+    /// The recordings.
+    pub recordings: Arc<RecordingSet>,
+    /// The calibration that there is; without it, that which the first session gives.
+    pub calibration: Option<Arc<Calibration>>,
+    /// What is fitted.
+    pub settings: FitSettings,
+}
+
+impl Query for CompareDays {
+    type Answer = Drifted;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Comparing days".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && is_same_one(self.calibration.as_ref(), other.calibration.as_ref())
+            && self.settings == other.settings
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let calibration = self.calibration.as_deref();
+        Ok(drift(
+            &self.recordings,
+            calibration,
+            &self.settings,
             work.progress,
         )?)
     }

@@ -17,6 +17,7 @@ pub(crate) mod pixels;
 pub(crate) mod quantile;
 mod sensitivity;
 pub(crate) mod series;
+pub mod sessions;
 pub mod sufficiency;
 pub mod threshold_study;
 

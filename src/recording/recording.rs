@@ -352,6 +352,12 @@ impl Recording {
         &self.axes
     }
 
+    /// When it began (s since 1970), where its clock tells the day: by times like those of 2001 to 2286.
+    pub fn started(&self) -> Option<f64> {
+        let first = self.times[0];
+        (1e9..1e10).contains(&first).then_some(first)
+    }
+
     /// Whether the load that was really applied is known.
     pub fn has_reference(&self) -> bool {
         !self.axes.is_empty()

@@ -3,6 +3,7 @@
 //!
 //! Guarantees: knows nothing of windows, command lines or files.
 
+mod drift;
 mod errors;
 pub mod figure;
 mod loops;
@@ -11,6 +12,9 @@ mod sufficiency;
 mod table;
 mod trace;
 
+#[cfg(feature = "gui")]
+pub(crate) use drift::drift_figures;
+pub(crate) use drift::drift_tables;
 pub use errors::errors;
 pub(crate) use errors::factory_note;
 pub(crate) use loops::{LoopMeasures, LoopScale, drifts, loop_figures};

@@ -11,6 +11,7 @@ mod command_palette;
 mod context_menu;
 mod dead_band;
 mod dialogs;
+mod drift_pane;
 mod equation;
 mod errors_pane;
 mod hand;

@@ -11,6 +11,7 @@ mod best;
 mod blocks;
 mod built_in;
 mod check;
+mod drift;
 mod export;
 mod faults;
 mod fit;
