@@ -27,7 +27,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
-use crate::evaluation::faults::faults_of;
+use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
@@ -206,10 +206,18 @@ impl ReadArgs {
         };
         let all: Vec<&Recording> = recordings.iter().collect();
         let found = faults_of(&all, &range);
+        let table = all
+            .first()
+            .filter(|_| all.iter().all(|own| own.is_static()));
+        let table = table.map(|_| Recording::table_of(&all));
+        let of_table = table.as_ref().map(|table| (table, faults(table, &range)));
+        let noted: Vec<(&Recording, &Faults)> = match &of_table {
+            Some((table, found)) => vec![(table, found)],
+            None => all.iter().copied().zip(&found).collect(),
+        };
         let faulty = || {
-            all.iter()
-                .zip(&found)
-                .filter(|(_, found)| !found.found.is_empty())
+            let noted = noted.iter();
+            noted.filter(|(_, found)| !found.found.is_empty())
         };
         for (recording, found) in faulty().take(LISTED_FAULTY) {
             let (name, words) = (recording.name(), found.in_words(recording).join(", "));

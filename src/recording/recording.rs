@@ -224,7 +224,14 @@ impl Recording {
         let first = cases[0];
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
         let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
-        first.with_samples(first.name.clone(), times.into(), gauges, loads)
+        let name = match &first.source {
+            Source::File(path) => path
+                .file_stem()
+                .map(|stem| stem.to_string_lossy().into_owned()),
+            Source::Simulated => None,
+        };
+        let name = name.unwrap_or_else(|| first.name.clone());
+        first.with_samples(name, times.into(), gauges, loads)
     }
 
     /// Whether the samples follow one another in time.
