@@ -188,7 +188,6 @@ impl Dataset {
     }
 
     /// As if there were too many to be kept.
-
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self {

@@ -526,7 +526,8 @@ impl Sufficiency {
 impl Sufficiency {
     /// What the left-out errors say beside those of the fit.
     fn say_errors(&self, by: Option<&str>, say: &mut impl FnMut(&'static str, Verdict, String)) {
-        let ways: [(fn(&AxisReach) -> Option<f64>, Option<&str>); 2] = [
+        type Error = fn(&AxisReach) -> Option<f64>;
+        let ways: [(Error, Option<&str>); 2] = [
             (|own| own.left_out_rmse, by),
             (|own| own.load_left_out_rmse, Some("by load case")),
         ];

@@ -419,15 +419,15 @@ impl Recording {
         let cut = (fraction * n as f64) as usize; // floors, and NaN becomes 0
         (0 < cut && cut < n).then(|| {
             (
-                self.of_ranges(&[0..cut], format!("{} (first part)", self.name)),
-                self.of_ranges(&[cut..n], format!("{} (rest)", self.name)),
+                self.picked(0..cut, format!("{} (first part)", self.name)),
+                self.picked(cut..n, format!("{} (rest)", self.name)),
             )
         })
     }
 
     /// These samples as a recording of their own; history does not cross its ends.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
-        self.of_ranges(&[samples], self.name.clone())
+        self.picked(samples, self.name.clone())
     }
 
     /// Cuts the recording in time into so many segments, as even as whole samples allow; fewer where it is shorter.
@@ -440,8 +440,12 @@ impl Recording {
         let ranges = ranges.filter(|range| !range.is_empty()).enumerate();
         let named = |at: usize| format!("{} (segment {})", self.name, at + 1);
         ranges
-            .map(|(at, range)| self.of_ranges(&[range], named(at)))
+            .map(|(at, range)| self.picked(range, named(at)))
             .collect()
+    }
+
+    fn picked(&self, samples: Range<usize>, name: String) -> Self {
+        self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
     /// These samples one after another.
