@@ -16,7 +16,7 @@ fn clipped() -> String {
         let s2 = if k == 700 {
             0.0
         } else {
-            (1000.0 - 30.0 * force + wiggle).round()
+            (10.0 - 1.1 * force + wiggle).round()
         };
         writeln!(text, "{t},{s1},{s2},{force}").unwrap();
     }
