@@ -1,7 +1,5 @@
 //! Columns of numbers, and rows of cells as they are looked at one after the other.
 
-use super::parts::FilePart;
-
 /// Columns of numbers, as a file that is no text holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
@@ -18,6 +16,17 @@ pub(crate) struct Columns {
     pub(crate) parts: Vec<FilePart>,
     /// Whether nobody said which of them it is.
     pub(crate) is_guessed_part: bool,
+}
+
+/// One of several parts of a file that could be the table.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct FilePart {
+    /// What it is called in the file; a map names it so.
+    pub name: String,
+    /// What is in it.
+    pub what: String,
+    /// Whether it is read.
+    pub is_used: bool,
 }
 
 /// One column; another clock's columns may have another length.

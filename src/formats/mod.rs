@@ -39,11 +39,10 @@ pub mod text;
 mod xlsx;
 
 pub(crate) use arrays::{Array, Entry};
-pub(crate) use columns::{Cell, Row, Sample};
+pub(crate) use columns::{Cell, FilePart, Row, Sample};
 pub use error::FileError;
 pub(crate) use format::Format;
 pub(crate) use opened::{Opened, Part, open};
-pub(crate) use parts::FilePart;
 
 /// Every format that is read.
 pub const FORMATS: &[Format] = &[

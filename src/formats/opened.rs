@@ -7,10 +7,9 @@ use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 
-use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
+use super::columns::{Columns, FilePart, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
-use super::parts::FilePart;
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;

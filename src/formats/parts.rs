@@ -5,19 +5,8 @@
 
 use super::arrays::{self, Array};
 use super::column_name::{ColumnName, Kind};
-use super::columns::{Column, Columns};
+use super::columns::{Column, Columns, FilePart};
 use super::error::FileError;
-
-/// One of several parts of a file that could be the table.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct FilePart {
-    /// What it is called in the file; a map names it so.
-    pub name: String,
-    /// What is in it.
-    pub what: String,
-    /// Whether it is read.
-    pub is_used: bool,
-}
 
 /// One table of a file.
 #[derive(Clone, Debug)]

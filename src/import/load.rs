@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::error::{at, of_file};
+use super::inspect::columns::has_clock;
 use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{ReadError, TableError, assemble, inspect, names, weigh};
+use super::{ReadError, TableError, assemble, names, weigh};
 use crate::formats::text::Decimal;
 use crate::formats::{self, Opened, Part};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap, WeightMap};
@@ -156,7 +157,7 @@ impl<'a> Reading<'a> {
         let is_bare = !table.has_role(ColumnRole::Date);
         let plan = match Plan::new(table, &head, side, weight) {
             Err(no_time @ TableError::NoTime { .. }) if side == Side::Both && is_bare => {
-                let has_clock = inspect::has_clock(&opened, table, &head);
+                let has_clock = has_clock(&opened, table, &head);
                 let has_many_rows = opened.about_rows(&head) > LOAD_CASE_ROWS;
                 match has_clock || has_many_rows {
                     true => Err(no_time),

@@ -129,7 +129,8 @@ pub(super) fn understood(name: &str) -> Option<Path> {
         Kind::Gauge => {
             let stem = words::gauge_stem(last).unwrap_or_default();
             let may_be_other = has_one_of(&stem, &CHANNELS) || stem == "sensor";
-            !has_word(&NO_LOADS) && !(may_be_other && before.iter().any(|s| has_one_of(s, &LOADS)))
+            let is_of_load = may_be_other && before.iter().any(|s| has_one_of(s, &LOADS));
+            !has_word(&NO_LOADS) && !is_of_load
         }
     };
     is_one.then(|| path(kind, before.len(), None))

@@ -11,10 +11,10 @@ use ::mcap::records::{MessageHeader, Record};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
-use super::super::columns::{Column, Columns};
+use super::super::columns::{Column, Columns, FilePart};
 use super::super::error::{self, FileError};
 use super::super::format::{COLUMN_LIMIT, Source};
-use super::super::parts::{self, FilePart};
+use super::super::parts;
 use super::cdr::Cdr;
 use crate::recording::Axis;
 

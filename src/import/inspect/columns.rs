@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::super::names::form_of_column;
 use crate::formats::text::Head;
-use crate::formats::{Cell, Sample};
+use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
 /// How many values are shown.
@@ -163,6 +163,15 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
             }
         })
         .collect()
+}
+
+/// Whether a column that a map ignores runs like a clock, and does more than count the rows.
+pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
+    let reports = reports(table, head, &opened.sample(&table.text, head));
+    let is_clock = |report: &ColumnReport| {
+        report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()
+    };
+    reports.iter().any(is_clock)
 }
 
 /// By the times at each place.

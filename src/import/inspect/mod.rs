@@ -4,7 +4,7 @@
 //! that loads, so that nothing is promised here that fails there; a file that can be opened as text is always described.
 
 mod by_values;
-mod columns;
+pub(super) mod columns;
 mod question;
 
 use std::fmt;
@@ -19,11 +19,11 @@ use super::load::{BLOCK_BYTES, Loaded, Reading};
 use super::two_clocks::{self, Table};
 use super::{Finding, ReadError, names};
 use crate::formats::text::Encoding;
-use crate::formats::text::{Head, TextLayout};
+use crate::formats::text::TextLayout;
 use crate::formats::{Cell, FilePart, Opened, Sample};
 use crate::import::clock_offset::{self, ClockOffset};
 use crate::import::join::Series;
-use crate::import::map::{ColumnMap, ColumnRole, TableMap};
+use crate::import::map::{ColumnMap, TableMap};
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
@@ -193,15 +193,6 @@ fn propose(opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
         by_values::fill_in(&mut guess, &head, &sample.rows, &reports)
     };
     (ColumnMap::of_table(guess.table(text, &head)), questions)
-}
-
-/// Whether a column that a map ignores runs like a clock, and does more than count the rows.
-pub(super) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
-    let reports = columns::reports(table, head, &opened.sample(&table.text, head));
-    let is_clock = |report: &ColumnReport| {
-        report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()
-    };
-    reports.iter().any(is_clock)
 }
 
 /// The first of the maps that is for files like this one, if any is.
