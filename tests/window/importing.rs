@@ -86,9 +86,9 @@ fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
     }
 }
 
-/// A spreadsheet's export: units in brackets, semicolons, decimal commas. The force is twice the first channel.
+/// A spreadsheet's export whose names say nothing: units in brackets, semicolons, decimal commas. The force is twice the first channel.
 fn bracketed(n: usize) -> String {
-    let header = "Zeit [s];Kanal 1 [mV/V];Kanal 2 [mV/V];Kraft X [N]\n";
+    let header = "Uhr [s];Messstelle 1 [mV/V];Messstelle 2 [mV/V];Presse [N]\n";
     header.to_owned() + &headerless(n).replace('.', ",")
 }
 
@@ -97,24 +97,30 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
     let files = Files::new();
     let mut window = window(vec![files.write("excel.csv", &bracketed(400))]);
     for (column, role) in [
-        ("Zeit [s]", "time"),
-        ("Kanal 1 [mV/V]", "gauge"),
-        ("Kanal 2 [mV/V]", "gauge"),
-        ("Kraft X [N]", "ignore"),
+        ("Uhr [s]", "time"),
+        ("Messstelle 1 [mV/V]", "gauge"),
+        ("Messstelle 2 [mV/V]", "gauge"),
+        ("Presse [N]", "ignore"),
     ] {
         let combo = format!("Role of column {column}");
         let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
         assert_eq!(combo.value().as_deref(), Some(role));
     }
-    assert!(has(&window, "gauges Kanal 1 Kanal 2, no reference"));
-    choose(&mut window, "Kraft X [N]", "Fx");
+    assert!(has(
+        &window,
+        "gauges Messstelle 1 Messstelle 2, no reference"
+    ));
+    choose(&mut window, "Presse [N]", "Fx");
     for role in ["ignore", "Fy", "gauge"] {
-        choose(&mut window, "Kanal 2 [mV/V]", role);
+        choose(&mut window, "Messstelle 2 [mV/V]", role);
         let rules = &state(&window).importing.as_ref().unwrap().map.table.columns;
         let n_rules = if role == "ignore" { 3 } else { 4 };
         assert_eq!(rules.len(), n_rules, "{rules:?}");
     }
-    assert!(has(&window, "gauges Kanal 1 Kanal 2, reference Fx"));
+    assert!(has(
+        &window,
+        "gauges Messstelle 1 Messstelle 2, reference Fx"
+    ));
     click(&mut window, Role::Button, "Load it");
     assert!(train_rmse(&window)[0][0] < 1e-9);
 }
