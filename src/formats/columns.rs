@@ -29,17 +29,6 @@ pub(crate) struct Columns {
     pub(crate) is_guessed_part: bool,
 }
 
-/// One of several parts of a file that could be the table.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct FilePart {
-    /// What it is called in the file; a map names it so.
-    pub name: String,
-    /// What is in it.
-    pub what: String,
-    /// Whether it is read.
-    pub is_used: bool,
-}
-
 /// One column; another clock's columns may have another length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Column {

@@ -165,15 +165,6 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
         .collect()
 }
 
-/// Whether a column that a map ignores runs like a clock, and does more than count the rows.
-pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
-    let reports = reports(table, head, &opened.sample(&table.text, head));
-    let is_clock = |report: &ColumnReport| {
-        report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()
-    };
-    reports.iter().any(is_clock)
-}
-
 /// By the times at each place.
 fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
     let (mut n_up, mut n_back, mut n_steps) = (0, 0, 0);
