@@ -791,7 +791,7 @@ mod tests {
 
     #[test]
     fn the_parts_that_are_left_of_a_recording_are_one() {
-        let set = set_of(&[("/d/a.csv", "a"), ("/d/b.csv", "b"), ("/d/c.csv", "c")]);
+        let set = set_of(&[("/d/x.csv", "a"), ("/d/x.csv", "b"), ("/d/x.csv", "c")]);
         let mut parts = RecordingSet::default();
         for (at, entry) in set.entries().iter().enumerate() {
             let left_out = LeftOut {

@@ -18,7 +18,7 @@ const FIGURE_WIDTH: f32 = 420.0;
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "drift",
-    title: "Drift",
+    title: "Between days",
     explanation: "What moved between days, and how much of the calibration to fit again",
 });
 
