@@ -192,12 +192,16 @@ impl Query for CompareDays {
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let calibration = self.calibration.as_deref();
-        Ok(drift(
-            &self.recordings,
-            calibration,
-            &self.settings,
-            work.progress,
-        )?)
+        let settings = &self.settings;
+        let mut drifted = drift(&self.recordings, calibration, settings, work.progress)?;
+        // Whoever gives files to the command line says that they are sessions; recordings that are open need not be.
+        if !drifted.found.is_between_sessions() {
+            drifted.found = drifted.found.of_unknown_days(calibration.is_some());
+            if calibration.is_none() {
+                drifted.calibrations.clear();
+            }
+        }
+        Ok(drifted)
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::evaluation::Sensitivity;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::{LoadSpread, percent};
-use crate::recording::{Axis, Recording};
+use crate::recording::{Axis, RECORDING, Recording};
 
 /// A session is cut into so many parts, whose scatter says how sure its figures are.
 const PARTS: usize = 4;
@@ -267,6 +267,33 @@ pub fn changes(
 }
 
 impl Drift {
+    /// Whether somebody or the clocks say that these are other sessions; else recordings may be of one day, and differ in what they load.
+    pub fn is_between_sessions(&self) -> bool {
+        let is_one = self.sessions.len() < 2;
+        is_one || self.by != RECORDING || self.sessions.iter().all(|own| own.started.is_some())
+    }
+
+    /// Without what would be told of the gauges between recordings of which nothing says that they are other sessions, and without
+    /// errors of a fit to one of them.
+    pub fn of_unknown_days(mut self, is_calibration_given: bool) -> Self {
+        self.changes.clear();
+        self.sentences.clear();
+        if is_calibration_given {
+            let mut said = Vec::new();
+            self.tell_refits(&mut said);
+            self.sentences = said;
+        } else {
+            self.refits.clear();
+        }
+        self.sentences.push(
+            "nothing says which recordings are of another day: their clocks count from their own start, and nobody put them in groups; \
+             what moved between days cannot be told. Put the recordings of each day in a group (press its place in the list), or open \
+             files whose times are dates"
+                .to_owned(),
+        );
+        self
+    }
+
     /// With what follows from the figures.
     pub fn told(mut self) -> Self {
         let mut said = Vec::new();
@@ -419,6 +446,43 @@ mod tests {
             mean_error: Vec::new(),
             rmse: Vec::new(),
         }
+    }
+
+    #[test]
+    fn recordings_of_unknown_days_do_not_drift() {
+        let sessions = [1.0, 2.0].map(|zero| session(&recording(zero, 2.0, 0.01)));
+        let refit = |refit| RefitScores {
+            refit,
+            train_rmse: None,
+            left_out_rmse: Some(vec![1.0]),
+            problem: None,
+        };
+        let drift = Drift {
+            by: RECORDING,
+            sessions: sessions.to_vec(),
+            axes: vec![Axis::Fz],
+            full_scale: vec![10.0],
+            gauges: vec!["S1".to_owned()],
+            changes: Vec::new(),
+            old: String::new(),
+            left_out: None,
+            refits: Refit::ALL.map(refit).to_vec(),
+            sentences: Vec::new(),
+        };
+        assert!(!drift.is_between_sessions());
+        let told = drift.clone().of_unknown_days(false);
+        assert!(told.refits.is_empty() && told.sentences.len() == 1);
+        assert!(!drift.clone().of_unknown_days(true).refits.is_empty());
+        let dated = Drift {
+            sessions: sessions
+                .map(|own| Session {
+                    started: Some(1.7e9),
+                    ..own
+                })
+                .to_vec(),
+            ..drift
+        };
+        assert!(dated.is_between_sessions());
     }
 
     #[test]
