@@ -1162,6 +1162,30 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
 }
 
 #[test]
+fn faulty_samples_are_counted_and_left_out() {
+    let files = Files::new();
+    let mut text = "t [s],S1,S2,Fz [N]".to_owned();
+    for k in 0..2000 {
+        let t = f64::from(k) / 20.0;
+        let force = 20.0 * (0.13 * t).sin() + 3.0 * (1.1 * t).cos();
+        let wiggle = f64::from(k * 7919 % 13) / 13.0;
+        let s1 = (2.0 * force + wiggle).round().min(30.0);
+        let s2 = (10.0 - 1.1 * force + wiggle).round();
+        write!(text, "\n{t},{s1},{s2},{force}").unwrap();
+    }
+    let mut window = window(vec![files.write("press.csv", &text)]);
+    let n_recordings = |window: &Window| state(window).project().recordings.entries().len();
+    assert!(has(&window, "of 2000 samples look faulty"));
+    click(&mut window, Role::Button, "Leave out");
+    settle(&mut window);
+    assert!(n_recordings(&window) > 1);
+    assert!(!has(&window, "look faulty"));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(n_recordings(&window), 1);
+}
+
+#[test]
 fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
     let files = Files::new();
     let mut text = "t [s],S1,Fz [N]".to_owned();
