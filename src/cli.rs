@@ -217,14 +217,14 @@ impl ReadArgs {
         };
         let faulty = || {
             let noted = noted.iter();
-            noted.filter(|(_, found)| !found.found.is_empty())
+            noted.filter(|(_, found)| found.n_samples() > 0)
         };
         for (recording, found) in faulty().take(LISTED_FAULTY) {
             let (name, words) = (recording.name(), found.in_words(recording).join(", "));
-            let what = match (self.leave_out_faulty, found.n_samples()) {
-                (_, 0) => format!("looks faulty: {words}"),
-                (false, _) => format!("looks faulty: {words}; --leave-out-faulty leaves them out"),
-                (true, n) => format!("{n} of {} samples left out: {words}", recording.n_samples()),
+            let (n, of) = (found.n_samples(), recording.n_samples());
+            let what = match self.leave_out_faulty {
+                false => format!("looks faulty: {words}; --leave-out-faulty leaves them out"),
+                true => format!("{n} of {of} samples left out: {words}"),
             };
             tell(&format_args!("note: {name}: {what}"));
         }

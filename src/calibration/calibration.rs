@@ -148,7 +148,10 @@ impl fmt::Display for CrossValidation {
         };
         match parts < groups {
             true => write!(f, "by {by}: {groups} {noun} left out in {parts} parts"),
-            false => write!(f, "by {by}: leave-one-{by}-out, {groups} {noun}"),
+            false => {
+                let one = by.replace(' ', "-");
+                write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
+            }
         }
     }
 }

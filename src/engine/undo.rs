@@ -1,12 +1,15 @@
 //! Going back and forward over the edits of a document.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use crate::engine::Project;
+use crate::recording::Recording;
 
 /// More steps than this are forgotten, oldest first.
 const MAX_STEPS: usize = 100;
+/// Recordings that only earlier steps have may hold so many numbers (2 GB); then the oldest steps are forgotten, the newest never.
+const MAX_NUMBERS: usize = 1 << 28;
 
 /// The documents of before and after, step by step.
 #[derive(Clone, Debug, Default)]
@@ -33,9 +36,31 @@ impl History {
             self.before.push_back(before);
             let surplus = self.before.len().saturating_sub(MAX_STEPS);
             self.before.drain(..surplus);
+            self.forget_beyond(MAX_NUMBERS, now);
         }
         self.after.clear();
         self.gesture = gesture;
+    }
+
+    fn forget_beyond(&mut self, numbers: usize, now: &Project) {
+        while self.before.len() > 1 && self.numbers_beside(now) > numbers {
+            self.before.pop_front();
+        }
+    }
+
+    /// How many numbers the recordings hold that are in no step but earlier ones.
+    fn numbers_beside(&self, now: &Project) -> usize {
+        let recordings = |project: &Project| -> Vec<Arc<Recording>> {
+            let whole = project.split.iter().map(|split| &split.whole);
+            let sets = whole.chain([&project.recordings]);
+            let entries = sets.flat_map(|set| set.entries());
+            entries.map(|entry| Arc::clone(&entry.recording)).collect()
+        };
+        let mut counted: HashSet<_> = recordings(now).iter().map(Arc::as_ptr).collect();
+        let earlier = self.before.iter().flat_map(recordings);
+        let other = earlier.filter(|own| counted.insert(Arc::as_ptr(own)));
+        let width = |own: &Recording| 1 + own.n_gauges() + own.axes().len();
+        other.map(|own| own.n_samples() * width(&own)).sum()
     }
 
     /// Whether there is a step to take back.
@@ -79,6 +104,31 @@ mod tests {
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
     use crate::recording::{Axis, Role};
+
+    #[test]
+    fn steps_that_hold_too_many_numbers_are_forgotten_but_for_the_newest() {
+        let (mut project, mut history) = (with_files(), History::default());
+        let of_one = project.recordings.entries()[0].recording.n_samples() * 7;
+        for _ in 0..4 {
+            let mut set = crate::recording::RecordingSet::clone(&project.recordings);
+            let other = Recording::clone(&set.entries()[0].recording);
+            set.replace(0, other);
+            edit(
+                &mut project,
+                &mut history,
+                Edit::Replace(Arc::new(set)),
+                None,
+            );
+        }
+        assert_eq!(history.numbers_beside(&project), 4 * of_one);
+        history.forget_beyond(3 * of_one, &project);
+        assert_eq!(
+            (history.before.len(), history.numbers_beside(&project)),
+            (3, 3 * of_one)
+        );
+        history.forget_beyond(0, &project);
+        assert_eq!(history.before.len(), 1);
+    }
 
     /// What the engine does with an edit.
     #[track_caller]
