@@ -90,11 +90,7 @@ impl View {
                 }
             }
             ui.separator();
-            let copy = ui.add_enabled(!tables.is_empty(), egui::Button::new("Copy tables"));
-            if copy.on_hover_text("As tab-separated text").clicked() {
-                let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
-                ui.copy_text(texts.join("\n\n"));
-            }
+            table::copy_button(ui, &tables);
         });
         ui.separator();
         if let Some(problem) = engine.drift.problem() {

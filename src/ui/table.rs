@@ -223,3 +223,12 @@ fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
         about => label.on_hover_text(about),
     }
 }
+
+/// A button that copies tables, one after the other.
+pub fn copy_button(ui: &mut egui::Ui, tables: &[Table]) {
+    let copy = ui.add_enabled(!tables.is_empty(), egui::Button::new("Copy tables"));
+    if copy.on_hover_text("As tab-separated text").clicked() {
+        let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
+        ui.copy_text(texts.join("\n\n"));
+    }
+}
