@@ -39,6 +39,7 @@ use crate::formats::csv::write_csv;
 use crate::import::map::{ColumnMap, MapFileError};
 use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
+use crate::recording::identity::SensorFileError;
 use crate::recording::{LayoutError, Recording, Tare, TareError, ValidRange, simulated};
 use crate::shown::{self, printable};
 
@@ -312,6 +313,8 @@ pub enum JobError {
     Tare(#[from] TareError),
     #[error("{name}: all samples look faulty; none would be left")]
     AllFaulty { name: String },
+    #[error(transparent)]
+    Sensor(#[from] SensorFileError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]

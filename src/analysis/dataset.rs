@@ -18,7 +18,7 @@ use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
-    Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of, load_ranges, median,
+    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, full_scale_of, load_ranges, median,
 };
 
 /// RMSE per axis of one recording: conventional, compensated.
@@ -302,6 +302,7 @@ impl Dataset {
             version: VERSION,
             program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
             simulated: self.key.recordings.is_simulated(),
+            identity: Identity::default(),
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
             units: layout

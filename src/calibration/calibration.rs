@@ -15,7 +15,7 @@ use crate::calibration::{
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
 use crate::progress::Progress;
-use crate::recording::{Axis, RECORDING, Recording, Tare};
+use crate::recording::{Axis, Identity, RECORDING, Recording, Tare};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -183,6 +183,9 @@ pub struct Calibration<M = LinearMap> {
     pub program: String,
     /// Whether it was made from the built-in simulated sensor rather than from a real one.
     pub simulated: bool,
+    /// Which sensor it is of, who calibrated it, when, and against what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
     /// Gauge names in column order.
     pub gauges: Vec<String>,
     /// Axes in row order.
@@ -289,6 +292,14 @@ impl Calibration {
         limits.any(|((low, high), gauge)| {
             low.is_some_and(|low| *gauge <= low) || high.is_some_and(|high| *gauge >= high)
         })
+    }
+
+    /// This of the sensor that somebody says it is; what it knows of it stays where nothing else is said.
+    pub fn of_sensor(&self, identity: &Identity) -> Self {
+        Self {
+            identity: self.identity.with(identity),
+            ..self.clone()
+        }
     }
 
     /// The names of the columns of the compensated matrix, in order.

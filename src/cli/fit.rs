@@ -7,7 +7,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{ModelArgs, RecordingArgs};
+use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
@@ -35,6 +35,8 @@ pub struct FitArgs {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
+    #[command(flatten)]
+    sensor: SensorArgs,
     #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
         "Write the calibration, may be given several times; the ending says how: {}", listed_targets()
     ))]
@@ -65,10 +67,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         .cloned()
         .collect();
     let inputs = args.recordings.inputs().chain(&args.factory);
-    check_targets(inputs, &outputs, args.force)?;
+    check_targets(inputs.chain(args.sensor.input()), &outputs, args.force)?;
+    let sensor = args.sensor.read()?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
-    let settings = args.model.settings(&recordings);
+    let mut settings = args.model.settings(&recordings);
+    sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
     for path in &args.export {
         if let Some(target) = target_for(path) {
             let outline = Outline::of_fit(&settings, recordings.layout());
@@ -110,7 +114,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     warn_of(&calibration, &args.export);
     let mut files = Together::default();
     if !args.export.is_empty() {
-        let told = with_sources(&calibration, &request.recordings);
+        let told = with_sources(&calibration, &request.recordings).of_sensor(&sensor.identity);
         for path in &args.export {
             add_calibration(&mut files, &told, path)?;
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::{ModelArgs, RecordingArgs};
+use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
 use super::metrology::MeasuringArgs;
 use super::{JobError, named_file, print_path};
 use crate::analysis::{Request, read_factory, report};
@@ -20,6 +20,8 @@ pub struct ReportArgs {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
+    #[command(flatten)]
+    sensor: SensorArgs,
     /// Where the report goes: one HTML file that needs nothing beside it.
     #[arg(long, value_name = "FILE.html", value_parser = named_file())]
     out: PathBuf,
@@ -39,7 +41,8 @@ pub struct ReportArgs {
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let outputs = std::slice::from_ref(&args.out);
     let inputs = args.recordings.inputs().chain(&args.factory);
-    check_targets(inputs, outputs, args.force)?;
+    check_targets(inputs.chain(args.sensor.input()), outputs, args.force)?;
+    let sensor = args.sensor.read()?;
     let mut heard = Vec::new();
     let mut recordings = args
         .recordings
@@ -49,7 +52,8 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
             recordings.push(entry)?;
         }
     }
-    let settings = args.model.settings(&recordings);
+    let mut settings = args.model.settings(&recordings);
+    sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
     let factory = match &args.factory {
         Some(path) => {
             let names = &recordings.layout().gauge_names;
@@ -63,6 +67,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
         ..Request::fit(Arc::new(recordings), settings)
     };
     let mut data = report(&request, &Progress::default())?;
+    data.calibration = Arc::new(data.calibration.of_sensor(&sensor.identity));
     data.notes = args.notes.replace("\\n", "\n");
     data.warnings.extend(heard);
     write_report(&args.out, &data)?;
