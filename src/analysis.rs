@@ -15,6 +15,7 @@ mod factory;
 mod fit;
 mod intervals;
 mod learning;
+mod left_out_fits;
 pub mod loops;
 mod models;
 mod report;
@@ -23,6 +24,7 @@ mod sufficiency;
 mod trace_values;
 mod traces;
 mod training;
+mod uncertainty;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -60,6 +62,7 @@ pub use traces::View;
 pub(crate) use traces::{AxisTraces, TraceSet};
 pub(crate) use training::train_unscored;
 pub use training::{Scored, train, train_and_score};
+pub use uncertainty::uncertainty;
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -156,6 +159,12 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
+    #[error(
+        "no error is known that a fit has not seen: record more, test recordings too, or fit linearly"
+    )]
+    NothingUnseen,
+    #[error("{0}")]
+    Measuring(String),
     #[error("{recording}: its reference has other axes than the calibration")]
     OtherAxes { recording: String },
     #[error(

@@ -18,7 +18,8 @@ use crate::features::LoadPath;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
-    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, full_scale_of, load_ranges, median,
+    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, full_scale_of, load_ranges,
+    median,
 };
 
 /// RMSE per axis of one recording: conventional, compensated.
@@ -185,6 +186,13 @@ impl Dataset {
             recording: &self.entries[at].recording,
             kept: self.loads.as_ref().map(|loads| loads[at].as_slice()),
         }
+    }
+
+    /// The conventional loads of a recording, all of them.
+    pub fn conventional_loads(&self, at: usize) -> Vec<f64> {
+        let present = self.present_loads(at);
+        let made = || loads_from_gauges(present.map, present.recording);
+        present.kept.map_or_else(made, <[f64]>::to_vec)
     }
 
     /// As if there were too many to be kept.

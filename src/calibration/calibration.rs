@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, CoefficientUncertainty, GridEdge, LinearMap, Regressor, UsedRecording,
+    loads_from_gauges,
 };
 use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
 use crate::progress::Progress;
@@ -78,6 +79,9 @@ pub struct Quality {
     /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
+    /// How certain the coefficients of the compensated matrix are, where parts were left out and it has not too many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coefficients: Option<CoefficientUncertainty>,
 }
 
 impl Quality {

@@ -17,7 +17,8 @@ use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{
-    Axis, Entry, Identity, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange, load_ranges,
+    Axis, Entry, Identity, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange,
+    load_ranges,
 };
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.

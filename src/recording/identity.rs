@@ -51,22 +51,60 @@ impl Item {
     fn texts(self) -> Texts {
         use Item::*;
         match self {
-            Manufacturer => Texts("manufacturer", "Manufacturer", SENSOR, "who made the sensor"),
+            Manufacturer => Texts(
+                "manufacturer",
+                "Manufacturer",
+                SENSOR,
+                "who made the sensor",
+            ),
             Model => Texts("model", "Model", SENSOR, "its type or part number"),
             Serial => Texts("serial", "Serial number", SENSOR, "which one it is"),
-            Customer => Texts("customer", "Customer", ORDER, "whom the certificate is for, with the address"),
-            Certificate => Texts("certificate", "Certificate number", ORDER, "the number of this certificate"),
-            Laboratory => Texts("laboratory", "Laboratory", ORDER, "who calibrates, with the address"),
-            Place => Texts("place", "Place of calibration", ORDER, "where, if not at the laboratory's address"),
+            Customer => Texts(
+                "customer",
+                "Customer",
+                ORDER,
+                "whom the certificate is for, with the address",
+            ),
+            Certificate => Texts(
+                "certificate",
+                "Certificate number",
+                ORDER,
+                "the number of this certificate",
+            ),
+            Laboratory => Texts(
+                "laboratory",
+                "Laboratory",
+                ORDER,
+                "who calibrates, with the address",
+            ),
+            Place => Texts(
+                "place",
+                "Place of calibration",
+                ORDER,
+                "where, if not at the laboratory's address",
+            ),
             Date => Texts("date", "Date of calibration", ORDER, "as 2026-03-31"),
             Operator => Texts("operator", "Calibrated by", ORDER, "who measured"),
             Approver => Texts("approver", "Approved by", ORDER, "who signs for it"),
-            Temperature => Texts("temperature", "Temperature", CONDITIONS, "with its unit, as (23 ± 1) °C"),
+            Temperature => Texts(
+                "temperature",
+                "Temperature",
+                CONDITIONS,
+                "with its unit, as (23 ± 1) °C",
+            ),
             Humidity => Texts("humidity", "Relative humidity", CONDITIONS, "as (45 ± 5) %"),
-            Reference => Texts("reference", "Reference standard", TRACEABILITY, "what the loads were measured or made with"),
-            ReferenceSerial => {
-                Texts("reference_serial", "Its serial number", TRACEABILITY, "which one it is")
-            }
+            Reference => Texts(
+                "reference",
+                "Reference standard",
+                TRACEABILITY,
+                "what the loads were measured or made with",
+            ),
+            ReferenceSerial => Texts(
+                "reference_serial",
+                "Its serial number",
+                TRACEABILITY,
+                "which one it is",
+            ),
             ReferenceCertificate => Texts(
                 "reference_certificate",
                 "Its certificate",
@@ -79,8 +117,18 @@ impl Item {
                 TRACEABILITY,
                 "expanded uncertainty of the reference load: 0.05 % of full scale for every axis, or by axis, as Fx 0.2 N, Mz 0.004 N·m",
             ),
-            Procedure => Texts("procedure", "Procedure", CONDITIONS, "the document that the calibration follows"),
-            Remarks => Texts("remarks", "Remarks", CONDITIONS, "whatever else belongs on the certificate"),
+            Procedure => Texts(
+                "procedure",
+                "Procedure",
+                CONDITIONS,
+                "the document that the calibration follows",
+            ),
+            Remarks => Texts(
+                "remarks",
+                "Remarks",
+                CONDITIONS,
+                "whatever else belongs on the certificate",
+            ),
         }
     }
 
@@ -153,7 +201,11 @@ impl Identity {
     ///
     /// # Errors
     /// A sentence where what was entered cannot be understood.
-    pub fn reference_uncertainty(&self, axes: &[Axis], full_scale: &[f64]) -> Result<Vec<Option<f64>>, String> {
+    pub fn reference_uncertainty(
+        &self,
+        axes: &[Axis],
+        full_scale: &[f64],
+    ) -> Result<Vec<Option<f64>>, String> {
         let text = self.get(Item::ReferenceUncertainty);
         uncertainty(text, axes, full_scale).ok_or_else(|| {
             let names: Vec<String> = axes.iter().map(|axis| format!("{} 0.1 {}", axis.symbol(), axis.unit())).collect();
@@ -167,7 +219,12 @@ impl Identity {
 
 /// `None` where it is not understood.
 fn uncertainty(text: &str, axes: &[Axis], full_scale: &[f64]) -> Option<Vec<Option<f64>>> {
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|own| own.is_finite() && *own >= 0.0);
+    let number = |text: &str| {
+        text.trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|own| own.is_finite() && *own >= 0.0)
+    };
     if text.trim().is_empty() {
         return Some(vec![None; axes.len()]);
     }
@@ -185,7 +242,9 @@ fn uncertainty(text: &str, axes: &[Axis], full_scale: &[f64]) -> Option<Vec<Opti
         })?;
         let value = number(words.next()?)?;
         let factor = match (words.next(), axis.unit()) {
-            (None, _) | (Some("N"), "N") | (Some("N·m" | "Nm" | "N*m" | "N-m" | "N.m"), "N·m") => 1.0,
+            (None, _) | (Some("N"), "N") | (Some("N·m" | "Nm" | "N*m" | "N-m" | "N.m"), "N·m") => {
+                1.0
+            }
             (Some("kN"), "N") | (Some("kN·m" | "kNm"), "N·m") => 1e3,
             (Some("mN"), "N") | (Some("N·mm" | "Nmm" | "mN·m" | "mNm"), "N·m") => 1e-3,
             _ => return None,
@@ -277,7 +336,8 @@ impl SensorFile {
             path: path.display().to_string(),
             reason,
         };
-        let text = read_small(path, "a description of a sensor", BYTES_LIMIT).map_err(|error| wrong(error.to_string()))?;
+        let text = read_small(path, "a description of a sensor", BYTES_LIMIT)
+            .map_err(|error| wrong(error.to_string()))?;
         let text = String::from_utf8(text).map_err(|_| wrong("not in UTF-8".to_owned()))?;
         Self::from_toml(&text).map_err(wrong)
     }
@@ -288,11 +348,19 @@ impl SensorFile {
         let mut table: toml::Table = toml::from_str(text).map_err(told)?;
         let rated = table.remove("rated_loads");
         let rated: BTreeMap<Axis, f64> = match rated {
-            Some(value) => value.try_into().map_err(|error| format!("rated_loads: {}", told(error)))?,
+            Some(value) => value
+                .try_into()
+                .map_err(|error| format!("rated_loads: {}", told(error)))?,
             None => BTreeMap::new(),
         };
-        if let Some((axis, load)) = rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0)) {
-            return Err(format!("rated_loads: {load} of {} is not a load above zero", axis.symbol()));
+        if let Some((axis, load)) = rated
+            .iter()
+            .find(|(_, load)| !(load.is_finite() && **load > 0.0))
+        {
+            return Err(format!(
+                "rated_loads: {load} of {} is not a load above zero",
+                axis.symbol()
+            ));
         }
         Ok(Self {
             identity: toml::Value::Table(table).try_into().map_err(told)?,
@@ -322,13 +390,27 @@ mod tests {
             "serial = 4711\ndate = 2026-03-31\ntemperature = \"(23 ± 1) °C\"\ncustomer = \"  \"\n[rated_loads]\nFz = 200\nMx = 2.5",
         );
         let read = read.unwrap();
-        let entered: Vec<_> = read.identity.entered().map(|(item, text)| (item.key(), text)).collect();
-        assert_eq!(entered, [("serial", "4711"), ("date", "2026-03-31"), ("temperature", "(23 ± 1) °C")]);
+        let entered: Vec<_> = read
+            .identity
+            .entered()
+            .map(|(item, text)| (item.key(), text))
+            .collect();
+        assert_eq!(
+            entered,
+            [
+                ("serial", "4711"),
+                ("date", "2026-03-31"),
+                ("temperature", "(23 ± 1) °C")
+            ]
+        );
         let mut full_scale = vec![None, Some(7.0)];
         read.rate(&[Axis::Fz, Axis::Mx, Axis::My], &mut full_scale);
         assert_eq!(full_scale, [Some(200.0), Some(7.0), None]);
         let json = serde_json::to_string(&read.identity).unwrap();
-        assert_eq!(serde_json::from_str::<Identity>(&json).unwrap(), read.identity);
+        assert_eq!(
+            serde_json::from_str::<Identity>(&json).unwrap(),
+            read.identity
+        );
     }
 
     #[test]
@@ -353,7 +435,12 @@ mod tests {
         assert_eq!(of("Fx 0.2 N, Tz 4 N·mm"), Ok(vec![Some(0.2), Some(0.004)]));
         assert_eq!(of("Mz 0.01"), Ok(vec![None, Some(0.01)]));
         for wrong in ["good", "Fx", "Fx 1 N·m", "-1 %", "Fx nan N"] {
-            assert!(of(wrong).unwrap_err().contains("0.05 %, nor one by axis, as Fx 0.1 N, Mz 0.1 N·m"), "{wrong}");
+            assert!(
+                of(wrong)
+                    .unwrap_err()
+                    .contains("0.05 %, nor one by axis, as Fx 0.1 N, Mz 0.1 N·m"),
+                "{wrong}"
+            );
         }
     }
 }

@@ -18,8 +18,8 @@ use crate::export::facts::Fact;
 use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
 use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
-use crate::recording::{Axis, Identity, Item};
 use crate::recording::gap::gap_by_rate;
+use crate::recording::{Axis, Identity, Item};
 use crate::shown::for_xml;
 
 /// `.cal`.
