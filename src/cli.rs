@@ -28,6 +28,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::faults::{Faults, faults, faults_of};
+use crate::evaluation::limits::LimitsError;
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
@@ -315,6 +316,8 @@ pub enum JobError {
     AllFaulty { name: String },
     #[error(transparent)]
     Sensor(#[from] SensorFileError),
+    #[error(transparent)]
+    Limits(#[from] LimitsError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]

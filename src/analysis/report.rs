@@ -9,19 +9,20 @@ use crate::analysis::loops::{
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
-    sufficiency, train,
+    sufficiency, train, uncertainty,
 };
 use crate::evaluation::Series;
+use crate::evaluation::limits::{Limits, measurements};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Along, Measure, ThresholdGrid, ThresholdMap};
 use crate::export::{
-    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
-    used_recordings,
+    Certificate, ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh,
+    threshold_curve, used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
-use crate::recording::{Axis, RecordingSet, Role};
+use crate::recording::{Axis, Identity, RecordingSet, Role};
 use crate::report::figure::{self, Figure, Line, Scale, color};
 
 /// F_th and t_th that the curves are computed at, beside those of the fit.
@@ -41,7 +42,21 @@ const MARGIN: f64 = 0.05;
 /// # Errors
 /// [`AnalysisError`] where there is no calibration to report on, or somebody asked to stop.
 pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, AnalysisError> {
-    const STAGES: u64 = 5;
+    report_of(request, &Identity::default(), None, progress)
+}
+
+/// [`report`] of a sensor that is known; a certificate where there are limits to keep, were it none, and then without what
+/// only a notebook tells.
+///
+/// # Errors
+/// Likewise.
+pub fn report_of(
+    request: &Request,
+    identity: &Identity,
+    limits: Option<&Limits>,
+    progress: &Progress,
+) -> Result<ReportData, AnalysisError> {
+    const STAGES: u64 = 6;
     progress.add_total(STAGES);
     let calibration = match &request.calibration {
         Some(calibration) => Arc::clone(calibration),
@@ -71,11 +86,14 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
+    let is_told = limits.is_none() || !analysis.calibration.features.look_backs.is_empty();
     let thresholds = match analysis.fitted {
+        _ if !is_told => Err("The calibration has no look-back.".to_owned()),
         true => thresholds(request, &progress.part(), &mut warnings)?,
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
     };
     let check = match analysis.fitted {
+        _ if limits.is_some() => Err("A certificate does not tell of it.".to_owned()),
         true => sufficiency(request, None, &progress.part())
             .map_err(|error| sentence(&error.to_string())),
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
@@ -89,6 +107,31 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     progress.advance(1);
     let metrology = looker.table()?;
     progress.advance(1);
+    let calibration = Arc::new(analysis.calibration.of_sensor(identity));
+    let uncertainty = uncertainty(
+        request,
+        &calibration,
+        analysis.fitted,
+        &calibration.identity,
+        progress,
+    );
+    let uncertainty = match uncertainty {
+        Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
+        found => found.map_err(|error| sentence(&error.to_string())),
+    };
+    progress.advance(1);
+    let certificate = limits.map(|limits| {
+        let axes: Vec<(Axis, f64)> = calibration
+            .axes
+            .iter()
+            .copied()
+            .zip(calibration.full_scale.iter().copied())
+            .collect();
+        let measured = measurements(&axes, &calibration.quality, &metrology, &uncertainty);
+        Certificate {
+            checked: limits.check(&measured, calibration.columns().len()),
+        }
+    });
     Ok(ReportData {
         made: SystemTime::now(),
         notes: String::new(),
@@ -105,8 +148,10 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
             figures: error_figures(&analysis.traces),
         }),
         metrology,
+        uncertainty,
+        certificate,
         warnings,
-        calibration: analysis.calibration,
+        calibration,
     })
 }
 

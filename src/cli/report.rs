@@ -8,8 +8,9 @@ use clap::Args;
 use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
 use super::metrology::MeasuringArgs;
 use super::{JobError, named_file, print_path};
-use crate::analysis::{Request, read_factory, report};
-use crate::export::{check_targets, write_report};
+use crate::analysis::{Request, read_factory, report_of};
+use crate::evaluation::limits::Limits;
+use crate::export::{check_targets, with_sources, write_report};
 use crate::progress::Progress;
 use crate::recording::simulated;
 
@@ -30,6 +31,13 @@ pub struct ReportArgs {
     factory: Option<PathBuf>,
     #[command(flatten)]
     measuring: MeasuringArgs,
+    /// Write a certificate: on the first page what a laboratory hands over, then what that rests on; without thresholds where
+    /// there is no look-back.
+    #[arg(long)]
+    certificate: bool,
+    /// What the calibration must keep to pass: a TOML file like `U = 1.0` (percent of full scale), `condition = 1e4`.
+    #[arg(long, value_name = "LIMITS.toml", requires = "certificate", value_parser = named_file())]
+    limits: Option<PathBuf>,
     /// What the report says under "Notes"; \n begins a new paragraph.
     #[arg(long, value_name = "TEXT", default_value = "")]
     notes: String,
@@ -40,9 +48,15 @@ pub struct ReportArgs {
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let outputs = std::slice::from_ref(&args.out);
-    let inputs = args.recordings.inputs().chain(&args.factory);
+    let inputs = args
+        .recordings
+        .inputs()
+        .chain(&args.factory)
+        .chain(&args.limits);
     check_targets(inputs.chain(args.sensor.input()), outputs, args.force)?;
     let sensor = args.sensor.read()?;
+    let limits = args.limits.as_deref().map(Limits::read).transpose()?;
+    let limits = limits.or_else(|| args.certificate.then(Limits::default));
     let mut heard = Vec::new();
     let mut recordings = args
         .recordings
@@ -66,8 +80,14 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
         measuring: args.measuring.settings(),
         ..Request::fit(Arc::new(recordings), settings)
     };
-    let mut data = report(&request, &Progress::default())?;
-    data.calibration = Arc::new(data.calibration.of_sensor(&sensor.identity));
+    let set = Arc::clone(&request.recordings);
+    let mut data = report_of(
+        &request,
+        &sensor.identity,
+        limits.as_ref(),
+        &Progress::default(),
+    )?;
+    data.calibration = Arc::new(with_sources(&data.calibration, &set));
     data.notes = args.notes.replace("\\n", "\n");
     data.warnings.extend(heard);
     write_report(&args.out, &data)?;
