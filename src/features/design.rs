@@ -230,7 +230,7 @@ impl<'a> FeatureStream<'a> {
             let n_gauges = design.n_gauges();
             earlier.replay(
                 &mut (&mut stream, vec![0.0; design.n_columns()]),
-                |(stream, row), time, gauges| {
+                |(stream, row), time, gauges, _| {
                     stream.blocks_row(time, gauges, &mut row[n_gauges..]);
                 },
                 |(stream, _)| stream.gap(),

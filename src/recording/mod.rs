@@ -2,6 +2,7 @@
 //!
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
+mod auxiliary;
 mod axis;
 mod full_scale;
 pub mod gap;
@@ -22,6 +23,8 @@ pub mod simulated;
 mod tare;
 pub mod units;
 
+pub use auxiliary::AuxiliaryTable;
+pub(crate) use auxiliary::span;
 pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
