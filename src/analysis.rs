@@ -53,7 +53,7 @@ pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
 pub use learning::TrainingStep;
 pub use models::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
-pub use report::{report, report_of};
+pub use report::{Told, report, report_of};
 pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use sufficiency::{HangingMass, sufficiency};

@@ -42,18 +42,35 @@ const MARGIN: f64 = 0.05;
 /// # Errors
 /// [`AnalysisError`] where there is no calibration to report on, or somebody asked to stop.
 pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, AnalysisError> {
-    report_of(request, &Identity::default(), None, progress)
+    report_of(
+        request,
+        &Identity::default(),
+        &Limits::default(),
+        Told::Notebook,
+        progress,
+    )
 }
 
-/// [`report`] of a sensor that is known; a certificate where there are limits to keep, were it none, and then without what
-/// only a notebook tells.
+/// How much a report tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// All that is known, for a laboratory's notebook.
+    Notebook,
+    /// What a laboratory hands over, with what that rests on.
+    Certificate,
+    /// Figures alone: nothing is drawn.
+    Figures,
+}
+
+/// [`report`] of a sensor that is known, with limits that it must keep.
 ///
 /// # Errors
 /// Likewise.
 pub fn report_of(
     request: &Request,
     identity: &Identity,
-    limits: Option<&Limits>,
+    limits: &Limits,
+    told: Told,
     progress: &Progress,
 ) -> Result<ReportData, AnalysisError> {
     const STAGES: u64 = 6;
@@ -86,14 +103,19 @@ pub fn report_of(
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
-    let is_told = limits.is_none() || !analysis.calibration.features.look_backs.is_empty();
+    let has_look_back = !analysis.calibration.features.look_backs.is_empty();
+    let has_curves = match told {
+        Told::Notebook => true,
+        Told::Certificate => has_look_back,
+        Told::Figures => false,
+    };
     let thresholds = match analysis.fitted {
-        _ if !is_told => Err("The calibration has no look-back.".to_owned()),
+        _ if !has_curves => Err("It is not told here.".to_owned()),
         true => thresholds(request, &progress.part(), &mut warnings)?,
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
     };
     let check = match analysis.fitted {
-        _ if limits.is_some() => Err("A certificate does not tell of it.".to_owned()),
+        _ if told != Told::Notebook => Err("It is not told here.".to_owned()),
         true => sufficiency(request, None, &progress.part())
             .map_err(|error| sentence(&error.to_string())),
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
@@ -102,7 +124,10 @@ pub fn report_of(
     let of = TableOf::usual(&applied.recordings);
     let mut looker = Looker::new(&analysis, &applied, of, progress);
     let loops = (analysis.calibration.axes.iter())
-        .map(|axis| looker.loops(*axis))
+        .map(|axis| match told {
+            Told::Figures => Ok(Err("They are not drawn here.".to_owned())),
+            _ => looker.loops(*axis),
+        })
         .collect::<Result<_, _>>()?;
     progress.advance(1);
     let metrology = looker.table()?;
@@ -120,7 +145,7 @@ pub fn report_of(
         found => found.map_err(|error| sentence(&error.to_string())),
     };
     progress.advance(1);
-    let certificate = limits.map(|limits| {
+    let certificate = (told != Told::Notebook).then(|| {
         let axes: Vec<(Axis, f64)> = calibration
             .axes
             .iter()
@@ -130,6 +155,8 @@ pub fn report_of(
         let measured = measurements(&axes, &calibration.quality, &metrology, &uncertainty);
         Certificate {
             checked: limits.check(&measured, calibration.columns().len()),
+            measured,
+            dated: true,
         }
     });
     Ok(ReportData {

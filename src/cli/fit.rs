@@ -34,7 +34,7 @@ use crate::report::{Shown, errors, factory_note, uncertainty_tables};
 #[derive(Debug, Args)]
 pub struct FitArgs {
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
     #[command(flatten)]

@@ -8,7 +8,7 @@ use clap::Args;
 use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
 use super::metrology::MeasuringArgs;
 use super::{JobError, named_file, print_path};
-use crate::analysis::{Request, read_factory, report_of};
+use crate::analysis::{Request, Told, read_factory, report_of};
 use crate::evaluation::limits::Limits;
 use crate::export::{check_targets, with_sources, write_report};
 use crate::progress::Progress;
@@ -18,7 +18,7 @@ use crate::recording::simulated;
 #[derive(Debug, Args)]
 pub struct ReportArgs {
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
     #[command(flatten)]
@@ -56,7 +56,10 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     check_targets(inputs.chain(args.sensor.input()), outputs, args.force)?;
     let sensor = args.sensor.read()?;
     let limits = args.limits.as_deref().map(Limits::read).transpose()?;
-    let limits = limits.or_else(|| args.certificate.then(Limits::default));
+    let told = match args.certificate {
+        true => Told::Certificate,
+        false => Told::Notebook,
+    };
     let mut heard = Vec::new();
     let mut recordings = args
         .recordings
@@ -84,7 +87,8 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let mut data = report_of(
         &request,
         &sensor.identity,
-        limits.as_ref(),
+        &limits.unwrap_or_default(),
+        told,
         &Progress::default(),
     )?;
     data.calibration = Arc::new(with_sources(&data.calibration, &set));

@@ -31,12 +31,12 @@ pub enum Item {
     Approver,
     Temperature,
     Humidity,
+    Procedure,
+    Remarks,
     Reference,
     ReferenceSerial,
     ReferenceCertificate,
     ReferenceUncertainty,
-    Procedure,
-    Remarks,
 }
 
 /// What is said of an item: its name in files, its label, the heading that it stands under, and what to enter.

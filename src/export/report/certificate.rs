@@ -27,7 +27,7 @@ const FAILED: usize = 4;
 
 pub(super) fn contents(report: &ReportData, certificate: &Certificate, page: &mut Markup) {
     page.within("section", "id=\"certificate\" class=\"first\"", |page| {
-        head(report, page);
+        head(report, certificate, page);
         identity(&report.calibration, page);
         results(report, certificate, page);
         statements(report, page);
@@ -54,7 +54,7 @@ pub(super) fn contents(report: &ReportData, certificate: &Certificate, page: &mu
     tables::warnings(report, page);
 }
 
-fn head(report: &ReportData, page: &mut Markup) {
+fn head(report: &ReportData, certificate: &Certificate, page: &mut Markup) {
     let calibration = &report.calibration;
     page.element("h1", "Calibration certificate");
     let number = calibration.identity.get(Item::Certificate).trim();
@@ -65,11 +65,15 @@ fn head(report: &ReportData, page: &mut Markup) {
     };
     page.raw("<p class=\"about\">");
     page.text(&format!(
-        "{number}Multi-axis force/torque sensor, {} axes, {} gauges. LoopScope {}, {}.",
+        "{number}Multi-axis force/torque sensor, {} axes, {} gauges. LoopScope {}{}.",
         calibration.axes.len(),
         calibration.gauges.len(),
         env!("CARGO_PKG_VERSION"),
-        utc(report.made),
+        if certificate.dated {
+            format!(", {}", utc(report.made))
+        } else {
+            String::new()
+        },
     ));
     page.raw("</p>");
     if calibration.simulated {

@@ -18,7 +18,7 @@ use jiff::Timestamp;
 use self::markup::Markup;
 use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, FactoryScores, UsedRecording};
-use crate::evaluation::limits::Checked;
+use crate::evaluation::limits::{Checked, Measurement};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::uncertainty::Uncertainty;
@@ -66,6 +66,10 @@ pub struct ReportData {
 pub struct Certificate {
     /// What came of the limits, where there are any.
     pub checked: Vec<Checked>,
+    /// Every figure that could be limited.
+    pub measured: Vec<Measurement>,
+    /// Whether it says when it was written; without, the same input gives the same bytes.
+    pub dated: bool,
 }
 
 /// One recording in a report.
@@ -112,7 +116,7 @@ pub struct ReportErrors {
 /// # Errors
 /// [`WriteError`] if the file cannot be written.
 pub fn write_report(path: &Path, report: &ReportData) -> Result<(), WriteError> {
-    write_atomically(path, |out| out.write_all(html(report).as_bytes()))
+    write_atomically(path, |out| out.write_all(html_of(report).as_bytes()))
 }
 
 /// A time to the minute, as ISO 8601 writes it; one beyond all calendars is 1970.
@@ -124,7 +128,7 @@ pub fn utc(time: SystemTime) -> String {
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
-fn html(report: &ReportData) -> String {
+pub(crate) fn html_of(report: &ReportData) -> String {
     let mut page = Markup::default();
     page.raw("<!DOCTYPE html>");
     page.within("html", "lang=\"en\"", |page| {
