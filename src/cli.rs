@@ -34,7 +34,7 @@ use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::limits::LimitsError;
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
+    DccError, FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
     check_targets, name_gauges, names_gauges, read_with_notes, target_endings, target_for,
     write_atomically, write_loads_csv,
 };
@@ -348,6 +348,11 @@ pub enum JobError {
     OutOfTolerance { count: usize },
     #[error("{count} could not be calibrated")]
     SomeFailed { count: usize },
+    #[error("{source}. It is in {folder}, or leave out what cannot be read by --keep-going")]
+    InFolder {
+        source: Box<JobError>,
+        folder: ReadError,
+    },
     #[error("left out because they could not be read: {count}")]
     LeftOut { count: usize },
     #[error("{}: the folder holds no recordings", .path.display())]
@@ -360,6 +365,8 @@ pub enum JobError {
     Sensor(#[from] SensorFileError),
     #[error(transparent)]
     Limits(#[from] LimitsError),
+    #[error(transparent)]
+    Dcc(#[from] DccError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -458,6 +465,7 @@ impl JobError {
                 | Self::NoGroup { .. }
                 | Self::NoSensors { .. }
                 | Self::EmptyFolder { .. }
+                | Self::InFolder { .. }
                 | Self::Swapped { .. }
                 | Self::Read(ReadError::File {
                     source: FileError::Folder { .. },
@@ -495,8 +503,9 @@ impl Job {
         }
     }
 
-    /// Puts the recordings of folders in their places.
-    fn open_folders(&mut self) -> Result<(), JobError> {
+    /// Puts the recordings of folders in their places; the folders.
+    fn open_folders(&mut self) -> Result<Vec<PathBuf>, JobError> {
+        let mut folders = Vec::new();
         for list in self.recordings() {
             let mut opened = Vec::with_capacity(list.len());
             for path in list.drain(..) {
@@ -513,10 +522,27 @@ impl Job {
                     return Err(JobError::EmptyFolder { path });
                 }
                 opened.extend(inside);
+                folders.push(path);
             }
             *list = opened;
         }
-        Ok(())
+        Ok(folders)
+    }
+}
+
+/// Of what cannot be read in a folder, that it is one of all of them.
+fn in_folder(error: JobError, folders: &[PathBuf]) -> JobError {
+    let text = error.to_string();
+    let folder = folders
+        .iter()
+        .find(|folder| text.contains(&*folder.to_string_lossy()));
+    let refused = |folder| import::read(folder, None, &[], &Progress::default()).err();
+    match (&error, folder.and_then(|folder| refused(folder))) {
+        (JobError::Read(_) | JobError::NoReference { .. }, Some(folder)) => JobError::InFolder {
+            source: Box::new(error),
+            folder,
+        },
+        _ => error,
     }
 }
 
@@ -525,7 +551,8 @@ static LEFT_OUT: AtomicUsize = AtomicUsize::new(0);
 
 /// Does a job; errors go to standard error, one line each.
 pub fn run(mut job: Job) -> ExitCode {
-    let done = job.open_folders().and_then(|()| done(job)).and_then(|()| {
+    let done = job.open_folders().and_then(|folders| {
+        done(job).map_err(|error| in_folder(error, &folders))?;
         match LEFT_OUT.load(Ordering::Relaxed) {
             0 => Ok(()),
             count => Err(JobError::LeftOut { count }),

@@ -23,7 +23,7 @@ use crate::calibration::UsedRecording;
 use crate::evaluation::limits::{Checked, Limits, Verdict};
 use crate::evaluation::uncertainty::Uncertainty;
 use crate::export::{
-    Outline, Together, WriteError, add_calibration, check_targets, html_of, sha256_of_text,
+    Outline, Together, WriteError, add_calibration, check_targets, dcc_of, html_of, sha256_of_text,
     target_for, with_sources, write_atomically,
 };
 use crate::formats::csv::CsvWriter;
@@ -38,6 +38,7 @@ const PROGRAM: &str = concat!("LoopScope ", env!("CARGO_PKG_VERSION"));
 /// What is made of every sensor.
 const VERDICT: &str = "verdict.json";
 const CERTIFICATE: &str = "certificate.html";
+const DCC: &str = "certificate.xml";
 /// Figures that are listed where nothing is limited.
 const USUAL: [&str; 2] = ["U", "left_out_rmse"];
 
@@ -64,6 +65,9 @@ pub struct BatchArgs {
     /// Write a certificate of each: HTML to read and print.
     #[arg(long)]
     certificate: bool,
+    /// Write the certificate for machines, too: a Digital Calibration Certificate (XML of PTB, schema 3.1.2).
+    #[arg(long)]
+    dcc: bool,
     /// Work on so many sensors side by side [default: as many as there are processors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     jobs: Option<u16>,
@@ -365,9 +369,10 @@ impl Batch<'_> {
         }
         let args = self.args;
         let mut text = format!(
-            "{PROGRAM}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{}\n{:?}\n",
+            "{PROGRAM}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{}\n{:?}\n",
             args.export,
             args.certificate,
+            args.dcc,
             args.model,
             args.split,
             args.group,
@@ -411,6 +416,7 @@ impl Batch<'_> {
         };
         let (test, train): (Vec<&PathBuf>, Vec<&PathBuf>) = match args.split {
             Some(_) => (Vec::new(), sensor.files.iter().collect()),
+            None if args.sensor_from == From::File => (Vec::new(), sensor.files.iter().collect()),
             None => sensor.files.iter().partition(is_test),
         };
         if train.is_empty() {
@@ -468,6 +474,7 @@ impl Batch<'_> {
         let mut all = vec![VERDICT.to_owned()];
         all.extend(outputs.iter().cloned());
         all.extend(args.certificate.then(|| CERTIFICATE.to_owned()));
+        all.extend(args.dcc.then(|| DCC.to_owned()));
         let row = Row {
             sensor: sensor.name.clone(),
             serial: identity.get(Item::Serial).trim().to_owned(),
@@ -493,6 +500,10 @@ impl Batch<'_> {
                 out.write_all(html.as_bytes())
             })?;
         }
+        if args.dcc {
+            let xml = dcc_of(&data)?;
+            files.write(&folder.join(DCC), |out| out.write_all(xml.as_bytes()))?;
+        }
         let full = Full {
             row: &row,
             identity: &identity,
@@ -516,7 +527,7 @@ impl Batch<'_> {
                 .export
                 .iter()
                 .map(|ending| exported(ending))
-                .chain([CERTIFICATE.to_owned()]);
+                .chain([CERTIFICATE, DCC].map(str::to_owned));
             for file in before {
                 // One that is not there need not go.
                 let _ = std::fs::remove_file(folder.join(file));

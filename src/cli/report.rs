@@ -10,7 +10,7 @@ use super::metrology::MeasuringArgs;
 use super::{JobError, named_file, print_path};
 use crate::analysis::{Request, Told, read_factory, report_of};
 use crate::evaluation::limits::Limits;
-use crate::export::{check_targets, with_sources, write_report};
+use crate::export::{Together, check_targets, dcc_of, html_of, with_sources};
 use crate::progress::Progress;
 use crate::recording::simulated;
 
@@ -35,6 +35,9 @@ pub struct ReportArgs {
     /// there is no look-back.
     #[arg(long)]
     certificate: bool,
+    /// Also write the certificate for machines: a Digital Calibration Certificate (XML of PTB, schema 3.1.2).
+    #[arg(long, value_name = "FILE.xml", requires = "certificate", value_parser = named_file())]
+    dcc: Option<PathBuf>,
     /// What the calibration must keep to pass: a TOML file like `U = 1.0` (percent of full scale), `condition = 1e4`.
     #[arg(long, value_name = "LIMITS.toml", requires = "certificate", value_parser = named_file())]
     limits: Option<PathBuf>,
@@ -47,13 +50,16 @@ pub struct ReportArgs {
 }
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
-    let outputs = std::slice::from_ref(&args.out);
+    let outputs: Vec<PathBuf> = std::iter::once(&args.out)
+        .chain(&args.dcc)
+        .cloned()
+        .collect();
     let inputs = args
         .recordings
         .inputs()
         .chain(&args.factory)
         .chain(&args.limits);
-    check_targets(inputs.chain(args.sensor.input()), outputs, args.force)?;
+    check_targets(inputs.chain(args.sensor.input()), &outputs, args.force)?;
     let sensor = args.sensor.read()?;
     let limits = args.limits.as_deref().map(Limits::read).transpose()?;
     let told = match args.certificate {
@@ -94,6 +100,16 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     data.calibration = Arc::new(with_sources(&data.calibration, &set));
     data.notes = args.notes.replace("\\n", "\n");
     data.warnings.extend(heard);
-    write_report(&args.out, &data)?;
-    Ok(print_path(&args.out)?)
+    let mut files = Together::default();
+    let html = html_of(&data);
+    files.write(&args.out, |out| out.write_all(html.as_bytes()))?;
+    if let Some(path) = &args.dcc {
+        let xml = dcc_of(&data)?;
+        files.write(path, |out| out.write_all(xml.as_bytes()))?;
+    }
+    files.finish()?;
+    for path in &outputs {
+        print_path(path)?;
+    }
+    Ok(())
 }

@@ -39,7 +39,7 @@ const PAGES: [(Page, &str, &str); 3] = [
 /// Where the guide finds its pictures.
 const IN_GUIDE: &str = "bytes://";
 const COST: &[u8] = include_bytes!("../../assets/guide/cost.png");
-const GUIDE: [(&str, &str); 11] = [
+const GUIDE: [(&str, &str); 12] = [
     ("Window", include_str!("../../assets/guide/window.md")),
     (
         "Recordings",
@@ -51,6 +51,10 @@ const GUIDE: [(&str, &str); 11] = [
     ),
     ("Exports", include_str!("../../assets/guide/exports.md")),
     ("On a robot", include_str!("../../assets/guide/robot.md")),
+    (
+        "Certificates",
+        include_str!("../../assets/guide/certificates.md"),
+    ),
     (
         "Calibration file",
         include_str!("../../assets/guide/calibration-file.md"),

@@ -10,6 +10,7 @@ mod apply;
 mod best;
 mod blocks;
 mod built_in;
+mod certificate;
 mod check;
 mod drift;
 mod export;

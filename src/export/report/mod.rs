@@ -4,6 +4,7 @@
 //! could not be computed is said in its place.
 
 mod certificate;
+mod dcc;
 mod figures;
 mod markup;
 mod metrology;
@@ -15,6 +16,8 @@ use std::time::SystemTime;
 
 use jiff::Timestamp;
 
+pub use self::dcc::DccError;
+pub(crate) use self::dcc::dcc_of;
 use self::markup::Markup;
 use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, FactoryScores, UsedRecording};
