@@ -5,8 +5,10 @@ mod check;
 mod choices;
 mod compare;
 mod drift;
+mod examples;
 mod fit;
 mod inspect;
+mod installed;
 mod live;
 mod metrology;
 mod progress_line;
@@ -25,6 +27,7 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
+use crate::about;
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::faults::{Faults, faults, faults_of};
@@ -50,7 +53,13 @@ pub use sweep::SweepArgs;
 
 /// Calibrate force/torque sensors and see what their past does to them.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true)]
+#[command(
+    version,
+    long_version = about::long_version(),
+    mut_subcommands(examples::shown),
+    after_help = examples::of(""),
+    args_conflicts_with_subcommands = true
+)]
 pub struct Cli {
     /// The job; without one the window opens.
     #[command(subcommand)]
@@ -140,6 +149,11 @@ pub enum Job {
     Apply(Apply),
     /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
     Metrology(metrology::MetrologyArgs),
+    /// Print what a shell completes the words of a command by.
+    Completions(installed::CompletionsArgs),
+    /// Write the manual pages.
+    #[command(hide = true)]
+    Man(installed::ManArgs),
 }
 
 /// How much of the built-in recordings is written.
@@ -331,6 +345,8 @@ pub enum JobError {
     Write(#[from] WriteError),
     #[error("cannot make the directory {}: {source}", .path.display())]
     Directory { path: PathBuf, source: io::Error },
+    #[error("cannot write the manual pages to {}: {source}", .path.display())]
+    Manual { path: PathBuf, source: io::Error },
     #[error("cannot write to standard output: {0}")]
     Output(#[from] io::Error),
     #[error("the split is {0}; it must lie between 0 and 1, and leave both sides a sample")]
@@ -436,6 +452,8 @@ pub fn run(job: Job) -> ExitCode {
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
         Job::Metrology(args) => metrology::run(&args),
+        Job::Completions(args) => installed::completions(&args),
+        Job::Man(args) => installed::manual(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
