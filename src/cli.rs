@@ -6,8 +6,10 @@ mod check;
 mod choices;
 mod compare;
 mod drift;
+mod examples;
 mod fit;
 mod inspect;
+mod installed;
 mod live;
 mod metrology;
 mod progress_line;
@@ -28,6 +30,7 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
+use crate::about;
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::faults::{Faults, faults, faults_of};
@@ -56,7 +59,13 @@ pub use sweep::SweepArgs;
 
 /// Calibrate force/torque sensors and see what their past does to them.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true)]
+#[command(
+    version,
+    long_version = about::long_version(),
+    mut_subcommands(examples::shown),
+    after_help = examples::of(""),
+    args_conflicts_with_subcommands = true
+)]
 pub struct Cli {
     /// The job; without one the window opens.
     #[command(subcommand)]
@@ -150,6 +159,11 @@ pub enum Job {
     Apply(Apply),
     /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
     Metrology(metrology::MetrologyArgs),
+    /// Print what a shell completes the words of a command by.
+    Completions(installed::CompletionsArgs),
+    /// Write the manual pages.
+    #[command(hide = true)]
+    Man(installed::ManArgs),
 }
 
 /// How much of the built-in recordings is written.
@@ -386,6 +400,8 @@ pub enum JobError {
     Write(#[from] WriteError),
     #[error("cannot make the directory {}: {source}", .path.display())]
     Directory { path: PathBuf, source: io::Error },
+    #[error("cannot write the manual pages to {}: {source}", .path.display())]
+    Manual { path: PathBuf, source: io::Error },
     #[error("cannot write to standard output: {0}")]
     Output(#[from] io::Error),
     #[error("the split is {0}; it must lie between 0 and 1, and leave both sides a sample")]
@@ -499,7 +515,12 @@ impl Job {
                 .collect(),
             Self::Apply(args) => vec![&mut args.files],
             Self::Metrology(args) => vec![&mut args.files],
-            Self::Inspect(_) | Self::Demo(_) | Self::Batch(_) | Self::Sensor => Vec::new(),
+            Self::Inspect(_)
+            | Self::Demo(_)
+            | Self::Batch(_)
+            | Self::Sensor
+            | Self::Completions(_)
+            | Self::Man(_) => Vec::new(),
         }
     }
 
@@ -592,6 +613,8 @@ fn done(job: Job) -> Result<(), JobError> {
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
         Job::Metrology(args) => metrology::run(&args),
+        Job::Completions(args) => installed::completions(&args),
+        Job::Man(args) => installed::manual(&args),
     }
 }
 

@@ -66,6 +66,7 @@
 // Without the window nobody asks for some of what is there for it.
 #![cfg_attr(not(feature = "gui"), allow(dead_code, unused_imports))]
 
+mod about;
 pub mod analysis;
 pub mod calibration;
 pub mod cli;

@@ -468,6 +468,12 @@ pub fn help(engine: &Engine) -> Vec<Action> {
             Command::Tour(true),
         )
         .only_if(engine.project().recordings.is_simulated()),
+        action(
+            "About LoopScope",
+            "Its version, what it was built from, and the licences of it and of what is in it",
+            None,
+            Command::ShowAbout,
+        ),
     ]
 }
 

@@ -170,6 +170,8 @@ pub enum Command {
     FindSetting(Setting),
     /// Show or hide the help.
     ToggleHelp,
+    /// Show what the program is.
+    ShowAbout,
     /// Show or hide the list of all notices.
     ToggleNotices,
     /// Show or end the tour.

@@ -4,6 +4,7 @@ use egui::RichText;
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
 use crate::features::BLOCKS;
+use crate::ui::about::About;
 use crate::ui::actions::Action;
 use crate::ui::equation::laid_out;
 
@@ -14,6 +15,7 @@ pub struct Help {
     page: Page,
     /// Which page of the guide.
     guide: usize,
+    about: About,
     laid_out: CommonMarkCache,
 }
 
@@ -23,15 +25,21 @@ enum Page {
     Guide,
     Shortcuts,
     Equations,
+    About,
 }
 
-const PAGES: [(Page, &str, &str); 3] = [
+const PAGES: [(Page, &str, &str); 4] = [
     (Page::Guide, "Guide", "What the program does, page by page"),
     (Page::Shortcuts, "Shortcuts", "What can be pressed"),
     (
         Page::Equations,
         "Equations",
         "The paper's, by their numbers",
+    ),
+    (
+        Page::About,
+        "About",
+        "Version, what it was built from, and licences",
     ),
 ];
 
@@ -140,6 +148,12 @@ impl Help {
         self.open = !self.open;
     }
 
+    /// Opens it at what the program is.
+    pub fn open_about(&mut self) {
+        self.open = true;
+        self.page = Page::About;
+    }
+
     /// Draws it while it is open.
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
         if self.open {
@@ -176,6 +190,9 @@ impl Help {
                 }
                 ui.separator();
                 let (page, guide) = (self.page, self.guide);
+                if page == Page::About {
+                    return self.about.ui(ui);
+                }
                 egui::ScrollArea::vertical()
                     .id_salt((page, guide))
                     .auto_shrink([false, false])
@@ -186,7 +203,7 @@ impl Help {
                                 .show(ui, &mut self.laid_out, GUIDE[guide].1);
                         }
                         Page::Shortcuts => shortcuts(ui, &actions()),
-                        Page::Equations => {
+                        Page::Equations | Page::About => {
                             ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
                             equations(ui);
                         }

@@ -1,5 +1,6 @@
 //! The window: the only place that knows egui. One file a pane, and a list of them; [`Shell`] ties them to the engine.
 
+mod about;
 mod actions;
 mod appearance;
 mod blocks_panel;

@@ -197,6 +197,7 @@ impl Shell {
                 setting::seek(ui.ctx(), setting);
             }
             Command::ToggleHelp => self.help.toggle(),
+            Command::ShowAbout => self.help.open_about(),
             Command::ToggleNotices => self.notices.toggle_list(),
             Command::Tour(true) => {
                 self.tour.begin();

@@ -91,3 +91,40 @@ fn names_from_files_are_shown_by_their_codes() {
         assert!(!told.contains(is_hidden), "{arguments:?}: {told:?}");
     }
 }
+
+#[test]
+fn the_version_says_what_it_was_built_from_and_its_short_form_does_not() {
+    let workshop = Workshop::new();
+    let said = |argument| {
+        let output = succeed(workshop.path(), &[argument]);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let short = format!("loopscope {}\n", env!("CARGO_PKG_VERSION"));
+    assert_eq!(said("-V"), short);
+    let long = said("--version");
+    assert!(long.starts_with(&short), "{long}");
+    for name in ["\ncommit: ", "\nfeatures: ", "\ntarget: "] {
+        assert!(long.contains(name), "{long}");
+    }
+}
+
+#[test]
+fn shells_and_manuals_know_every_job() {
+    let workshop = Workshop::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = succeed(workshop.path(), &["completions", shell]);
+        let text = String::from_utf8(output.stdout).unwrap();
+        for word in ["metrology", "leave-out-faulty"] {
+            assert!(text.contains(word), "{shell}: no {word}");
+        }
+    }
+    succeed(workshop.path(), &["man", "pages/man1"]);
+    let page = |name: &str| std::fs::read_to_string(workshop.file(&format!("pages/man1/{name}.1")));
+    let of_program = page("loopscope").unwrap();
+    assert!(of_program.contains("loopscope\\-fit(1)"), "{of_program}");
+    assert!(page("loopscope-fit").unwrap().contains("Examples:"));
+    assert!(page("loopscope-man").is_err());
+    workshop.write("file", "");
+    let refused = run(workshop.path(), &["man", "file"]);
+    assert!(!refused.status.success() && stderr(&refused).contains("file"));
+}

@@ -131,6 +131,24 @@ fn every_control_of_the_import_window_says_on_hover_what_it_does() {
 }
 
 #[test]
+fn the_program_says_what_it_is_and_whose_work_is_in_it() {
+    let mut window = window(Vec::new());
+    window.set_size(Vec2::new(1600.0, 1200.0));
+    quick_to_explain(&mut window);
+    menu(&mut window, "Help", "About LoopScope");
+    assert!(has(&window, env!("CARGO_PKG_VERSION")));
+    assert!(has(&window, "gui"), "features");
+    assert!(has(&window, "Permission is hereby granted"));
+    click(&mut window, Role::Button, "Crates in it");
+    assert!(has(&window, "accesskit"));
+    for button in ["Copy these", "MIT", "Crates in it"] {
+        let rect = window.get_by_role_and_label(Role::Button, button).rect();
+        assert!(explains(&mut window, rect.center()), "{button}");
+    }
+    window.check_accessibility();
+}
+
+#[test]
 fn every_item_of_a_menu_says_on_hover_what_it_does() {
     let files = Files::new();
     let mut window = window(files.three());

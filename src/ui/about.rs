@@ -1,0 +1,72 @@
+//! What this program is, what it was built from, and the licences of it and of what is in it.
+
+use egui::{RichText, ScrollArea, TextStyle};
+
+use crate::about::{LICENCES_OF_CRATES, OWN_LICENCES, built};
+
+/// The page; it remembers whose licences are on screen.
+#[derive(Debug, Default)]
+pub struct About {
+    /// Of [`texts`].
+    shown: usize,
+}
+
+/// The texts, with what their buttons say of them.
+fn texts() -> [(&'static str, &'static str, &'static str); 3] {
+    let [(mit, mit_text), (apache, apache_text)] = OWN_LICENCES;
+    [
+        (mit, mit_text, "One of the program's own licences"),
+        (apache, apache_text, "One of the program's own licences"),
+        (
+            "Crates in it",
+            LICENCES_OF_CRATES,
+            "What others wrote that is in this program, with its authors and licences",
+        ),
+    ]
+}
+
+impl About {
+    /// Draws it.
+    pub fn ui(&mut self, ui: &mut egui::Ui) {
+        ui.heading("LoopScope");
+        ui.label("Calibrates force/torque sensors and shows what their past does to them");
+        ui.add_space(6.0);
+        egui::Grid::new("built")
+            .num_columns(2)
+            .spacing([16.0, 4.0])
+            .show(ui, |ui| {
+                for (name, value) in built() {
+                    ui.label(RichText::new(name).strong());
+                    ui.label(value);
+                    ui.end_row();
+                }
+            });
+        let copy = ui.button("Copy these");
+        let copy = copy.on_hover_text("To the clipboard, for a report of a fault");
+        if copy.clicked() {
+            let lines = built().map(|(name, value)| format!("{name}: {value}"));
+            ui.ctx().copy_text(lines.join("\n"));
+        }
+        ui.separator();
+        let texts = texts();
+        ui.horizontal(|ui| {
+            ui.label("Licence: MIT or Apache-2.0, at your choice");
+            for (at, (name, _, explanation)) in texts.iter().enumerate() {
+                ui.selectable_value(&mut self.shown, at, *name)
+                    .on_hover_text(*explanation);
+            }
+        });
+        let (name, text, _) = texts[self.shown];
+        let lines: Vec<&str> = text.lines().collect();
+        let height = ui.text_style_height(&TextStyle::Monospace);
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+        ScrollArea::both()
+            .id_salt(name)
+            .auto_shrink([false, false])
+            .show_rows(ui, height, lines.len(), |ui, rows| {
+                for line in &lines[rows] {
+                    ui.monospace(*line);
+                }
+            });
+    }
+}
