@@ -390,6 +390,8 @@ pub enum JobError {
         expected: Vec<String>,
         actual: Vec<String>,
     },
+    #[error("the rows have no auxiliary channel {channel}, which the calibration needs")]
+    LiveAuxiliary { channel: String },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
     SameOutput {
         first: PathBuf,

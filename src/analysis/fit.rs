@@ -193,7 +193,11 @@ impl Dataset {
             shares,
             squares,
         } = match ridge {
-            RidgeChoice::ByBlock => Chosen::by_block(&chooses, &design),
+            RidgeChoice::ByBlock => Chosen::by_block(&chooses, &design, design.blocks()),
+            // What drifts with a temperature and what the past adds are not of one size.
+            RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
+                Chosen::by_block(&chooses, &design, design.ridge_groups())
+            }
             _ => Chosen::alike(&chooses, ridge),
         };
         let squares = squares.filter(|_| whole.is_none());
@@ -281,8 +285,12 @@ impl Chosen {
     }
 
     /// A strength for each block; with nothing to compare them by as [`Self::alike`].
-    fn by_block(left_out: &LeftOut<'_>, design: &Design) -> Self {
-        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
+    fn by_block(
+        left_out: &LeftOut<'_>,
+        design: &Design,
+        blocks: Vec<(String, Vec<usize>)>,
+    ) -> Self {
+        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = blocks.into_iter().unzip();
         let Some(chosen) = left_out.by_block(&blocks) else {
             return Self::alike(left_out, RidgeChoice::ByBlock);
         };

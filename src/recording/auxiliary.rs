@@ -119,7 +119,6 @@ pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::recording::{Axis, Recording, Source};
 
     fn recording() -> Recording {
