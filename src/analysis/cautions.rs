@@ -51,6 +51,8 @@ pub enum Caution {
     LinearAlone(Vec<Axis>),
     /// Auxiliary channels were asked for and cannot be used, each with its reason.
     Auxiliary(Vec<String>),
+    /// Auxiliary channels of recordings that were not trained show what was not trained.
+    AuxiliaryBeyond(Vec<String>),
     /// The axes on which the test says that compensating does harm.
     Worse(Vec<Axis>),
 }
@@ -93,6 +95,14 @@ impl Dataset {
             found.extend(calibration.undetermined().map(Caution::Undetermined));
             found.extend(self.unused_auxiliary(calibration).map(Caution::Auxiliary));
         }
+        let shown = self
+            .entries
+            .iter()
+            .filter(|entry| entry.role != Role::Train || !fitted);
+        let beyond: Vec<String> = shown
+            .flat_map(|entry| calibration.auxiliary_beyond(&entry.recording))
+            .collect();
+        found.extend((!beyond.is_empty()).then_some(Caution::AuxiliaryBeyond(beyond)));
         found.extend(calibration.why_not_left_out().map(Caution::NotLeftOut));
         if fitted {
             // The parts that are left of a recording are one.
@@ -197,6 +207,7 @@ impl Caution {
             }
             Self::LinearAlone(axes) => format!("no second stage on {}", symbols(axes)),
             Self::Auxiliary(_) => "auxiliary channels not used".to_owned(),
+            Self::AuxiliaryBeyond(_) => "auxiliary channels beyond what was trained".to_owned(),
             Self::Worse(axes) => format!("worse on test: {}", symbols(axes)),
         }
     }
@@ -304,6 +315,11 @@ impl std::fmt::Display for Caution {
             Self::Auxiliary(reasons) => {
                 write!(f, "auxiliary channels: {}", reasons.join("; "))
             }
+            Self::AuxiliaryBeyond(beyond) => write!(
+                f,
+                "{}: the effect is carried on in a straight line there",
+                beyond.join("; ")
+            ),
             Self::Worse(axes) => write!(
                 f,
                 "on the test recordings the compensated load is worse than the conventional one on {}; take fewer blocks, a \

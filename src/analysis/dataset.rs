@@ -19,7 +19,8 @@ use crate::features::{Auxiliary, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
-    Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of, load_ranges, median,
+    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, full_scale_of, load_ranges,
+    median,
 };
 
 /// RMSE per axis of one recording: conventional, compensated.
@@ -197,6 +198,13 @@ impl Dataset {
         }
     }
 
+    /// The conventional loads of a recording, all of them.
+    pub fn conventional_loads(&self, at: usize) -> Vec<f64> {
+        let present = self.present_loads(at);
+        let made = || loads_from_gauges(present.map, present.recording);
+        present.kept.map_or_else(made, <[f64]>::to_vec)
+    }
+
     /// As if there were too many to be kept.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
@@ -316,6 +324,7 @@ impl Dataset {
             version: VERSION,
             program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
             simulated: self.key.recordings.is_simulated(),
+            identity: Identity::default(),
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
             units: layout

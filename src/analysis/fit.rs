@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
-    BlockRidge, Calibration, CrossValidation, LinearMap, NormalEquations, Past, Piece, Quality,
-    Ridge, RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, recording_sums,
+    BlockRidge, Calibration, CoefficientUncertainty, CrossValidation, LinearMap, MOST_FEATURES,
+    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
+    fit, fit_targets, recording_sums,
 };
 use crate::evaluation::cross_validation::{are_left_out_whole, folds};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
@@ -222,6 +223,9 @@ impl Dataset {
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
+        let coefficients = (left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES)
+            .then(|| self.maps_left_out(&design, parts, terms(&all), &shares))
+            .and_then(|maps| CoefficientUncertainty::of(self.cross_validation(), &maps));
         let left_out_present = left_out(parts, &present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
@@ -238,6 +242,7 @@ impl Dataset {
             },
             ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
+            coefficients,
             ..Quality::default()
         };
         let errors = of_recordings

@@ -184,7 +184,9 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
             Caution::Still(..) => ("still", Doubtful),
             Caution::Outside(_, _, outside) if is_far_outside(outside) => ("outside", Doubtful),
             Caution::Outside(..) => ("outside", Enough),
-            Caution::Rank(..) | Caution::Auxiliary(_) => ("undetermined", Enough),
+            Caution::Rank(..) | Caution::Auxiliary(_) | Caution::AuxiliaryBeyond(_) => {
+                ("undetermined", Enough)
+            }
             Caution::Worse(_) => ("error", Doubtful),
             Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {
                 return None;

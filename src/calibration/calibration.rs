@@ -12,13 +12,14 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, CoefficientUncertainty, GridEdge, LinearMap, Regressor, UsedRecording,
+    loads_from_gauges,
 };
 use crate::features::{
     AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
 };
 use crate::progress::Progress;
-use crate::recording::{Axis, RECORDING, Recording, Tare};
+use crate::recording::{Axis, Identity, RECORDING, Recording, Tare, span};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -81,6 +82,9 @@ pub struct Quality {
     /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
+    /// How certain the coefficients of the compensated matrix are, where parts were left out and it has not too many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coefficients: Option<CoefficientUncertainty>,
 }
 
 impl Quality {
@@ -186,6 +190,9 @@ pub struct Calibration<M = LinearMap> {
     pub program: String,
     /// Whether it was made from the built-in simulated sensor rather than from a real one.
     pub simulated: bool,
+    /// Which sensor it is of, who calibrated it, when, and against what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
     /// Gauge names in column order.
     pub gauges: Vec<String>,
     /// Axes in row order.
@@ -294,6 +301,32 @@ impl Calibration {
         })
     }
 
+    /// What auxiliary channels of a recording show that was not trained, in sentences.
+    pub fn auxiliary_beyond(&self, recording: &Recording) -> Vec<String> {
+        let Ok(prepared) = self.prepared(recording) else {
+            return Vec::new();
+        };
+        let channels = self.features.auxiliary.iter();
+        let outside =
+            channels
+                .zip(prepared.auxiliary().ranges())
+                .filter(|(channel, (low, high))| {
+                    let (least, most) = channel.limits();
+                    *low < least || *high > most
+                });
+        outside
+            .map(|(channel, range)| {
+                format!(
+                    "{} of {} is {}, and was trained from {}",
+                    channel.name,
+                    recording.name(),
+                    span(range, &channel.unit),
+                    span((channel.min, channel.max), &channel.unit)
+                )
+            })
+            .collect()
+    }
+
     /// Whether an auxiliary channel shows what was not trained.
     pub fn has_auxiliary_beyond(&self, auxiliary: &[f64]) -> bool {
         let mut channels = self.features.auxiliary.iter().zip(auxiliary);
@@ -301,6 +334,14 @@ impl Calibration {
             let (low, high) = channel.limits();
             *value < low || *value > high
         })
+    }
+
+    /// This of the sensor that somebody says it is; what it knows of it stays where nothing else is said.
+    pub fn of_sensor(&self, identity: &Identity) -> Self {
+        Self {
+            identity: self.identity.with(identity),
+            ..self.clone()
+        }
     }
 
     /// The names of the columns of the compensated matrix, in order.

@@ -122,6 +122,7 @@ impl<M> Calibration<M> {
             version: self.version,
             program: self.program,
             simulated: self.simulated,
+            identity: self.identity,
             gauges: self.gauges,
             axes: self.axes,
             units: self.units,

@@ -485,7 +485,12 @@ impl Engine {
         let fitted_to = applied
             .is_none()
             .then(|| Arc::clone(&self.project.recordings));
-        Some(FileContent::Calibration(Arc::clone(calibration), fitted_to))
+        let identity = &self.project.identity;
+        let calibration = match *identity == calibration.identity {
+            true => Arc::clone(calibration),
+            false => Arc::new(calibration.of_sensor(identity)),
+        };
+        Some(FileContent::Calibration(calibration, fitted_to))
     }
 
     /// A report as a file's content.

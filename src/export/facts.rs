@@ -25,6 +25,8 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
         ("holds", holds.to_owned()),
         ("leaves out", leaves_out.to_owned()),
     ];
+    let identity = calibration.identity.entered();
+    facts.extend(identity.map(|(item, text)| (item.label(), text.to_owned())));
     facts.extend(settings_of(calibration));
     facts.extend([
         ("RMSE conventional", scores(&quality.conventional)),

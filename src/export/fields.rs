@@ -95,6 +95,11 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     fields.extend(rate.map(|rate| field("", "rate_hz", Value::Number(rate))));
     let tare = calibration.tare.iter();
     fields.extend(tare.map(|tare| field("", "tared", Value::Text(tare.to_string()))));
+    let identity = calibration.identity.entered();
+    fields.extend(identity.map(|(item, text)| Field {
+        about: item.label(),
+        ..field("identity", item.key(), Value::Text(text.to_owned()))
+    }));
     fields.extend([
         field(
             "blocks",

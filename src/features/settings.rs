@@ -351,7 +351,10 @@ impl FeatureSettings {
             parts.push(self.distance.in_words(*f_th) + &t_th);
         }
         parts.extend(self.blocks.used().map(|(block, values)| {
-            let name = block.name().to_lowercase();
+            let mut name = block.name().to_lowercase();
+            if matches!(block.appends(), Appends::Auxiliary) && !self.auxiliary.is_empty() {
+                name = format!("{name} {},", self.auxiliary_names().join(", "));
+            }
             format!("{name} {}", block.setting().in_words(values))
         }));
         parts.join("; ")

@@ -440,6 +440,13 @@ impl Recording {
         &self.load_ranges
     }
 
+    /// The least step of a gauge from sample to sample that is not zero; `None` where it never moves.
+    pub fn least_step(&self, gauge: usize) -> Option<f64> {
+        let values = || self.gauges().iter().skip(gauge).step_by(self.n_gauges());
+        let steps = values().zip(values().skip(1)).map(|(a, b)| (a - b).abs());
+        steps.filter(|step| *step > 0.0).reduce(f64::min)
+    }
+
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
     ///
     /// A step of 0 counts as 1. The rows of a load case all stay: they are not samples of one motion.

@@ -264,7 +264,7 @@ fn a_library_tries_auxiliary_channels() {
     let header = at("src/warm.h");
     assert!(header.contains("#define WARM_AUXILIARY 2"));
     assert!(
-        header.contains("[°C], trained from 15.0 to 35.0 °C"),
+        header.contains("[°C], trained from 15 to 35 °C"),
         "{header}"
     );
 }

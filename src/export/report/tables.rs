@@ -8,7 +8,9 @@ use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::facts::settings_of;
 use crate::features::Distance;
 use crate::recording::Role;
-use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note, sufficiency_tables};
+use crate::report::{
+    Align, Cell, Column, Shown, Table, errors, factory_note, sufficiency_tables, uncertainty_tables,
+};
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
 const MAX_FEATURES: usize = 400;
@@ -165,6 +167,22 @@ fn rmse_row(recording: &ReportRecording, n_columns: usize) -> Vec<Cell> {
     }
     row.resize(n_columns, Cell::continued());
     row
+}
+
+pub(super) fn uncertainty(report: &ReportData, page: &mut Markup) {
+    page.section("uncertainty", "", "Uncertainty", |page| {
+        match &report.uncertainty {
+            Ok(found) => {
+                uncertainty_tables(found)
+                    .iter()
+                    .for_each(|table| page.table(table));
+                for note in &found.notes {
+                    page.element("p", &format!("{note}."));
+                }
+            }
+            Err(reason) => page.element("p", reason),
+        }
+    });
 }
 
 pub(super) fn settings(report: &ReportData, page: &mut Markup) {
