@@ -327,7 +327,7 @@ mod tests {
         .calibration;
         let blocks = &calibration.quality.ridge_by_block;
         let names: Vec<&str> = blocks.iter().map(|own| own.block.as_str()).collect();
-        assert_eq!(names, ["history and products", "auxiliary channels"]);
+        assert_eq!(names, ["creep 1 s", "auxiliary T, 0 s"]);
         assert!(blocks[1].strengths[0].unwrap() < 1e-3);
         assert!(test_rmse(&calibration) < 1.2 * NOISE);
     }

@@ -206,7 +206,9 @@ impl Caution {
                 "the kernel's ridge is the strongest".to_owned()
             }
             Self::LinearAlone(axes) => format!("no second stage on {}", symbols(axes)),
-            Self::Auxiliary(_) => "auxiliary channels not used".to_owned(),
+            Self::Auxiliary(reasons) => {
+                format!("{} not used", counted(reasons.len(), "auxiliary channel"))
+            }
             Self::AuxiliaryBeyond(_) => "auxiliary channels beyond what was trained".to_owned(),
             Self::Worse(axes) => format!("worse on test: {}", symbols(axes)),
         }

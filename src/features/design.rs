@@ -107,23 +107,13 @@ impl Design {
         blocks
     }
 
-    /// What one automatic ridge is chosen for: auxiliary channels, and everything else that is appended.
-    pub fn ridge_groups(&self) -> Vec<(String, Vec<usize>)> {
-        let is_auxiliary = |column| matches!(column, Column::Auxiliary { .. });
-        let is_other = |column: Column| {
-            column.kind() == ColumnKind::Appended && !matches!(column, Column::Auxiliary { .. })
-        };
-        let mut groups = vec![
-            (
-                "history and products".to_owned(),
-                self.where_column(is_other),
-            ),
-            (
-                "auxiliary channels".to_owned(),
-                self.where_column(is_auxiliary),
-            ),
-        ];
-        groups.retain(|(_, columns)| !columns.is_empty());
+    /// The columns that one automatic ridge is chosen for: everything that is appended but auxiliary channels, and these.
+    pub fn ridge_groups(&self) -> Vec<Vec<usize>> {
+        let is_auxiliary = |column: Column| matches!(column, Column::Auxiliary { .. });
+        let is_other =
+            |column: Column| column.kind() == ColumnKind::Appended && !is_auxiliary(column);
+        let mut groups = vec![self.where_column(is_other), self.where_column(is_auxiliary)];
+        groups.retain(|columns| !columns.is_empty());
         groups
     }
 
