@@ -164,6 +164,18 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         numbers("gauge_scale", "deviation", &scale.deviation),
     ]);
     let quality = &calibration.quality;
+    if let Some(known) = &quality.coefficients {
+        let group = "uncertainty";
+        fields.push(field(
+            group,
+            "left_out",
+            Value::Text(known.left_out.to_string()),
+        ));
+        fields.push(Field {
+            about: "of the coefficients of the compensated matrix, by a jackknife",
+            ..field(group, "standard", Value::Matrix(known.standard.clone()))
+        });
+    }
     let conventional = Some((&calibration.conventional, &quality.conventional));
     let compensated = calibration.compensated.as_ref();
     let compensated = compensated.map(|map| (map, &quality.compensated));

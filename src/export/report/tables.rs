@@ -230,6 +230,11 @@ pub(super) fn matrices(report: &ReportData, page: &mut Markup) {
         matrix("Conventional (Conv.)", &calibration.conventional, calibration, page);
         if let Some(map) = &calibration.compensated {
             matrix("Compensated (Comp.)", map, calibration, page);
+            if let Some(known) = &calibration.quality.coefficients {
+                let map = LinearMap { columns: map.columns.clone(), matrix: known.standard.clone() };
+                let title = format!("Compensated (Comp.): standard uncertainties, a jackknife {}", known.left_out);
+                matrix(&title, &map, calibration, page);
+            }
         }
         if calibration.learned.is_some() {
             page.element(
