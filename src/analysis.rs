@@ -5,6 +5,7 @@
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
 //! regressors, a [`Study`] for thresholds.
 
+mod auxiliary_inputs;
 mod best;
 mod cautions;
 mod comparison;

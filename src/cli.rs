@@ -461,6 +461,8 @@ pub enum JobError {
         expected: Vec<String>,
         actual: Vec<String>,
     },
+    #[error("the rows have no auxiliary channel {channel}, which the calibration needs")]
+    LiveAuxiliary { channel: String },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
     SameOutput {
         first: PathBuf,
@@ -826,6 +828,12 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                     path.display()
                 ));
             }
+            for beyond in recordings
+                .iter()
+                .flat_map(|own| calibration.auxiliary_beyond(own))
+            {
+                tell(&format_args!("warning: {beyond}"));
+            }
             if let Some(output) = outputs.get(at) {
                 if recordings.is_empty() && args.read.keep_going {
                     continue;
@@ -923,7 +931,7 @@ fn write_atomically_applied(
     with_status: bool,
     output: &Path,
 ) -> Result<(), JobError> {
-    let check = |recording| calibration.check_gauges(recording);
+    let check = |recording| calibration.prepared(recording).map(|_| ());
     let checked: Result<(), CalibrationError> = recordings.iter().try_for_each(check);
     checked.map_err(|source| JobError::Apply {
         path: path.to_owned(),

@@ -194,7 +194,15 @@ impl Dataset {
             shares,
             squares,
         } = match ridge {
-            RidgeChoice::ByBlock => Chosen::by_block(&chooses, &design),
+            RidgeChoice::ByBlock => {
+                let blocks = design.blocks().into_iter();
+                let groups: Vec<_> = blocks.map(|(_, columns)| columns).collect();
+                Chosen::by_group(&chooses, &design, &groups)
+            }
+            // What drifts with a temperature and what the past adds are not of one size.
+            RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
+                Chosen::by_group(&chooses, &design, &design.ridge_groups())
+            }
             _ => Chosen::alike(&chooses, ridge),
         };
         let squares = squares.filter(|_| whole.is_none());
@@ -285,12 +293,21 @@ impl Chosen {
         }
     }
 
-    /// A strength for each block; with nothing to compare them by as [`Self::alike`].
-    fn by_block(left_out: &LeftOut<'_>, design: &Design) -> Self {
+    /// A strength for each group of blocks; with nothing to compare them by as [`Self::alike`].
+    fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
         let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
-        let Some(chosen) = left_out.by_block(&blocks) else {
+        let Some(chosen) = left_out.by_block(groups) else {
             return Self::alike(left_out, RidgeChoice::ByBlock);
         };
+        let group_of =
+            |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
+        let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
+            let groups = blocks.iter().map(group_of);
+            groups
+                .map(|group| own[group.expect("a block is in a group")])
+                .collect()
+        };
+        let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
         let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
         let weakest = |own: &Vec<Option<f64>>| {
             let taken = own.iter().flatten().copied();

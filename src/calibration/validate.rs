@@ -47,6 +47,15 @@ pub enum CalibrationError {
         expected: String,
         actual: String,
     },
+    #[error(
+        "{recording} has no auxiliary channel {channel}, which the calibration needs (it has: {}); name the column so, or make it \"auxiliary\" in a \
+         column map", if .found.is_empty() { "none" } else { .found }
+    )]
+    Auxiliary {
+        recording: String,
+        channel: String,
+        found: String,
+    },
     #[error("features: {0}")]
     Features(#[from] FeatureError),
     #[error("learned: {0}")]

@@ -392,6 +392,9 @@ fn print_fit(
         quality.rank,
         calibration.feature_names().len(),
     )?;
+    for channel in &calibration.features.auxiliary {
+        writeln!(out, "auxiliary channel {}", channel.in_words())?;
+    }
     if let Some(ridge) = quality.ridge_in_words(&calibration.axes) {
         writeln!(out, "ridge {ridge}")?;
     }

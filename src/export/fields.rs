@@ -3,7 +3,7 @@
 //! Networks and kernels are not in it: only files of arrays have room for them.
 
 use crate::calibration::{Calibration, LinearMap, Scores};
-use crate::features::{Setting, Stored, Thresholds};
+use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
 /// One of its parts.
 pub(super) struct Field {
@@ -129,6 +129,35 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             ..field("blocks", key, value)
         }
     }));
+    if features.uses_auxiliary() {
+        let channels = &features.auxiliary;
+        let of = |name, about, pick: fn(&AuxiliaryChannel) -> f64| Field {
+            about,
+            ..field(
+                "auxiliary",
+                name,
+                Value::Numbers(channels.iter().map(pick).collect()),
+            )
+        };
+        let units = channels
+            .iter()
+            .map(|channel| channel.unit.clone())
+            .collect();
+        fields.extend([
+            field(
+                "auxiliary",
+                "channels",
+                Value::Texts(features.auxiliary_names()),
+            ),
+            field("auxiliary", "units", Value::Texts(units)),
+            of("reference", "what the effect counts from", |own| {
+                own.reference
+            }),
+            of("inverse_scale", "", |own| own.inverse_scale),
+            of("min", "the least value that was trained", |own| own.min),
+            of("max", "the greatest value that was trained", |own| own.max),
+        ]);
+    }
     fields.extend([
         numbers("gauge_scale", "shift", &scale.shift),
         numbers("gauge_scale", "inverse_scale", &scale.inverse_scale),

@@ -70,6 +70,16 @@ impl LiveTable {
         &self.plan.auxiliary_names
     }
 
+    /// Where each of these auxiliary channels stands in a row; the first that is not there, if there is one.
+    pub fn auxiliary_places(&self, names: &[String]) -> Result<Vec<usize>, String> {
+        let own = self.auxiliary_names();
+        let place = |name: &String| own.iter().position(|own| own == name);
+        let places = names
+            .iter()
+            .map(|name| place(name).ok_or_else(|| name.clone()));
+        places.collect()
+    }
+
     /// The axes of the reference; empty without one.
     pub fn axes(&self) -> &[Axis] {
         &self.plan.axes

@@ -107,8 +107,13 @@ impl AuxiliaryTable {
     }
 }
 
-/// A range with its unit, in as many digits as tell its ends apart: `21.5 to 24.0 °C`.
+/// A range with its unit, or the one value that it is; in as many digits as tell its ends apart: `21.5 to 24.0 °C`.
 pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
+    if low == high {
+        return format!("{} {unit}", (low * 1e6).round() / 1e6)
+            .trim_end()
+            .to_owned();
+    }
     let width = (high - low)
         .max(1e-3 * low.abs().max(high.abs()))
         .max(f64::MIN_POSITIVE);
@@ -119,7 +124,6 @@ pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::recording::{Axis, Recording, Source};
 
     fn recording() -> Recording {
@@ -166,7 +170,7 @@ mod tests {
         );
         assert_eq!(
             recording.auxiliary().in_words(),
-            ["T 20.0 to 25.0 °C", "U 5.0000 to 5.0000 V"]
+            ["T 20.0 to 25.0 °C", "U 5 V"]
         );
     }
 

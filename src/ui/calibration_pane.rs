@@ -204,6 +204,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
         (Column::Gauge(_), Column::Gauge(_)) => true,
         (Column::Past { history: one, .. }, Column::Past { history: other, .. }) => one == other,
         (Column::Monomial(_), Column::Monomial(_)) => true,
+        (Column::Auxiliary { .. }, Column::Auxiliary { .. }) => true,
         _ => false,
     };
     let mut end = 0;
@@ -216,6 +217,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
                 format!("S_{{{}}}", history.to_string().replace('_', " "))
             }
             Column::Monomial(_) => "products".to_owned(),
+            Column::Auxiliary { .. } => "auxiliary".to_owned(),
             Column::Offset => "c".to_owned(),
         };
         Block {

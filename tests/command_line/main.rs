@@ -7,6 +7,7 @@ mod table;
 mod workshop;
 
 mod apply;
+mod auxiliary;
 mod best;
 mod blocks;
 mod built_in;
