@@ -58,6 +58,14 @@ impl CoefficientUncertainty {
         })
     }
 
+    /// Whether it is of a matrix with so many rows and columns.
+    pub(crate) fn is_of(&self, n_axes: usize, n_columns: usize) -> bool {
+        let all = self.standard.iter().chain(self.covariance.iter().flatten());
+        let square = self.covariance.iter().all(|own| own.len() == n_columns);
+        let counts = self.standard.len() == n_axes && self.covariance.len() == n_axes;
+        counts && square && all.into_iter().all(|row| row.len() == n_columns)
+    }
+
     /// All numbers of it.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
         let covariance = self.covariance.iter().flatten().flatten();

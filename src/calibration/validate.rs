@@ -122,18 +122,8 @@ impl Calibration {
         let ends: Vec<f64> = ends.filter_map(|end| *end).collect();
         usable("gauge_limits", &ends, -LARGEST)?;
         if let Some(own) = &self.quality.coefficients {
-            let field = "quality.coefficients";
-            let n_columns = self.columns().len();
-            length(field, n_axes, own.standard.len())?;
-            length(field, n_axes, own.covariance.len())?;
-            let rows = own.standard.iter().chain(own.covariance.iter().flatten());
-            rows.into_iter()
-                .try_for_each(|row| length(field, n_columns, row.len()))?;
-            own.covariance
-                .iter()
-                .try_for_each(|of_axis| length(field, n_columns, of_axis.len()))?;
             let numbers: Vec<f64> = own.numbers().copied().collect();
-            usable(field, &numbers, -LARGEST)?;
+            usable("quality.coefficients", &numbers, -LARGEST)?;
         }
         usable("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE)?;
         usable("history_step_secs", &[self.history_step_secs], 0.0)?;

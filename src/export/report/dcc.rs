@@ -26,6 +26,7 @@ const NOT_STATED: &str = "not stated";
 
 /// Why there is no such certificate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum DccError {
     #[error("a machine-readable certificate needs {}; enter them in sensor.toml or in the window", .0.join(", "))]
     Missing(Vec<&'static str>),
