@@ -6,6 +6,7 @@ use crate::calibration::{AppliedLoads, Calibration};
 use crate::evaluation::metrology::{
     Dwell, Figure, Metrology, Quantity, Rules, Run, dwells, extents_of_set, table_by,
 };
+use crate::evaluation::numbers::significant;
 use crate::evaluation::uncertainty::{
     AxisUncertainty, Evidence, GroupErrors, Source, StepFigures, Uncertainty, step_figures,
 };
@@ -149,6 +150,7 @@ pub fn uncertainty(
     if let Err(problem) = &reference {
         notes.push(problem.clone());
     }
+    let temperature = temperature(&data);
     let axes = (0..calibration.axes.len()).filter_map(|at| {
         let reference = match &reference {
             Ok(all) => all[at]
@@ -164,10 +166,7 @@ pub fn uncertainty(
             tests: &tests,
             added: vec![
                 (Source::Reference, reference),
-                (
-                    Source::Temperature,
-                    Err("no temperature is known".to_owned()),
-                ),
+                (Source::Temperature, Err(temperature.clone())),
             ],
             within: measured.parts(at, &data, calibration),
         };
@@ -193,13 +192,35 @@ pub fn uncertainty(
     })
 }
 
+/// What is known of the temperature: within what the recordings span its effects are in their errors.
+fn temperature(data: &Dataset) -> String {
+    let used = data.entries.iter().filter(|entry| entry.role != Role::Off);
+    let values = used.flat_map(|entry| {
+        let channels = entry.recording.auxiliary();
+        let at = channels.units().iter().position(|unit| unit == "°C");
+        at.into_iter()
+            .flat_map(move |at| channels.values().iter().skip(at).step_by(channels.len()))
+    });
+    let span = values
+        .map(|own| (*own, *own))
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    match span {
+        None => "no temperature is known".to_owned(),
+        Some((low, high)) => format!(
+            "the recordings span {} to {} °C; what other temperatures do is not known",
+            significant(low, 3),
+            significant(high, 3)
+        ),
+    }
+}
+
 /// What few groups leave open.
 fn few_groups(axes: &[AxisUncertainty], n_groups: usize) -> Option<String> {
     let most = axes
         .iter()
         .map(|own| own.factor_by_degrees)
         .fold(2.0, f64::max);
-    let shown = crate::evaluation::numbers::significant(most, 3);
+    let shown = significant(most, 3);
     (most > 2.2).then(|| {
         format!("The scatter between {n_groups} groups is known by as few: for 95 % some axes would take k = {shown} in place of 2")
     })
