@@ -5,6 +5,7 @@
 //! answers at once, so what takes long is asked for apart: [`train`] for networks and kernels, [`compare`] for tables of
 //! regressors, a [`Study`] for thresholds.
 
+mod auxiliary_inputs;
 mod best;
 mod cautions;
 mod comparison;
@@ -15,6 +16,7 @@ mod factory;
 mod fit;
 mod intervals;
 mod learning;
+mod left_out_fits;
 pub mod loops;
 mod models;
 mod report;
@@ -23,6 +25,7 @@ mod sufficiency;
 mod trace_values;
 mod traces;
 mod training;
+mod uncertainty;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -51,7 +54,7 @@ pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
 pub use learning::TrainingStep;
 pub use models::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
-pub use report::report;
+pub use report::{Told, report, report_of};
 pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use sufficiency::{HangingMass, sufficiency};
@@ -60,6 +63,7 @@ pub use traces::View;
 pub(crate) use traces::{AxisTraces, TraceSet};
 pub(crate) use training::train_unscored;
 pub use training::{Scored, train, train_and_score};
+pub use uncertainty::uncertainty;
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -156,6 +160,12 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
+    #[error(
+        "no error is known that a fit has not seen: record more, test recordings too, or fit linearly"
+    )]
+    NothingUnseen,
+    #[error("{0}")]
+    Measuring(String),
     #[error("{recording}: its reference has other axes than the calibration")]
     OtherAxes { recording: String },
     #[error(

@@ -1,5 +1,6 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
+mod batch;
 mod best;
 mod check;
 mod choices;
@@ -16,12 +17,14 @@ mod report;
 mod sweep;
 mod traces;
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -31,9 +34,10 @@ use crate::about;
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::faults::{Faults, faults, faults_of};
+use crate::evaluation::limits::LimitsError;
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
+    DccError, FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
     check_targets, name_gauges, names_gauges, read_with_notes, target_endings, target_for,
     write_atomically, write_loads_csv,
 };
@@ -42,6 +46,8 @@ use crate::formats::csv::write_csv;
 use crate::import::map::{ColumnMap, MapFileError};
 use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
+use crate::recording::Item;
+use crate::recording::identity::SensorFileError;
 use crate::recording::{LayoutError, Recording, Tare, TareError, ValidRange, simulated};
 use crate::shown::{self, printable};
 
@@ -135,6 +141,10 @@ pub enum Job {
     Fit(Box<FitArgs>),
     /// Say whether the recordings carry the model: what they reach, load cases for coefficients, and which to record next.
     Check(Box<check::CheckArgs>),
+    /// Fit, judge and export every sensor of a folder, one folder each: for a factory.
+    Batch(Box<batch::BatchArgs>),
+    /// Print a description of a sensor to fill in: `sensor.toml`.
+    Sensor,
     /// Fit, and write a report with tables and pictures: one HTML file.
     Report(Box<ReportArgs>),
     /// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
@@ -182,7 +192,7 @@ pub struct Demo {
 }
 
 /// How files are read, for all jobs that read recordings.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct ReadArgs {
     /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
@@ -197,6 +207,9 @@ pub struct ReadArgs {
     /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes. Exported code then says where a gauge is clipped.
     #[arg(long)]
     leave_out_faulty: bool,
+    /// Go on without files that cannot be read; the exit code is 1 then.
+    #[arg(long)]
+    keep_going: bool,
 }
 
 /// Of more recordings of a file that look faulty the others are counted.
@@ -211,6 +224,23 @@ fn gauge_range(text: &str) -> Result<(f64, f64), String> {
 }
 
 impl ReadArgs {
+    /// Nothing in the place of what cannot be done with a file, where that is wanted.
+    fn or_left_out<T: Default>(&self, done: Result<T, JobError>) -> Result<T, JobError> {
+        match done {
+            Err(error) if self.keep_going => {
+                tell(&format_args!("left out: {error}"));
+                LEFT_OUT.fetch_add(1, Ordering::Relaxed);
+                Ok(T::default())
+            }
+            done => done,
+        }
+    }
+
+    /// The column map's file.
+    fn map_file(&self) -> impl Iterator<Item = &PathBuf> {
+        self.columns.iter()
+    }
+
     /// Recordings of a file as they are wanted, in parts where what is left out is long; what was done, or looks wrong, goes to
     /// standard error.
     fn prepared(&self, recordings: Vec<Recording>) -> Result<Vec<Recording>, JobError> {
@@ -326,6 +356,31 @@ pub enum JobError {
     Tare(#[from] TareError),
     #[error("{name}: all samples look faulty; none would be left")]
     AllFaulty { name: String },
+    #[error("{}: no sensors: neither folders with recordings nor, with --sensor-from file, recordings", .path.display())]
+    NoSensors { path: PathBuf },
+    #[error("{count} out of tolerance")]
+    OutOfTolerance { count: usize },
+    #[error("{count} could not be calibrated")]
+    SomeFailed { count: usize },
+    #[error("{source}. It is in {folder}, or leave out what cannot be read by --keep-going")]
+    InFolder {
+        source: Box<JobError>,
+        folder: ReadError,
+    },
+    #[error("left out because they could not be read: {count}")]
+    LeftOut { count: usize },
+    #[error("{}: the folder holds no recordings", .path.display())]
+    EmptyFolder { path: PathBuf },
+    #[error(
+        "every recording is called test…, so none is left to train on; --split trains on a part of each"
+    )]
+    OnlyTests,
+    #[error(transparent)]
+    Sensor(#[from] SensorFileError),
+    #[error(transparent)]
+    Limits(#[from] LimitsError),
+    #[error(transparent)]
+    Dcc(#[from] DccError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -406,6 +461,8 @@ pub enum JobError {
         expected: Vec<String>,
         actual: Vec<String>,
     },
+    #[error("the rows have no auxiliary channel {channel}, which the calibration needs")]
+    LiveAuxiliary { channel: String },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
     SameOutput {
         first: PathBuf,
@@ -424,6 +481,9 @@ impl JobError {
                 | Self::NotAlone
                 | Self::TareLive
                 | Self::NoGroup { .. }
+                | Self::NoSensors { .. }
+                | Self::EmptyFolder { .. }
+                | Self::InFolder { .. }
                 | Self::Swapped { .. }
                 | Self::Read(ReadError::File {
                     source: FileError::Folder { .. },
@@ -435,26 +495,92 @@ impl JobError {
 
 /// What scripts know wrong arguments by; clap has the same.
 const USAGE: u8 = 2;
-/// What scripts know recordings by that do not carry their model.
+/// What scripts know recordings by that do not carry their model, and calibrations by that are out of tolerance.
 const INSUFFICIENT: u8 = 3;
 
+impl Job {
+    /// The lists of recordings that it was given.
+    fn recordings(&mut self) -> Vec<&mut Vec<PathBuf>> {
+        fn of(own: &mut choices::RecordingArgs) -> Vec<&mut Vec<PathBuf>> {
+            vec![&mut own.train, &mut own.test]
+        }
+        match self {
+            Self::Fit(args) => of(&mut args.recordings),
+            Self::Report(args) => of(&mut args.recordings),
+            Self::Best(args) => of(&mut args.recordings),
+            Self::Compare(args) => of(&mut args.recordings),
+            Self::Sweep(args) => of(&mut args.recordings),
+            Self::Drift(args) => vec![&mut args.files],
+            Self::Check(args) => [vec![&mut args.files], of(&mut args.recordings)]
+                .into_iter()
+                .flatten()
+                .collect(),
+            Self::Apply(args) => vec![&mut args.files],
+            Self::Metrology(args) => vec![&mut args.files],
+            Self::Inspect(_)
+            | Self::Demo(_)
+            | Self::Batch(_)
+            | Self::Sensor
+            | Self::Completions(_)
+            | Self::Man(_) => Vec::new(),
+        }
+    }
+
+    /// Puts the recordings of folders in their places; the folders.
+    fn open_folders(&mut self) -> Result<Vec<PathBuf>, JobError> {
+        let mut folders = Vec::new();
+        for list in self.recordings() {
+            let mut opened = Vec::with_capacity(list.len());
+            for path in list.drain(..) {
+                if !path.is_dir() {
+                    opened.push(path);
+                    continue;
+                }
+                let inside =
+                    import::recordings_in(&path).map_err(|source| JobError::Directory {
+                        path: path.clone(),
+                        source,
+                    })?;
+                if inside.is_empty() {
+                    return Err(JobError::EmptyFolder { path });
+                }
+                opened.extend(inside);
+                folders.push(path);
+            }
+            *list = opened;
+        }
+        Ok(folders)
+    }
+}
+
+/// Of what cannot be read in a folder, that it is one of all of them.
+fn in_folder(error: JobError, folders: &[PathBuf]) -> JobError {
+    let text = error.to_string();
+    let folder = folders
+        .iter()
+        .find(|folder| text.contains(&*folder.to_string_lossy()));
+    let refused = |folder| import::read(folder, None, &[], &Progress::default()).err();
+    match (&error, folder.and_then(|folder| refused(folder))) {
+        (JobError::Read(_) | JobError::NoReference { .. }, Some(folder)) => JobError::InFolder {
+            source: Box::new(error),
+            folder,
+        },
+        _ => error,
+    }
+}
+
+/// How many files were left out because they could not be read.
+static LEFT_OUT: AtomicUsize = AtomicUsize::new(0);
+
 /// Does a job; errors go to standard error, one line each.
-pub fn run(job: Job) -> ExitCode {
-    let done = match job {
-        Job::Inspect(inspect) => inspect::run(&inspect),
-        Job::Demo(demo) => write_demo(&demo),
-        Job::Fit(args) => fit::run(&args),
-        Job::Check(args) => check::run(*args),
-        Job::Report(args) => report::run(&args),
-        Job::Best(args) => best::run(&args),
-        Job::Compare(args) => compare::run(&args),
-        Job::Drift(args) => drift::run(&args),
-        Job::Sweep(args) => sweep::run(&args),
-        Job::Apply(apply) => run_apply(&apply),
-        Job::Metrology(args) => metrology::run(&args),
-        Job::Completions(args) => installed::completions(&args),
-        Job::Man(args) => installed::manual(&args),
-    };
+pub fn run(mut job: Job) -> ExitCode {
+    let done = job.open_folders().and_then(|folders| {
+        done(job).map_err(|error| in_folder(error, &folders))?;
+        match LEFT_OUT.load(Ordering::Relaxed) {
+            0 => Ok(()),
+            count => Err(JobError::LeftOut { count }),
+        }
+    });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads our output had enough (`| head`): no error of ours.
@@ -464,7 +590,9 @@ pub fn run(job: Job) -> ExitCode {
         Err(error) => {
             tell(&error);
             match error {
-                JobError::Insufficient => ExitCode::from(INSUFFICIENT),
+                JobError::Insufficient | JobError::OutOfTolerance { .. } => {
+                    ExitCode::from(INSUFFICIENT)
+                }
                 error if error.is_usage() => ExitCode::from(USAGE),
                 _ => ExitCode::FAILURE,
             }
@@ -472,9 +600,75 @@ pub fn run(job: Job) -> ExitCode {
     }
 }
 
+fn done(job: Job) -> Result<(), JobError> {
+    match job {
+        Job::Inspect(inspect) => inspect::run(&inspect),
+        Job::Demo(demo) => write_demo(&demo),
+        Job::Fit(args) => fit::run(&args),
+        Job::Check(args) => check::run(*args),
+        Job::Batch(args) => batch::run(&args),
+        Job::Sensor => print_sensor(),
+        Job::Report(args) => report::run(&args),
+        Job::Best(args) => best::run(&args),
+        Job::Compare(args) => compare::run(&args),
+        Job::Drift(args) => drift::run(&args),
+        Job::Sweep(args) => sweep::run(&args),
+        Job::Apply(apply) => run_apply(&apply),
+        Job::Metrology(args) => metrology::run(&args),
+        Job::Completions(args) => installed::completions(&args),
+        Job::Man(args) => installed::manual(&args),
+    }
+}
+
+thread_local! {
+    /// What is said on this thread, where somebody keeps it.
+    static HEARD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// Does something whose messages are kept rather than written.
+fn hearing<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
+    HEARD.set(Some(Vec::new()));
+    let done = work();
+    (done, HEARD.take().unwrap_or_default())
+}
+
+/// Prints every item of a description with what to enter.
+fn print_sensor() -> Result<(), JobError> {
+    let mut out = io::stdout().lock();
+    let mut heading = "";
+    for item in Item::all() {
+        if item.heading() != heading {
+            heading = item.heading();
+            writeln!(out, "# {heading}")?;
+        }
+        writeln!(
+            out,
+            "{} = \"\"  # {}: {}",
+            item.key(),
+            item.label(),
+            item.hint()
+        )?;
+    }
+    writeln!(
+        out,
+        "\n# In N and N·m; an axis that is not named has what the recordings reach\n[rated_loads]\n# Fx = 100"
+    )?;
+    Ok(())
+}
+
 /// Writes one line to standard error, made harmless; where nobody can hear it, the exit code still says how it went.
 pub fn tell(message: &dyn Display) {
     let message = shown::message(message);
+    let heard = HEARD.with_borrow_mut(|heard| match heard {
+        Some(all) => {
+            all.push(message.to_string());
+            true
+        }
+        None => false,
+    });
+    if heard {
+        return;
+    }
     let _ = writeln!(io::stderr(), "loopscope: {message}");
 }
 
@@ -568,10 +762,13 @@ fn read_hearing(
     files
         .iter()
         .map(|path| {
-            let loaded = import::read(path, map.as_ref(), &[], &progress)?;
-            print_warnings(&loaded.warnings);
-            loaded.warnings.iter().for_each(&mut *hear);
-            args.prepared(loaded.recordings)
+            let mut read = || {
+                let loaded = import::read(path, map.as_ref(), &[], &progress)?;
+                print_warnings(&loaded.warnings);
+                loaded.warnings.iter().for_each(&mut *hear);
+                args.prepared(loaded.recordings)
+            };
+            args.or_left_out(read())
         })
         .collect()
 }
@@ -631,9 +828,20 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                     path.display()
                 ));
             }
+            for beyond in recordings
+                .iter()
+                .flat_map(|own| calibration.auxiliary_beyond(own))
+            {
+                tell(&format_args!("warning: {beyond}"));
+            }
             if let Some(output) = outputs.get(at) {
-                write_atomically_applied(&calibration, path, &recordings, args.status, output)?;
-                print_path(output)?;
+                if recordings.is_empty() && args.read.keep_going {
+                    continue;
+                }
+                let applied =
+                    write_atomically_applied(&calibration, path, &recordings, args.status, output);
+                args.read
+                    .or_left_out(applied.and_then(|()| Ok(print_path(output)?)))?;
             }
             if args.traces.traces.is_some() {
                 all.extend(recordings);
@@ -723,7 +931,7 @@ fn write_atomically_applied(
     with_status: bool,
     output: &Path,
 ) -> Result<(), JobError> {
-    let check = |recording| calibration.check_gauges(recording);
+    let check = |recording| calibration.prepared(recording).map(|_| ());
     let checked: Result<(), CalibrationError> = recordings.iter().try_for_each(check);
     checked.map_err(|source| JobError::Apply {
         path: path.to_owned(),

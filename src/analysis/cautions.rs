@@ -11,6 +11,7 @@ use crate::evaluation::coverage::{Outside, largest};
 use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::percent;
+use crate::features::Auxiliary;
 use crate::progress::Progress;
 use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 
@@ -48,6 +49,10 @@ pub enum Caution {
     KernelRidge(GridEdge, f64),
     /// The axes on which a second stage brings too little on left-out samples.
     LinearAlone(Vec<Axis>),
+    /// Auxiliary channels were asked for and cannot be used, each with its reason.
+    Auxiliary(Vec<String>),
+    /// Auxiliary channels of recordings that were not trained show what was not trained.
+    AuxiliaryBeyond(Vec<String>),
     /// The axes on which the test says that compensating does harm.
     Worse(Vec<Axis>),
 }
@@ -88,7 +93,16 @@ impl Dataset {
         }
         if fitted {
             found.extend(calibration.undetermined().map(Caution::Undetermined));
+            found.extend(self.unused_auxiliary(calibration).map(Caution::Auxiliary));
         }
+        let shown = self
+            .entries
+            .iter()
+            .filter(|entry| entry.role != Role::Train || !fitted);
+        let beyond: Vec<String> = shown
+            .flat_map(|entry| calibration.auxiliary_beyond(&entry.recording))
+            .collect();
+        found.extend((!beyond.is_empty()).then_some(Caution::AuxiliaryBeyond(beyond)));
         found.extend(calibration.why_not_left_out().map(Caution::NotLeftOut));
         if fitted {
             // The parts that are left of a recording are one.
@@ -124,6 +138,18 @@ impl Dataset {
             found.extend((!worse.is_empty()).then_some(Caution::Worse(worse)));
         }
         found
+    }
+
+    /// Why auxiliary channels that were asked for are not used.
+    fn unused_auxiliary(&self, calibration: &Calibration) -> Option<Vec<String>> {
+        if calibration.features.blocks.of(&Auxiliary).is_empty() {
+            return None;
+        }
+        let mut reasons = self.auxiliary.unused.clone();
+        if reasons.is_empty() && self.auxiliary.channels.is_empty() {
+            reasons.push("no column of the recordings is an auxiliary channel; say which is in the import window or a column map".to_owned());
+        }
+        (!reasons.is_empty()).then_some(reasons)
     }
 
     /// What the loads of the recordings cannot tell of this calibration.
@@ -180,6 +206,10 @@ impl Caution {
                 "the kernel's ridge is the strongest".to_owned()
             }
             Self::LinearAlone(axes) => format!("no second stage on {}", symbols(axes)),
+            Self::Auxiliary(reasons) => {
+                format!("{} not used", counted(reasons.len(), "auxiliary channel"))
+            }
+            Self::AuxiliaryBeyond(_) => "auxiliary channels beyond what was trained".to_owned(),
             Self::Worse(axes) => format!("worse on test: {}", symbols(axes)),
         }
     }
@@ -283,6 +313,14 @@ impl std::fmt::Display for Caution {
                 "on {} the second stage does no better on left-out samples than within one standard error, so the linear part \
                  stands alone there; a linear calibration is as good, or record more",
                 symbols(axes),
+            ),
+            Self::Auxiliary(reasons) => {
+                write!(f, "auxiliary channels: {}", reasons.join("; "))
+            }
+            Self::AuxiliaryBeyond(beyond) => write!(
+                f,
+                "{}: the effect is carried on in a straight line there",
+                beyond.join("; ")
             ),
             Self::Worse(axes) => write!(
                 f,

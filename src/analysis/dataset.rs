@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::analysis::auxiliary_inputs::AuxiliaryInputs;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
     Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, PresentLoads, Quality, Scores,
@@ -14,11 +15,12 @@ use crate::calibration::{
 };
 use crate::evaluation::coverage::Coverage;
 use crate::evaluation::metrics;
-use crate::features::LoadPath;
+use crate::features::{Auxiliary, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
-    Axis, Entry, Groups, Recording, RecordingSet, Role, full_scale_of, load_ranges, median,
+    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, full_scale_of, load_ranges,
+    median,
 };
 
 /// RMSE per axis of one recording: conventional, compensated.
@@ -75,6 +77,8 @@ pub(super) struct Dataset {
     pub entries: Vec<Entry>,
     /// Which of them are left out together.
     pub groups: Groups,
+    /// The auxiliary channels that they have all, and why others cannot be used.
+    pub auxiliary: AuxiliaryInputs,
     /// What the sums need; `None` where a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
@@ -125,18 +129,24 @@ impl Datasets {
 
 impl Dataset {
     pub fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
-        let entries = decimated(key.recordings.entries(), key.decimation);
+        let mut entries = decimated(key.recordings.entries(), key.decimation);
         entries
             .par_iter()
             .try_for_each(|entry| check_size(&entry.recording))?;
+        let auxiliary = match &key.calibration {
+            Some(calibration) => {
+                for entry in &mut entries {
+                    if let Cow::Owned(own) = calibration.prepared(&entry.recording)? {
+                        entry.recording = Arc::new(own);
+                    }
+                }
+                AuxiliaryInputs::default()
+            }
+            None => AuxiliaryInputs::prepare(&mut entries),
+        };
         let training = in_role(&entries, Role::Train);
         let (conventional, map) = match &key.calibration {
-            Some(calibration) => {
-                for entry in &entries {
-                    calibration.check_gauges(&entry.recording)?;
-                }
-                (None, calibration.conventional.clone())
-            }
+            Some(calibration) => (None, calibration.conventional.clone()),
             None if training.is_empty() => return Err(AnalysisError::NoTraining),
             None => {
                 let conventional = Conventional::fit(&training, key.offset, progress);
@@ -169,6 +179,7 @@ impl Dataset {
                 .collect(),
             gap_secs: gap_secs(&training),
             entries,
+            auxiliary,
             conventional,
             map,
             loads,
@@ -185,6 +196,13 @@ impl Dataset {
             recording: &self.entries[at].recording,
             kept: self.loads.as_ref().map(|loads| loads[at].as_slice()),
         }
+    }
+
+    /// The conventional loads of a recording, all of them.
+    pub fn conventional_loads(&self, at: usize) -> Vec<f64> {
+        let present = self.present_loads(at);
+        let made = || loads_from_gauges(present.map, present.recording);
+        present.kept.map_or_else(made, <[f64]>::to_vec)
     }
 
     /// As if there were too many to be kept.
@@ -216,6 +234,7 @@ impl Dataset {
             largest: self.largest.clone(),
             gap_secs: self.gap_secs,
             entries,
+            auxiliary: self.auxiliary.clone(),
             coverage: OnceLock::new(),
             faults: Mutex::default(),
             paths: Mutex::default(),
@@ -259,8 +278,16 @@ impl Dataset {
                 axes: layout.axes.len(),
             });
         }
-        settings
-            .features
+        let mut features = match self.key.recordings.is_static() {
+            // There is no past.
+            true => settings.features.without_history(),
+            false => settings.features.clone(),
+        };
+        features.auxiliary = match features.blocks.of(&Auxiliary) {
+            [] => Vec::new(),
+            _ => self.auxiliary.channels.clone(),
+        };
+        features
             .check_columns(layout.gauge_names.len())
             .map_err(crate::calibration::SettingsError::from)?;
         let full_scale = self
@@ -290,11 +317,6 @@ impl Dataset {
             let entered = settings.full_scale.get(axis).copied().flatten();
             entered.unwrap_or(BEYOND_TRAINING * largest)
         });
-        let mut features = match self.key.recordings.is_static() {
-            // There is no past.
-            true => settings.features.without_history(),
-            false => settings.features.clone(),
-        };
         features.distance = features.distance.effective(&layout.axes);
         let conventional = self.conventional.as_ref().expect("fitting has prepared it");
         Ok(Calibration {
@@ -302,6 +324,7 @@ impl Dataset {
             version: VERSION,
             program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
             simulated: self.key.recordings.is_simulated(),
+            identity: Identity::default(),
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
             units: layout

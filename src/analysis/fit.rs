@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
-    BlockRidge, Calibration, CrossValidation, LinearMap, NormalEquations, Past, Piece, Quality,
-    Ridge, RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, recording_sums,
+    BlockRidge, Calibration, CoefficientUncertainty, CrossValidation, LinearMap, MOST_FEATURES,
+    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
+    fit, fit_targets, recording_sums,
 };
 use crate::evaluation::cross_validation::{are_left_out_whole, folds};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
@@ -193,7 +194,15 @@ impl Dataset {
             shares,
             squares,
         } = match ridge {
-            RidgeChoice::ByBlock => Chosen::by_block(&chooses, &design),
+            RidgeChoice::ByBlock => {
+                let blocks = design.blocks().into_iter();
+                let groups: Vec<_> = blocks.map(|(_, columns)| columns).collect();
+                Chosen::by_group(&chooses, &design, &groups)
+            }
+            // What drifts with a temperature and what the past adds are not of one size.
+            RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
+                Chosen::by_group(&chooses, &design, &design.ridge_groups())
+            }
             _ => Chosen::alike(&chooses, ridge),
         };
         let squares = squares.filter(|_| whole.is_none());
@@ -218,6 +227,9 @@ impl Dataset {
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
+        let coefficients = (left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES)
+            .then(|| self.maps_left_out(&design, parts, terms(&all), &shares))
+            .and_then(|maps| CoefficientUncertainty::of(self.cross_validation(), &maps));
         let left_out_present = left_out(parts, &present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
@@ -234,6 +246,7 @@ impl Dataset {
             },
             ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
+            coefficients,
             ..Quality::default()
         };
         let errors = of_recordings
@@ -280,12 +293,21 @@ impl Chosen {
         }
     }
 
-    /// A strength for each block; with nothing to compare them by as [`Self::alike`].
-    fn by_block(left_out: &LeftOut<'_>, design: &Design) -> Self {
+    /// A strength for each group of blocks; with nothing to compare them by as [`Self::alike`].
+    fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
         let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
-        let Some(chosen) = left_out.by_block(&blocks) else {
+        let Some(chosen) = left_out.by_block(groups) else {
             return Self::alike(left_out, RidgeChoice::ByBlock);
         };
+        let group_of =
+            |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
+        let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
+            let groups = blocks.iter().map(group_of);
+            groups
+                .map(|group| own[group.expect("a block is in a group")])
+                .collect()
+        };
+        let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
         let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
         let weakest = |own: &Vec<Option<f64>>| {
             let taken = own.iter().flatten().copied();

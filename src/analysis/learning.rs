@@ -131,6 +131,8 @@ pub(super) fn fit_all(
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
+        // They would be those of one stage.
+        calibration.quality.coefficients = None;
         if !settings.regressor.is_hybrid() {
             calibration.compensated = None;
         }

@@ -120,14 +120,18 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
         .iter()
         .find(|entry| entry.role == Role::Train);
     let micros = entry.and_then(|entry| {
-        let recording = &entry.recording;
+        let recording = calibration.prepared(&entry.recording).ok()?;
+        let needs_auxiliary = !calibration.features.auxiliary.is_empty();
         let mut estimator = Estimator::new(calibration, &design).ok()?;
         let steps = recording.n_samples().min(TIMED_STEPS);
         let start = Instant::now();
         for k in 0..steps {
-            estimator
-                .update(recording.times()[k], recording.gauges_at(k))
-                .ok()?;
+            let auxiliary = match needs_auxiliary {
+                true => recording.auxiliary().at(k),
+                false => &[],
+            };
+            let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
+            estimator.update_with(time, gauges, auxiliary).ok()?;
         }
         Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
     });

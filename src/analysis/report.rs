@@ -9,19 +9,20 @@ use crate::analysis::loops::{
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
-    sufficiency, train,
+    sufficiency, train, uncertainty,
 };
 use crate::evaluation::Series;
+use crate::evaluation::limits::{Limits, measurements};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Along, Measure, ThresholdGrid, ThresholdMap};
 use crate::export::{
-    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
-    used_recordings,
+    Certificate, ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh,
+    threshold_curve, used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
-use crate::recording::{Axis, RecordingSet, Role};
+use crate::recording::{Axis, Identity, RecordingSet, Role};
 use crate::report::figure::{self, Figure, Line, Scale, color};
 
 /// F_th and t_th that the curves are computed at, beside those of the fit.
@@ -41,7 +42,38 @@ const MARGIN: f64 = 0.05;
 /// # Errors
 /// [`AnalysisError`] where there is no calibration to report on, or somebody asked to stop.
 pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, AnalysisError> {
-    const STAGES: u64 = 5;
+    report_of(
+        request,
+        &Identity::default(),
+        &Limits::default(),
+        Told::Notebook,
+        progress,
+    )
+}
+
+/// How much a report tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// All that is known, for a laboratory's notebook.
+    Notebook,
+    /// What a laboratory hands over, with what that rests on.
+    Certificate,
+    /// Figures alone: nothing is drawn.
+    Figures,
+}
+
+/// [`report`] of a sensor that is known, with limits that it must keep.
+///
+/// # Errors
+/// Likewise.
+pub fn report_of(
+    request: &Request,
+    identity: &Identity,
+    limits: &Limits,
+    told: Told,
+    progress: &Progress,
+) -> Result<ReportData, AnalysisError> {
+    const STAGES: u64 = 6;
     progress.add_total(STAGES);
     let calibration = match &request.calibration {
         Some(calibration) => Arc::clone(calibration),
@@ -71,11 +103,19 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
+    let has_look_back = !analysis.calibration.features.look_backs.is_empty();
+    let has_curves = match told {
+        Told::Notebook => true,
+        Told::Certificate => has_look_back,
+        Told::Figures => false,
+    };
     let thresholds = match analysis.fitted {
+        _ if !has_curves => Err("It is not told here.".to_owned()),
         true => thresholds(request, &progress.part(), &mut warnings)?,
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
     };
     let check = match analysis.fitted {
+        _ if told != Told::Notebook => Err("It is not told here.".to_owned()),
         true => sufficiency(request, None, &progress.part())
             .map_err(|error| sentence(&error.to_string())),
         false => Err("The calibration was not fitted to these recordings.".to_owned()),
@@ -84,11 +124,41 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
     let of = TableOf::usual(&applied.recordings);
     let mut looker = Looker::new(&analysis, &applied, of, progress);
     let loops = (analysis.calibration.axes.iter())
-        .map(|axis| looker.loops(*axis))
+        .map(|axis| match told {
+            Told::Figures => Ok(Err("They are not drawn here.".to_owned())),
+            _ => looker.loops(*axis),
+        })
         .collect::<Result<_, _>>()?;
     progress.advance(1);
     let metrology = looker.table()?;
     progress.advance(1);
+    let calibration = Arc::new(analysis.calibration.of_sensor(identity));
+    let uncertainty = uncertainty(
+        request,
+        &calibration,
+        analysis.fitted,
+        &calibration.identity,
+        progress,
+    );
+    let uncertainty = match uncertainty {
+        Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
+        found => found.map_err(|error| sentence(&error.to_string())),
+    };
+    progress.advance(1);
+    let certificate = (told != Told::Notebook).then(|| {
+        let axes: Vec<(Axis, f64)> = calibration
+            .axes
+            .iter()
+            .copied()
+            .zip(calibration.full_scale.iter().copied())
+            .collect();
+        let measured = measurements(&axes, &calibration.quality, &metrology, &uncertainty);
+        Certificate {
+            checked: limits.check(&measured, calibration.columns().len()),
+            measured,
+            dated: true,
+        }
+    });
     Ok(ReportData {
         made: SystemTime::now(),
         notes: String::new(),
@@ -105,8 +175,10 @@ pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, Anal
             figures: error_figures(&analysis.traces),
         }),
         metrology,
+        uncertainty,
+        certificate,
         warnings,
-        calibration: analysis.calibration,
+        calibration,
     })
 }
 

@@ -184,7 +184,9 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
             Caution::Still(..) => ("still", Doubtful),
             Caution::Outside(_, _, outside) if is_far_outside(outside) => ("outside", Doubtful),
             Caution::Outside(..) => ("outside", Enough),
-            Caution::Rank(..) => ("undetermined", Enough),
+            Caution::Rank(..) | Caution::Auxiliary(_) | Caution::AuxiliaryBeyond(_) => {
+                ("undetermined", Enough)
+            }
             Caution::Worse(_) => ("error", Doubtful),
             Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {
                 return None;
@@ -489,7 +491,9 @@ fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
     let row = |load: &[f64]| {
         let gauges = sensitivity.gauges(load);
         let mut row = vec![0.0; on.design.n_columns()];
-        FeatureStream::new(on.design).raw_row(0.0, &gauges, |_| &gauges, &mut row);
+        let channels = on.design.features.auxiliary.iter();
+        let usual: Vec<f64> = channels.map(|channel| channel.reference).collect();
+        FeatureStream::new(on.design).raw_row(0.0, &gauges, &usual, |_| &gauges, &mut row);
         on.design.standardise(&mut row);
         row
     };

@@ -3,6 +3,7 @@
 //! Guarantees: a [`Calibration`] that exists is whole (shapes match, every number finite), whether it was fitted or
 //! read; applied to a recording it gives the numbers that the fit gave.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 
@@ -11,11 +12,14 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::sample_row;
 use crate::calibration::{
-    CalibrationError, GridEdge, LinearMap, Regressor, UsedRecording, loads_from_gauges,
+    CalibrationError, CoefficientUncertainty, GridEdge, LinearMap, Regressor, UsedRecording,
+    loads_from_gauges,
 };
-use crate::features::{Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath};
+use crate::features::{
+    AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
+};
 use crate::progress::Progress;
-use crate::recording::{Axis, RECORDING, Recording, Tare};
+use crate::recording::{Axis, Identity, RECORDING, Recording, Tare, span};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -78,6 +82,9 @@ pub struct Quality {
     /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
+    /// How certain the coefficients of the compensated matrix are, where parts were left out and it has not too many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coefficients: Option<CoefficientUncertainty>,
 }
 
 impl Quality {
@@ -183,6 +190,9 @@ pub struct Calibration<M = LinearMap> {
     pub program: String,
     /// Whether it was made from the built-in simulated sensor rather than from a real one.
     pub simulated: bool,
+    /// Which sensor it is of, who calibrated it, when, and against what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
     /// Gauge names in column order.
     pub gauges: Vec<String>,
     /// Axes in row order.
@@ -289,6 +299,49 @@ impl Calibration {
         limits.any(|((low, high), gauge)| {
             low.is_some_and(|low| *gauge <= low) || high.is_some_and(|high| *gauge >= high)
         })
+    }
+
+    /// What auxiliary channels of a recording show that was not trained, in sentences.
+    pub fn auxiliary_beyond(&self, recording: &Recording) -> Vec<String> {
+        let Ok(prepared) = self.prepared(recording) else {
+            return Vec::new();
+        };
+        let channels = self.features.auxiliary.iter();
+        let outside =
+            channels
+                .zip(prepared.auxiliary().ranges())
+                .filter(|(channel, (low, high))| {
+                    let (least, most) = channel.limits();
+                    *low < least || *high > most
+                });
+        outside
+            .map(|(channel, range)| {
+                format!(
+                    "{} of {} is {}, and was trained from {}",
+                    channel.name,
+                    recording.name(),
+                    span(range, &channel.unit),
+                    span((channel.min, channel.max), &channel.unit)
+                )
+            })
+            .collect()
+    }
+
+    /// Whether an auxiliary channel shows what was not trained.
+    pub fn has_auxiliary_beyond(&self, auxiliary: &[f64]) -> bool {
+        let mut channels = self.features.auxiliary.iter().zip(auxiliary);
+        channels.any(|(channel, value)| {
+            let (low, high) = channel.limits();
+            *value < low || *value > high
+        })
+    }
+
+    /// This of the sensor that somebody says it is; what it knows of it stays where nothing else is said.
+    pub fn of_sensor(&self, identity: &Identity) -> Self {
+        Self {
+            identity: self.identity.with(identity),
+            ..self.clone()
+        }
     }
 
     /// The names of the columns of the compensated matrix, in order.
@@ -406,12 +459,49 @@ impl Calibration {
         }
     }
 
+    /// The recording with the auxiliary channels that the calibration was made for, and no others.
+    ///
+    /// # Errors
+    /// [`CalibrationError`] if it has other gauges, or lacks a channel.
+    pub fn prepared<'a>(
+        &self,
+        recording: &'a Recording,
+    ) -> Result<Cow<'a, Recording>, CalibrationError> {
+        self.check_gauges(recording)?;
+        let names = self.features.auxiliary_names();
+        if names.is_empty() {
+            return Ok(Cow::Borrowed(recording));
+        }
+        let own = recording.auxiliary();
+        let own: Vec<String> = (own.names().iter().zip(own.units()))
+            .map(|(name, unit)| named(name, unit))
+            .collect();
+        let refused = |channel: &AuxiliaryChannel| CalibrationError::Auxiliary {
+            recording: recording.name().to_owned(),
+            channel: named(&channel.name, &channel.unit),
+            found: own.join(", "),
+        };
+        let channels = &self.features.auxiliary;
+        let picked = recording.with_auxiliary_of(&names).map_err(|missing| {
+            let channel = channels.iter().find(|channel| channel.name == missing);
+            refused(channel.expect("a channel has this name"))
+        })?;
+        let units = channels.iter().zip(picked.auxiliary().units());
+        let other = units
+            .into_iter()
+            .find(|(channel, unit)| channel.unit != **unit);
+        match other {
+            Some((channel, _)) => Err(refused(channel)),
+            None => Ok(Cow::Owned(picked)),
+        }
+    }
+
     /// Applies the calibration to every sample of a recording, whose history starts with its first sample.
     ///
     /// # Errors
-    /// [`CalibrationError::Gauges`] if the recording's gauges are not those that it was made for.
+    /// [`CalibrationError`] if the recording's gauges are not those that it was made for, or an auxiliary channel is missing.
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
-        self.check_gauges(recording)?;
+        let recording = &*self.prepared(recording)?;
         let conventional = loads_from_gauges(&self.conventional, recording);
         let n_axes = self.axes.len();
         let path = LoadPath::with_history_step(
@@ -531,6 +621,14 @@ impl Calibration {
         if let Some(learned) = &self.learned {
             learned.add(inputs, scratch, loads, n_axes);
         }
+    }
+}
+
+/// A channel with its unit.
+fn named(name: &str, unit: &str) -> String {
+    match unit {
+        "" => name.to_owned(),
+        unit => format!("{name} [{unit}]"),
     }
 }
 

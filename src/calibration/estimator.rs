@@ -41,7 +41,9 @@ pub struct Estimator<'a> {
 pub enum SampleError {
     #[error("{actual} gauges are given where the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
-    #[error("the time or a gauge is not a finite number")]
+    #[error("{actual} auxiliary channels are given where the calibration needs {expected}")]
+    Auxiliary { expected: usize, actual: usize },
+    #[error("the time, a gauge or an auxiliary channel is not a finite number")]
     NotFinite,
     #[error("the time {time} s is before the last, {last_secs} s, or a leap after it")]
     OffTheClock { last_secs: f64, time: f64 },
@@ -58,7 +60,7 @@ pub enum Taken {
     AfterGap,
     /// The history starts anew with it: the clock was set anew.
     Restarted,
-    /// Its load is beyond what is known of the sensor.
+    /// Its load, or an auxiliary channel, is beyond what is known of the sensor.
     Beyond,
 }
 
@@ -80,7 +82,7 @@ impl SampleError {
     pub fn label(&self) -> &'static str {
         match self {
             Self::OffTheClock { .. } => "rejected: time",
-            Self::Gauges { .. } | Self::NotFinite => "rejected: value",
+            Self::Gauges { .. } | Self::Auxiliary { .. } | Self::NotFinite => "rejected: value",
         }
     }
 }
@@ -121,7 +123,20 @@ impl<'a> Estimator<'a> {
     /// # Errors
     /// [`SampleError`] if the sample cannot be used; the next good one goes on where the last good one was.
     pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Taken, &[f64]), SampleError> {
-        let taken = match self.judge(time, gauges) {
+        self.update_with(time, gauges, &[])
+    }
+
+    /// [`Self::update`] for a calibration that uses auxiliary channels, which are given in its order and units.
+    ///
+    /// # Errors
+    /// As [`Self::update`].
+    pub fn update_with(
+        &mut self,
+        time: f64,
+        gauges: &[f64],
+        auxiliary: &[f64],
+    ) -> Result<(Taken, &[f64]), SampleError> {
+        let taken = match self.judge(time, gauges, auxiliary) {
             Ok(taken) => taken,
             Err(error) => {
                 self.conventional.fill(f64::NAN);
@@ -132,11 +147,12 @@ impl<'a> Estimator<'a> {
         if taken != Taken::GoesOn || self.last_secs.is_none() {
             self.since_secs = time;
         }
-        self.take(time, gauges);
+        self.take(time, gauges, auxiliary);
         let limits = self.calibration.limits.iter();
         let is_filling = time - self.since_secs < self.calibration.features.window_secs();
         let taken = match taken {
             _ if self.calibration.has_gauge_beyond(gauges)
+                || self.calibration.has_auxiliary_beyond(auxiliary)
                 || (self.compensated.iter().zip(limits))
                     .any(|(load, limit)| *limit > 0.0 && load.abs() > *limit) =>
             {
@@ -149,7 +165,12 @@ impl<'a> Estimator<'a> {
     }
 
     /// What is to become of a sample; the history is forgotten as far as it must be.
-    fn judge(&mut self, time: f64, gauges: &[f64]) -> Result<Taken, SampleError> {
+    fn judge(
+        &mut self,
+        time: f64,
+        gauges: &[f64],
+        auxiliary: &[f64],
+    ) -> Result<Taken, SampleError> {
         let expected = self.calibration.gauges.len();
         if gauges.len() != expected {
             return Err(SampleError::Gauges {
@@ -157,7 +178,12 @@ impl<'a> Estimator<'a> {
                 actual: gauges.len(),
             });
         }
-        if !time.is_finite() || !gauges.iter().all(|gauge| gauge.is_finite()) {
+        let (expected, actual) = (self.calibration.features.auxiliary.len(), auxiliary.len());
+        if actual != expected {
+            return Err(SampleError::Auxiliary { expected, actual });
+        }
+        let mut numbers = gauges.iter().chain(auxiliary);
+        if !time.is_finite() || !numbers.all(|number| number.is_finite()) {
             return Err(SampleError::NotFinite);
         }
         let Some(last_secs) = self.last_secs else {
@@ -189,7 +215,7 @@ impl<'a> Estimator<'a> {
         Ok(Taken::Restarted)
     }
 
-    fn take(&mut self, time: f64, gauges: &[f64]) {
+    fn take(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64]) {
         self.last_secs = Some(time);
         let Calibration {
             conventional,
@@ -200,7 +226,8 @@ impl<'a> Estimator<'a> {
         conventional.apply(gauges, &mut self.conventional);
         self.look_back.push(time, gauges, &self.conventional);
         let past = |at: usize| self.look_back.past_gauges(features.look_backs[at]);
-        self.stream.raw_row(time, gauges, past, &mut self.raw);
+        let raw = &mut self.raw;
+        self.stream.raw_row(time, gauges, auxiliary, past, raw);
         if learned.is_some() {
             self.inputs.clear();
             learned_inputs(self.design, &self.raw, &mut self.inputs);

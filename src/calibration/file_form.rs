@@ -84,6 +84,9 @@ impl Calibration {
         if calibration.history_step_secs.is_nan() {
             calibration.history_step_secs = history_step_by_rate(rate_hz);
         }
+        let (n_axes, n_columns) = (calibration.axes.len(), calibration.columns().len());
+        let known = calibration.quality.coefficients.take();
+        calibration.quality.coefficients = known.filter(|known| known.is_of(n_axes, n_columns));
         calibration.validate()?;
         Ok(calibration)
     }
@@ -122,6 +125,7 @@ impl<M> Calibration<M> {
             version: self.version,
             program: self.program,
             simulated: self.simulated,
+            identity: self.identity,
             gauges: self.gauges,
             axes: self.axes,
             units: self.units,

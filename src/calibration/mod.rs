@@ -7,6 +7,7 @@ mod aged_sums;
     reason = "the room's main thing has the room's name"
 )]
 mod calibration;
+mod coefficient_uncertainty;
 mod conventional;
 mod estimator;
 mod file_form;
@@ -31,6 +32,8 @@ pub(crate) use calibration::{
     history_step_by_rate,
 };
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
+pub use coefficient_uncertainty::CoefficientUncertainty;
+pub(crate) use coefficient_uncertainty::MOST_FEATURES;
 pub(crate) use conventional::Conventional;
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError, Taken};

@@ -1,6 +1,6 @@
 //! A calibration with something on top of its output: another offset, or a matrix over the axes, folded into its maps.
 
-use crate::calibration::{Calibration, LinearMap};
+use crate::calibration::{Calibration, LinearMap, Quality};
 use crate::features::Column;
 
 /// `load' = matrix · load + offset`.
@@ -94,7 +94,13 @@ impl Calibration {
         }
         let keeps = !self.features.look_backs.is_empty() && conventional.mixes();
         let none = OutputChange::of_offset(vec![0.0; self.axes.len()]);
+        let quality = Quality {
+            // They were those of the matrix as it was.
+            coefficients: None,
+            ..self.quality.clone()
+        };
         Ok(Self {
+            quality,
             conventional: if keeps { &none } else { conventional }.of(&self.conventional),
             compensated: Some(compensated.of(linear)),
             offset: true,

@@ -104,7 +104,8 @@ pub(crate) fn sample_row(
     row: &mut [f64],
 ) {
     let past = |look_back| recording.gauges_at(past(look_back) as usize);
-    stream.raw_row(recording.times()[k], recording.gauges_at(k), past, row);
+    let (time, auxiliary) = (recording.times()[k], recording.auxiliary().at(k));
+    stream.raw_row(time, recording.gauges_at(k), auxiliary, past, row);
 }
 
 /// Writes what `known` loads leave over of the reference at sample `k`.

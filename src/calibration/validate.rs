@@ -47,6 +47,15 @@ pub enum CalibrationError {
         expected: String,
         actual: String,
     },
+    #[error(
+        "{recording} has no auxiliary channel {channel}, which the calibration needs (it has: {}); name the column so, or make it \"auxiliary\" in a \
+         column map", if .found.is_empty() { "none" } else { .found }
+    )]
+    Auxiliary {
+        recording: String,
+        channel: String,
+        found: String,
+    },
     #[error("features: {0}")]
     Features(#[from] FeatureError),
     #[error("learned: {0}")]
@@ -112,6 +121,10 @@ impl Calibration {
         let ends = self.gauge_limits.iter().flat_map(|(low, high)| [low, high]);
         let ends: Vec<f64> = ends.filter_map(|end| *end).collect();
         usable("gauge_limits", &ends, -LARGEST)?;
+        if let Some(own) = &self.quality.coefficients {
+            let numbers: Vec<f64> = own.numbers().copied().collect();
+            usable("quality.coefficients", &numbers, -LARGEST)?;
+        }
         usable("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE)?;
         usable("history_step_secs", &[self.history_step_secs], 0.0)?;
         let scale = &self.gauge_scale;

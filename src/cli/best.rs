@@ -22,7 +22,7 @@ use crate::progress::Progress;
 #[derive(Debug, Args)]
 pub struct BestArgs {
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     /// Begin no further model after so many minutes.
     #[arg(long, value_name = "MIN", default_value_t = 2.0)]
     minutes: f64,

@@ -20,9 +20,9 @@ use crate::shown::printable;
 pub struct CheckArgs {
     /// Recordings to fit, as after --train; without any, those of the built-in simulated sensor.
     #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
-    files: Vec<PathBuf>,
+    pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
     /// Propose only loads that a hanging mass makes, the sensor turned any way: the masses that there are, in kg.

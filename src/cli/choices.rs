@@ -17,6 +17,7 @@ use crate::features::{
 };
 use crate::import::LoadWarning;
 use crate::import::map::ColumnMap;
+use crate::recording::identity::SensorFile;
 use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.
@@ -112,6 +113,28 @@ impl RecordingArgs {
             None => by_map.and_then(|pattern| pattern.group_of(&entry.recording)),
         };
         Ok(Entry { group, ..entry })
+    }
+}
+
+/// Which sensor it is.
+#[derive(Debug, Args)]
+pub struct SensorArgs {
+    /// Which sensor it is, who calibrates it, when, and against what, and its rated loads: a TOML file whose items go into every
+    /// export and the certificate; `loopscope sensor` prints one to fill in.
+    #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
+    pub sensor: Option<PathBuf>,
+}
+
+impl SensorArgs {
+    /// The file that is read.
+    pub fn input(&self) -> impl Iterator<Item = &PathBuf> {
+        self.sensor.iter()
+    }
+
+    /// Reads it; nothing is said without one.
+    pub fn read(&self) -> Result<SensorFile, JobError> {
+        let read = self.sensor.as_deref().map(SensorFile::read);
+        Ok(read.transpose()?.unwrap_or_default())
     }
 }
 

@@ -21,7 +21,7 @@ use crate::progress::Progress;
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     #[command(flatten)]
     choices: FitChoices,
     /// Only these regressors [default: all].

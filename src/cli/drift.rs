@@ -27,7 +27,7 @@ pub struct DriftArgs {
     read: ReadArgs,
     /// Recordings of one or more sessions, with their reference load.
     #[arg(value_name = "FILE", required = true, value_parser = named_file())]
-    files: Vec<PathBuf>,
+    pub(super) files: Vec<PathBuf>,
     /// The calibration that there is; without it, that which the first session gives.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     calibration: Option<PathBuf>,

@@ -53,11 +53,31 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         )],
     ),
     (
-        "report",
+        "batch",
         &[(
-            "loopscope report --train day1.csv day2.csv --test day3.csv --out report.html",
-            "one page to print or to send",
+            "loopscope batch sensors --out results --limits limits.toml --export json --export h --certificate",
+            "every folder in sensors; exit code 3 if one is out of tolerance",
         )],
+    ),
+    (
+        "sensor",
+        &[(
+            "loopscope sensor",
+            "a description to fill in and keep as sensor.toml",
+        )],
+    ),
+    (
+        "report",
+        &[
+            (
+                "loopscope report --train day1.csv day2.csv --test day3.csv --out report.html",
+                "one page to print or to send",
+            ),
+            (
+                "loopscope report --train recordings --sensor sensor.toml --certificate --limits limits.toml --out certificate.html",
+                "what a laboratory hands over",
+            ),
+        ],
     ),
     (
         "best",

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{ModelArgs, RecordingArgs};
+use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, named_file, tell};
 use crate::analysis::{
     Caution, Request, TrainingStep, analyse, cautions, cross_validation_cost, read_factory, train,
+    uncertainty,
 };
 use crate::calibration::{
     BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, FitSettings, Regressor,
@@ -20,21 +21,24 @@ use crate::calibration::{
 };
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
+use crate::evaluation::uncertainty::Uncertainty;
 use crate::export::{
     Footprint, Outline, Together, WriteError, add_calibration, caution, check_targets,
     listed_targets, target_for, with_sources,
 };
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::progress::Progress;
-use crate::report::{Shown, errors, factory_note};
+use crate::report::{Shown, errors, factory_note, uncertainty_tables};
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 pub struct FitArgs {
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
+    #[command(flatten)]
+    sensor: SensorArgs,
     #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
         "Write the calibration, may be given several times; the ending says how: {}", listed_targets()
     ))]
@@ -48,6 +52,9 @@ pub struct FitArgs {
     /// Write over files that are there already, and export a fit to fewer samples than it has coefficients.
     #[arg(long)]
     force: bool,
+    /// Also say how far a reading may be off: U (k = 2) of each axis with its budget, and how often it holds.
+    #[arg(long)]
+    uncertainty: bool,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -65,10 +72,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         .cloned()
         .collect();
     let inputs = args.recordings.inputs().chain(&args.factory);
-    check_targets(inputs, &outputs, args.force)?;
+    check_targets(inputs.chain(args.sensor.input()), &outputs, args.force)?;
+    let sensor = args.sensor.read()?;
     let recordings = args.recordings.read()?;
     let n_recordings = recordings.entries().len();
-    let settings = args.model.settings(&recordings);
+    let mut settings = args.model.settings(&recordings);
+    sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
     for path in &args.export {
         if let Some(target) = target_for(path) {
             let outline = Outline::of_fit(&settings, recordings.layout());
@@ -107,10 +116,20 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
+    let uncertain = match args.uncertainty {
+        true => Some(uncertainty(
+            &request,
+            &calibration,
+            true,
+            &sensor.identity,
+            &Progress::default(),
+        )?),
+        false => None,
+    };
     warn_of(&calibration, &args.export);
     let mut files = Together::default();
     if !args.export.is_empty() {
-        let told = with_sources(&calibration, &request.recordings);
+        let told = with_sources(&calibration, &request.recordings).of_sensor(&sensor.identity);
         for path in &args.export {
             add_calibration(&mut files, &told, path)?;
         }
@@ -125,6 +144,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     if args.json {
         let report = FitReport {
             factory,
+            uncertainty: uncertain,
             cautions: cautions.iter().map(ToString::to_string).collect(),
             ..FitReport::new(&calibration, n_recordings)
         };
@@ -132,6 +152,9 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         writeln!(out)?;
     } else {
         print_fit(&calibration, factory.as_ref(), n_recordings, &mut out)?;
+        if let Some(found) = &uncertain {
+            print_uncertainty(found, &mut out)?;
+        }
         let mut others = cautions
             .iter()
             .filter(|caution| !is_grave(caution))
@@ -286,6 +309,8 @@ struct FitReport<'a> {
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<Uncertainty>,
     /// What is to be known beside the scores.
     cautions: Vec<String>,
 }
@@ -319,9 +344,20 @@ impl<'a> FitReport<'a> {
             cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
             factory: None,
+            uncertainty: None,
             cautions: Vec::new(),
         }
     }
+}
+
+fn print_uncertainty(found: &Uncertainty, out: &mut impl Write) -> io::Result<()> {
+    for table in uncertainty_tables(found) {
+        write!(out, "\n{}", table.text())?;
+    }
+    for note in &found.notes {
+        writeln!(out, "Note: {note}")?;
+    }
+    Ok(())
 }
 
 fn print_fit(
@@ -356,6 +392,9 @@ fn print_fit(
         quality.rank,
         calibration.feature_names().len(),
     )?;
+    for channel in &calibration.features.auxiliary {
+        writeln!(out, "auxiliary channel {}", channel.in_words())?;
+    }
     if let Some(ridge) = quality.ridge_in_words(&calibration.axes) {
         writeln!(out, "ridge {ridge}")?;
     }

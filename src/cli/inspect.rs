@@ -227,6 +227,10 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
                 report.n_samples,
                 report.duration_secs
             )?;
+            if !report.auxiliary.is_empty() {
+                let channels = message(&report.auxiliary.join(", "));
+                writeln!(out, "    auxiliary channels: {channels}")?;
+            }
         }
         writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
         let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();

@@ -93,14 +93,23 @@ impl Tap {
                     )?)
                 }
             };
+            let needed = self.calibration.features.auxiliary_names();
+            let auxiliary_places = table.auxiliary_places(&needed);
+            let auxiliary_places =
+                auxiliary_places.map_err(|channel| JobError::LiveAuxiliary { channel })?;
+            let mut auxiliary = vec![0.0; auxiliary_places.len()];
             let mut gauges = vec![0.0; places.len()];
             let mut write = |row: Option<LiveRow>, axes: &[Axis]| {
                 for (gauge, place) in gauges.iter_mut().zip(&places) {
                     *gauge = row.as_ref().map_or(f64::NAN, |row| row.gauges[*place]);
                 }
+                for (value, place) in auxiliary.iter_mut().zip(&auxiliary_places) {
+                    *value = row.as_ref().map_or(f64::NAN, |row| row.auxiliary[*place]);
+                }
                 let sample = row.as_ref().map(|row| LiveSample {
                     time: row.time,
                     gauges: &gauges,
+                    auxiliary: &auxiliary,
                     reference: (axes, &row.loads),
                 });
                 out.write(&mut estimator, sample)?;

@@ -31,7 +31,7 @@ pub struct MetrologyArgs {
     /// Recordings to measure, with their reference load; without any, the built-in simulated sensor is fitted to its
     /// training recordings and measured on its test and bench recordings.
     #[arg(value_name = "FILE", value_parser = named_file())]
-    files: Vec<PathBuf>,
+    pub(super) files: Vec<PathBuf>,
     /// The calibration (JSON) to measure; without it, one is fitted to the same files.
     #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
     calibration: Option<PathBuf>,

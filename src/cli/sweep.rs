@@ -33,7 +33,7 @@ use crate::report::{Cell, Column, Table};
 #[derive(Debug, Args)]
 pub struct SweepArgs {
     #[command(flatten)]
-    recordings: RecordingArgs,
+    pub(super) recordings: RecordingArgs,
     #[command(flatten)]
     blocks: BlockArgs,
     /// F_th to try, as start:stop:step or with commas: newtons, or over full scale a share of it [default: even steps to a

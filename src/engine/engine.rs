@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
 use crate::analysis::{
-    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
+    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, Told, View,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
@@ -19,12 +19,12 @@ use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, CheckData, ChooseBlock, Compare, CompareDays, FaultyRecording, FindBest, FindFaults,
-    LookAt, StudyThresholds, Train, Trained,
+    Analyse, AskUncertainty, CheckData, ChooseBlock, Compare, CompareDays, FaultyRecording,
+    FindBest, FindFaults, LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, drop_left};
 use crate::engine::results::{KeptTraining, Results};
-use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
+use crate::engine::saving::{About, Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
@@ -35,7 +35,7 @@ use crate::evaluation::numbers::{file_size, significant};
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
-use crate::recording::{RecordingSet, Role, Tare};
+use crate::recording::{Identity, Item, RecordingSet, Role, Tare};
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -186,6 +186,8 @@ pub struct Engine {
     pub study: Lane<StudyThresholds>,
     /// What the pane of the data check shows.
     pub check: Lane<CheckData>,
+    /// How far readings may be off.
+    pub uncertainty: Lane<AskUncertainty>,
     /// What the pane of drift shows.
     pub drift: Lane<CompareDays>,
     /// The choice of a block's numbers.
@@ -235,6 +237,7 @@ impl Engine {
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
             check: Lane::new(&notify),
+            uncertainty: Lane::new(&notify),
             drift: Lane::new(&notify),
             choice: Lane::new(&notify),
             analysis: Lane::new(&notify),
@@ -391,13 +394,14 @@ impl Engine {
     }
 
     /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 11] {
+    fn lanes(&self) -> [&dyn Background; 12] {
         [
             &self.faults,
             &self.loops,
             &self.figures,
             &self.study,
             &self.check,
+            &self.uncertainty,
             &self.drift,
             &self.choice,
             &self.analysis,
@@ -485,12 +489,31 @@ impl Engine {
         let fitted_to = applied
             .is_none()
             .then(|| Arc::clone(&self.project.recordings));
-        Some(FileContent::Calibration(Arc::clone(calibration), fitted_to))
+        let identity = &self.project.identity;
+        let calibration = match *identity == calibration.identity {
+            true => Arc::clone(calibration),
+            false => Arc::new(calibration.of_sensor(identity)),
+        };
+        Some(FileContent::Calibration(calibration, fitted_to))
     }
 
     /// A report as a file's content.
     pub fn report_content(&self) -> FileContent {
-        FileContent::Report(Box::new(self.request()), self.project.notes.clone())
+        self.told(Told::Notebook)
+    }
+
+    /// A certificate as a file's content.
+    pub fn certificate_content(&self) -> FileContent {
+        self.told(Told::Certificate)
+    }
+
+    fn told(&self, told: Told) -> FileContent {
+        let about = About {
+            notes: self.project.notes.clone(),
+            identity: self.project.identity.clone(),
+            told,
+        };
+        FileContent::Report(Box::new(self.request()), Box::new(about))
     }
 
     /// The traces of this interval of their time as a file's content.
@@ -627,6 +650,29 @@ impl Engine {
             self.check.forget();
         }
         self.check.ask(CheckData { request, hanging });
+    }
+
+    /// Asks how far readings of the calibration that is shown may be off.
+    pub fn ask_uncertainty(&mut self) {
+        let Some((_, analysis)) = self.exact() else {
+            self.uncertainty.forget();
+            return;
+        };
+        let (calibration, fitted) = (Arc::clone(&analysis.calibration), analysis.fitted);
+        let request = self.request();
+        let is_other = |of: &AskUncertainty| of.calibration.axes != calibration.axes;
+        if self.uncertainty.asked().is_some_and(is_other) {
+            self.uncertainty.forget();
+        }
+        let mut reference = Identity::default();
+        let item = Item::ReferenceUncertainty;
+        reference.set(item, self.project.identity.get(item));
+        self.uncertainty.ask(AskUncertainty {
+            request,
+            calibration,
+            fitted,
+            reference,
+        });
     }
 
     /// Asks what changed between the sessions of the document.
@@ -833,6 +879,7 @@ impl Engine {
         self.figures.take();
         self.study.take();
         self.check.take();
+        self.uncertainty.take();
         self.drift.take();
         for heard in self.training.take() {
             if heard == LaneEvent::Problem {

@@ -210,6 +210,7 @@ impl Minute {
         let mut taken: VecDeque<Taken> = VecDeque::new();
         let mut status = "nothing has come yet";
         let mut places = None;
+        let mut auxiliary_places = Vec::new();
         let mut waiting = self.rows.len();
         let mut shown: Option<Instant> = None;
         loop {
@@ -228,10 +229,22 @@ impl Minute {
                 })?);
             }
             if let (Some(places), Some(table)) = (&places, &self.table) {
+                let needed = calibration.features.auxiliary_names();
+                if auxiliary_places.len() != needed.len() {
+                    let found = table.auxiliary_places(&needed);
+                    auxiliary_places = found.map_err(|channel| {
+                        Unanswered::Because(format!(
+                            "{}: it has no auxiliary channel {channel}, which the calibration needs",
+                            of.path.display()
+                        ))
+                    })?;
+                }
                 let new = self.rows.len() - waiting..self.rows.len();
                 for row in self.rows.range(new) {
                     let gauges: Vec<f64> = places.iter().map(|place| row.gauges[*place]).collect();
-                    let updated = estimator.update(row.time, &gauges);
+                    let auxiliary = auxiliary_places.iter().map(|place| row.auxiliary[*place]);
+                    let auxiliary: Vec<f64> = auxiliary.collect();
+                    let updated = estimator.update_with(row.time, &gauges, &auxiliary);
                     let compensated = match updated {
                         Ok((now, loads)) => {
                             status = now.label();

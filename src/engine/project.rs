@@ -17,7 +17,8 @@ use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{
-    Axis, Entry, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange, load_ranges,
+    Axis, Entry, Identity, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange,
+    load_ranges,
 };
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
@@ -105,6 +106,8 @@ pub struct Project {
     pub factory: Option<FromFile>,
     /// Free text.
     pub notes: String,
+    /// Which sensor it is, who calibrates it, when, and against what.
+    pub identity: Identity,
     /// Which recordings are on screen.
     pub view: View,
     /// The maps that files were read by.
@@ -148,6 +151,8 @@ pub enum Edit {
     ShowAxis(Axis, bool),
     /// Free text.
     Notes(String),
+    /// Which sensor it is, who calibrates it, when, and against what.
+    Identity(Identity),
     /// Apply this calibration, or fit again.
     Apply(Option<FromFile>),
     /// Compare with this matrix that the sensor came with, or with none.
@@ -244,6 +249,7 @@ impl Project {
             }
             Edit::GaugeRange(range) => self.gauge_range = range,
             Edit::Notes(notes) => self.notes = notes,
+            Edit::Identity(identity) => self.identity = identity,
             Edit::Apply(Some(applied)) => {
                 let loaded = &self.recordings.layout().gauge_names;
                 let own = &applied.calibration.gauges;
@@ -255,6 +261,9 @@ impl Project {
                     });
                 }
                 self.take_rated_loads(&applied.calibration);
+                if self.identity.is_empty() {
+                    self.identity = applied.calibration.identity.clone();
+                }
                 self.applied = Some(applied);
             }
             Edit::Apply(None) => self.applied = None,
@@ -280,6 +289,7 @@ impl Project {
             && self.applied == other.applied
             && self.factory == other.factory
             && self.notes == other.notes
+            && self.identity == other.identity
     }
 
     /// This document with the edits of another moment; what is no edit stays.

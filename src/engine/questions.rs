@@ -7,7 +7,7 @@ use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
     Drifted, HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep,
-    compare, drift, find_best, sufficiency, train,
+    compare, drift, find_best, sufficiency, train, uncertainty,
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
@@ -15,8 +15,9 @@ use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
+use crate::evaluation::uncertainty::Uncertainty;
 use crate::features::Thresholds;
-use crate::recording::{Recording, RecordingSet, ValidRange};
+use crate::recording::{Identity, Recording, RecordingSet, ValidRange};
 
 /// The map has so many F_th, and so many t_th.
 const MAP_SIDE: usize = 40;
@@ -160,6 +161,51 @@ impl Query for CheckData {
         Ok(sufficiency(
             &self.request,
             self.hanging.as_ref(),
+            work.progress,
+        )?)
+    }
+}
+
+/// How far readings may be off.
+#[derive(Clone, Debug)]
+pub struct AskUncertainty {
+    /// What was asked when the calibration came of it.
+    pub request: Request,
+    /// The calibration.
+    pub calibration: Arc<Calibration>,
+    /// Whether it was fitted to these recordings.
+    pub fitted: bool,
+    /// How certain the reference is.
+    pub reference: Identity,
+}
+
+impl Query for AskUncertainty {
+    type Answer = Uncertainty;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Uncertainty of a reading".to_owned()
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.request.recordings, &other.request.recordings)
+            && Arc::ptr_eq(&self.calibration, &other.calibration)
+            && self.request.measuring == other.request.measuring
+            && self.reference == other.reference
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Self {
+            request,
+            calibration,
+            fitted,
+            reference,
+        } = self;
+        Ok(uncertainty(
+            request,
+            calibration,
+            *fitted,
+            reference,
             work.progress,
         )?)
     }

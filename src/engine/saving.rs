@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::analysis::{Request, TraceSet, intervals_on_screen, report};
+use crate::analysis::{Request, Told, TraceSet, intervals_on_screen, report_of};
 use crate::calibration::{Calibration, Undetermined};
 use crate::engine::results::Results;
 use crate::engine::{Project, Session};
+use crate::evaluation::limits::Limits;
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
@@ -14,7 +15,7 @@ use crate::export::{
     map_format, with_sources, write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
-use crate::recording::RecordingSet;
+use crate::recording::{Identity, RecordingSet};
 use crate::report::{Table, figure_records};
 
 /// What is to be written into a file; where there is a choice, the ending of its name says how.
@@ -23,7 +24,7 @@ pub enum FileContent {
     /// A calibration, with what it was fitted to.
     Calibration(Arc<Calibration>, Option<Arc<RecordingSet>>),
     /// A report on what is asked for, with the notes.
-    Report(Box<Request>, String),
+    Report(Box<Request>, Box<About>),
     /// Loads and errors over time.
     Traces(Box<TracesToWrite>),
     /// The list of models as CSV.
@@ -62,6 +63,17 @@ pub enum Existing {
     Replace,
 }
 
+/// What a report says beside what is computed.
+#[derive(Clone, Debug)]
+pub struct About {
+    /// What somebody wrote down.
+    pub notes: String,
+    /// Which sensor it is.
+    pub identity: Identity,
+    /// How much it tells.
+    pub told: Told,
+}
+
 /// Why somebody is asked before a file is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
@@ -76,7 +88,10 @@ impl FileContent {
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",
-            Self::Report(..) => "report.html",
+            Self::Report(_, about) => match about.told {
+                Told::Certificate => "certificate.html",
+                _ => "report.html",
+            },
             Self::Traces(_) => "traces.csv",
             Self::Models(_) => "models.csv",
             Self::Metrology(_) => "metrology.csv",
@@ -137,10 +152,27 @@ impl FileContent {
                 write_calibration(&with_sources(calibration, recordings), path)
             }
             Self::Calibration(calibration, None) => write_calibration(calibration, path),
-            Self::Report(request, notes) => {
-                let report = report(request, progress).map_err(|error| error.to_string())?;
+            Self::Report(request, about) => {
+                let About {
+                    notes,
+                    identity,
+                    told,
+                } = &**about;
+                let made = report_of(request, identity, &Limits::default(), *told, progress);
+                let made = made.map_err(|error| error.to_string())?;
+                let calibration = match made.fitted {
+                    true => Arc::new(with_sources(&made.calibration, &request.recordings)),
+                    false => Arc::clone(&made.calibration),
+                };
                 let notes = notes.clone();
-                write_report(path, &ReportData { notes, ..report })
+                write_report(
+                    path,
+                    &ReportData {
+                        notes,
+                        calibration,
+                        ..made
+                    },
+                )
             }
             Self::Traces(what) => {
                 let (recordings, decimation) = (&what.recordings, what.decimation);

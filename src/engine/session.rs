@@ -20,7 +20,7 @@ use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Recording, Source, Tare, ValidRange};
+use crate::recording::{Axis, Identity, Recording, Source, Tare, ValidRange};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
@@ -33,6 +33,7 @@ const BYTES_LIMIT: u64 = 256 << 20;
 /// | part | meaning |
 /// |---|---|
 /// | `notes` | free text |
+/// | `identity` | which sensor it is, who calibrates it, when, and against what |
 /// | `built_in` | whether the built-in sensor was open; then there are no files |
 /// | `files` | the recordings' files, in the order of opening |
 /// | `cut` | recordings are cut in time: this first share trains |
@@ -52,6 +53,8 @@ pub struct Session {
     /// The program that wrote it.
     pub program: String,
     pub notes: String,
+    #[serde(skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
     pub built_in: bool,
     pub files: Vec<SessionFile>,
     pub cut: Option<f64>,
@@ -201,6 +204,7 @@ impl Session {
             version: VERSION,
             program: env!("CARGO_PKG_VERSION").to_owned(),
             notes: project.notes.clone(),
+            identity: project.identity.clone(),
             built_in: project.recordings.is_simulated(),
             files,
             cut: project.split.as_ref().map(|split| split.fraction),
@@ -279,6 +283,7 @@ impl OpenedSession {
             gauge_range: session.gauge_range,
             hidden_axes: session.hidden_axes,
             notes: session.notes,
+            identity: session.identity,
             ..Project::default()
         };
         project.measuring = session.measuring;

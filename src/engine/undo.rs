@@ -103,7 +103,7 @@ mod tests {
     use crate::evaluation::metrology::MetrologySettings;
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
-    use crate::recording::{Axis, Role};
+    use crate::recording::{Axis, Identity, Item, Role};
 
     #[test]
     fn steps_that_hold_too_many_numbers_are_forgotten_but_for_the_newest() {
@@ -295,6 +295,7 @@ mod tests {
             Edit::Unsplit,
             Edit::ShowAxis(Axis::Fx, false),
             Edit::Notes("oiled".to_owned()),
+            Edit::Identity(identity()),
             Edit::GaugeRange(Some((-10.0, 10.0))),
             Edit::Apply(Some(calibration())),
             Edit::Apply(None),
@@ -305,6 +306,12 @@ mod tests {
                 ..MetrologySettings::default()
             }),
         ]
+    }
+
+    fn identity() -> Identity {
+        let mut identity = Identity::default();
+        identity.set(Item::Serial, "4711");
+        identity
     }
 
     /// Where an edit stands in the list of them; one that is added has to be tried as well.
@@ -328,6 +335,7 @@ mod tests {
             Edit::Measuring(_) => 15,
             Edit::Model(_) => 16,
             Edit::GaugeRange(_) => 17,
+            Edit::Identity(_) => 18,
         }
     }
 
@@ -335,7 +343,7 @@ mod tests {
     fn every_edit_is_taken_back_and_made_again() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=17 {
+        for at in 0..=18 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tried");
         }

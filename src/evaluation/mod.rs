@@ -6,6 +6,7 @@ pub mod faults;
 pub mod holds;
 pub mod information;
 pub mod left_out;
+pub mod limits;
 pub mod loops;
 pub mod mean_hysteresis;
 pub(crate) mod metrics;
@@ -20,6 +21,7 @@ pub(crate) mod series;
 pub mod sessions;
 pub mod sufficiency;
 pub mod threshold_study;
+pub mod uncertainty;
 
 pub use sensitivity::Sensitivity;
 pub(crate) use series::Series;

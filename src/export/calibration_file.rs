@@ -113,7 +113,7 @@ mod tests {
     use crate::calibration::{FORMAT, LinearMap, Quality, Regressor, UsedRecording, VERSION};
     use crate::export::code::Program;
     use crate::features::{Blocks, FeatureSettings, GaugeScale, Polynomial};
-    use crate::recording::{Axis, Role};
+    use crate::recording::{Axis, Identity, Role};
 
     fn calibration() -> Calibration {
         calibration_of(["S,1", "S\"2"], FeatureSettings::default(), true)
@@ -135,6 +135,7 @@ mod tests {
             version: VERSION,
             program: "LoopScope".to_owned(),
             simulated: false,
+            identity: Identity::default(),
             axes: vec![Axis::Fz, Axis::Mx],
             units: vec!["N".to_owned(), "N·m".to_owned()],
             full_scale: vec![12.0, 0.25],

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
 use crate::evaluation::numbers::significant;
+use crate::features::AuxiliaryChannel;
 use crate::recording::Role;
 
 /// More recordings than this are counted, not named.
@@ -24,6 +25,8 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
         ("holds", holds.to_owned()),
         ("leaves out", leaves_out.to_owned()),
     ];
+    let identity = calibration.identity.entered();
+    facts.extend(identity.map(|(item, text)| (item.label(), text.to_owned())));
     facts.extend(settings_of(calibration));
     facts.extend([
         ("RMSE conventional", scores(&quality.conventional)),
@@ -89,6 +92,11 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
         ("trained on", recordings),
         ("recorded at", rate),
     ];
+    let channels = calibration.features.auxiliary.iter();
+    let channels: Vec<String> = channels.map(AuxiliaryChannel::in_words).collect();
+    if !channels.is_empty() {
+        settings.push(("auxiliary channels", channels.join("; ")));
+    }
     let how = quality.cross_validation.as_ref();
     settings.extend(how.map(|how| ("cross-validation", how.to_string())));
     settings.extend(calibration.tare.map(|tare| {

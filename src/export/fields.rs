@@ -3,7 +3,7 @@
 //! Networks and kernels are not in it: only files of arrays have room for them.
 
 use crate::calibration::{Calibration, LinearMap, Scores};
-use crate::features::{Setting, Stored, Thresholds};
+use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
 /// One of its parts.
 pub(super) struct Field {
@@ -95,6 +95,11 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     fields.extend(rate.map(|rate| field("", "rate_hz", Value::Number(rate))));
     let tare = calibration.tare.iter();
     fields.extend(tare.map(|tare| field("", "tared", Value::Text(tare.to_string()))));
+    let identity = calibration.identity.entered();
+    fields.extend(identity.map(|(item, text)| Field {
+        about: item.label(),
+        ..field("identity", item.key(), Value::Text(text.to_owned()))
+    }));
     fields.extend([
         field(
             "blocks",
@@ -124,12 +129,53 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             ..field("blocks", key, value)
         }
     }));
+    if features.uses_auxiliary() {
+        let channels = &features.auxiliary;
+        let of = |name, about, pick: fn(&AuxiliaryChannel) -> f64| Field {
+            about,
+            ..field(
+                "auxiliary",
+                name,
+                Value::Numbers(channels.iter().map(pick).collect()),
+            )
+        };
+        let units = channels
+            .iter()
+            .map(|channel| channel.unit.clone())
+            .collect();
+        fields.extend([
+            field(
+                "auxiliary",
+                "channels",
+                Value::Texts(features.auxiliary_names()),
+            ),
+            field("auxiliary", "units", Value::Texts(units)),
+            of("reference", "what the effect counts from", |own| {
+                own.reference
+            }),
+            of("inverse_scale", "", |own| own.inverse_scale),
+            of("min", "the least value that was trained", |own| own.min),
+            of("max", "the greatest value that was trained", |own| own.max),
+        ]);
+    }
     fields.extend([
         numbers("gauge_scale", "shift", &scale.shift),
         numbers("gauge_scale", "inverse_scale", &scale.inverse_scale),
         numbers("gauge_scale", "deviation", &scale.deviation),
     ]);
     let quality = &calibration.quality;
+    if let Some(known) = &quality.coefficients {
+        let group = "uncertainty";
+        fields.push(field(
+            group,
+            "left_out",
+            Value::Text(known.left_out.to_string()),
+        ));
+        fields.push(Field {
+            about: "of the coefficients of the compensated matrix, by a jackknife",
+            ..field(group, "standard", Value::Matrix(known.standard.clone()))
+        });
+    }
     let conventional = Some((&calibration.conventional, &quality.conventional));
     let compensated = calibration.compensated.as_ref();
     let compensated = compensated.map(|map| (map, &quality.compensated));

@@ -28,6 +28,13 @@ pub fn sha256(path: &Path) -> io::Result<String> {
     Ok(digits_of(hasher))
 }
 
+/// The SHA-256 of a text, in hexadecimal digits.
+pub(crate) fn sha256_of_text(text: &str) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update(text.as_bytes());
+    digits_of(hasher)
+}
+
 /// The SHA-256 of numbers, in hexadecimal digits.
 pub(crate) fn sha256_of(numbers: impl Iterator<Item = f64>) -> String {
     let mut hasher = Sha256::new();

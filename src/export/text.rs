@@ -23,6 +23,7 @@ pub(super) fn ascii(text: &str) -> String {
     for c in printable(text).chars() {
         match c {
             '·' => out.push('.'),
+            '°' => out.push_str("deg"),
             c if c.is_ascii() => out.push(c),
             c => out.extend(c.escape_unicode()),
         }

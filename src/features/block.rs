@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::features::{GaugeScale, Monomial, Rows, Setting, Source};
+use crate::features::{AuxiliaryChannel, GaugeScale, Monomial, Rows, Setting, Source};
 
 /// One way of appending columns; what it appends them for is a list of values, the numbers of its one [`Setting`].
 ///
@@ -36,8 +36,13 @@ pub trait Block: Send + Sync {
     /// Its memory before the first sample of a recording.
     ///
     /// Where samples are kept, of those that come less than `history_step_secs` after the last kept one only the newest is.
-    fn stream(&self, values: &[f64], scale: &GaugeScale, history_step_secs: f64)
-    -> Box<dyn Stream>;
+    fn stream(
+        &self,
+        values: &[f64],
+        scale: &GaugeScale,
+        channels: &[AuxiliaryChannel],
+        history_step_secs: f64,
+    ) -> Box<dyn Stream>;
 
     /// Whether what it remembers goes on through a gap.
     fn goes_on(&self) -> bool {
@@ -61,13 +66,15 @@ pub enum Appends {
     Past(fn(f64) -> String),
     /// Products of present gauges, for the value and the number of gauges: no past in them.
     Monomials(fn(f64, usize) -> Vec<Monomial>),
+    /// For each value and each auxiliary channel, the channel and its product with each gauge. No gauge of the past in them.
+    Auxiliary,
 }
 
 /// A block's memory of one recording, sample by sample: a whole recording and a live estimator run the same.
 ///
 pub trait Stream: fmt::Debug + Send + Sync {
     /// Takes the next sample and writes its columns; for a history the gauges of the past as they are.
-    fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]);
+    fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
     /// The next sample comes after a gap: what was kept of the samples before it is forgotten. Creep relaxes through a gap by
     /// itself, play holds.

@@ -23,7 +23,7 @@ impl fmt::Display for History {
             Self::LookBack(at) => write!(f, "past{}", at + 1),
             Self::Block(block, value) => match block.appends() {
                 Appends::Past(name) => f.write_str(&name(*value)),
-                Appends::Monomials(_) => f.write_str(block.name()),
+                Appends::Monomials(_) | Appends::Auxiliary => f.write_str(block.name()),
             },
         }
     }
@@ -43,6 +43,15 @@ pub enum Column {
     },
     /// A product of standardised gauges.
     Monomial(Monomial),
+    /// An auxiliary channel in deviations from its reference, alone or times a standardised gauge.
+    Auxiliary {
+        /// Which channel.
+        channel: usize,
+        /// The time constant of its low-pass (s); zero for the present value.
+        tau_secs: f64,
+        /// Which gauge it is multiplied with.
+        gauge: Option<usize>,
+    },
     /// 1.
     Offset,
 }
@@ -70,12 +79,13 @@ impl Column {
         match self {
             Self::Offset => ColumnKind::Offset,
             Self::Gauge(_) => ColumnKind::Gauge,
-            Self::Past { .. } | Self::Monomial(_) => ColumnKind::Appended,
+            Self::Past { .. } | Self::Monomial(_) | Self::Auxiliary { .. } => ColumnKind::Appended,
         }
     }
 
     /// What it is called where the gauges have these names: `<gauge>`, `<gauge>_past` (further look-backs
-    /// `<gauge>_past2` …), `<gauge>_<history>` as its block says, `<gauge>*<gauge>`, `offset`.
+    /// `<gauge>_past2` …), `<gauge>_<history>` as its block says, `<gauge>*<gauge>`, `aux<channel>`, `aux<channel>_<τ>s` and
+    /// `aux<channel>*<gauge>` with channels counted from 1, `offset`.
     ///
     /// # Panics
     /// If a gauge has no name.
@@ -84,6 +94,17 @@ impl Column {
             Self::Gauge(gauge) => gauges[gauge].clone(),
             Self::Past { history, gauge } => format!("{}_{history}", gauges[gauge]),
             Self::Monomial(monomial) => monomial.name(gauges),
+            Self::Auxiliary {
+                channel,
+                tau_secs,
+                gauge,
+            } => {
+                let mut name = format!("aux{}", channel + 1);
+                if tau_secs > 0.0 {
+                    name += &format!("_{tau_secs}s");
+                }
+                gauge.map_or(name.clone(), |gauge| format!("{name}*{}", gauges[gauge]))
+            }
             Self::Offset => "offset".to_owned(),
         }
     }

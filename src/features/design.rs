@@ -11,7 +11,7 @@ use crate::recording::Recording;
 /// What the columns of a row are.
 ///
 /// In order: gauges; for each look-back one set of past gauges; what each block of the list appends, histories before
-/// monomials; offset.
+/// monomials, auxiliary channels last; offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// The blocks.
@@ -97,11 +97,24 @@ impl Design {
                 Appends::Monomials(_) => {
                     self.where_column(|column| matches!(column, Column::Monomial(_)))
                 }
+                Appends::Auxiliary => {
+                    self.where_column(|column| matches!(column, Column::Auxiliary { .. }))
+                }
             };
             blocks.push((only(own), columns));
         }
         blocks.retain(|(_, columns)| !columns.is_empty());
         blocks
+    }
+
+    /// The columns that one automatic ridge is chosen for: everything that is appended but auxiliary channels, and these.
+    pub fn ridge_groups(&self) -> Vec<Vec<usize>> {
+        let is_auxiliary = |column: Column| matches!(column, Column::Auxiliary { .. });
+        let is_other =
+            |column: Column| column.kind() == ColumnKind::Appended && !is_auxiliary(column);
+        let mut groups = vec![self.where_column(is_other), self.where_column(is_auxiliary)];
+        groups.retain(|columns| !columns.is_empty());
+        groups
     }
 
     /// Every column.
@@ -207,9 +220,17 @@ impl<'a> FeatureStream<'a> {
     /// Before the first sample of a recording.
     pub fn new(design: &'a Design) -> Self {
         let used = design.features.blocks.used();
-        let blocks = used.map(|(block, values)| {
-            let n_columns = block.n_columns(values, design.n_gauges());
-            let stream = block.stream(values, &design.scale, design.history_step_secs);
+        let has_columns = |(block, values): &(&'static dyn Block, &[f64])| {
+            design
+                .features
+                .n_columns_of(*block, values, design.n_gauges())
+                > 0
+        };
+        let blocks = used.filter(has_columns).map(|(block, values)| {
+            let features = &design.features;
+            let n_columns = features.n_columns_of(block, values, design.n_gauges());
+            let (scale, channels) = (&design.scale, &features.auxiliary);
+            let stream = block.stream(values, scale, channels, design.history_step_secs);
             (n_columns, stream)
         });
         Self {
@@ -230,8 +251,8 @@ impl<'a> FeatureStream<'a> {
             let n_gauges = design.n_gauges();
             earlier.replay(
                 &mut (&mut stream, vec![0.0; design.n_columns()]),
-                |(stream, row), time, gauges| {
-                    stream.blocks_row(time, gauges, &mut row[n_gauges..]);
+                |(stream, row), time, gauges, auxiliary| {
+                    stream.blocks_row(time, gauges, auxiliary, &mut row[n_gauges..]);
                 },
                 |(stream, _)| stream.gap(),
             );
@@ -244,22 +265,24 @@ impl<'a> FeatureStream<'a> {
         self.blocks.iter_mut().for_each(|(_, stream)| stream.gap());
     }
 
-    fn blocks_row(&mut self, time: f64, gauges: &[f64], mut row: &mut [f64]) {
+    fn blocks_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], mut row: &mut [f64]) {
         for (n_columns, stream) in &mut self.blocks {
             let (own, others) = std::mem::take(&mut row).split_at_mut(*n_columns);
-            stream.step(time, gauges, own);
+            stream.step(time, gauges, auxiliary, own);
             row = others;
         }
     }
 
     /// Takes the next sample and writes its raw row.
     ///
-    /// **Shapes** `past(i)` gives the past gauges of look-back i; `row` has one entry per column.
+    /// **Shapes** `auxiliary` has the channels of the settings; `past(i)` gives the past gauges of look-back i; `row` has one entry per
+    /// column.
     #[inline]
     pub fn raw_row<'g>(
         &mut self,
         time: f64,
         gauges: &[f64],
+        auxiliary: &[f64],
         past: impl Fn(usize) -> &'g [f64],
         row: &mut [f64],
     ) {
@@ -271,7 +294,7 @@ impl<'a> FeatureStream<'a> {
         for (at, out) in look_backs.chunks_exact_mut(g).enumerate() {
             out.copy_from_slice(past(at));
         }
-        self.blocks_row(time, gauges, rest);
+        self.blocks_row(time, gauges, auxiliary, rest);
         if self.design.offset {
             *rest.last_mut().expect("there is an offset column") = 1.0;
         }
@@ -309,7 +332,7 @@ mod tests {
         let mut row = vec![0.0; design.n_columns()];
         let first = samples[0].1;
         for (time, gauges) in samples {
-            stream.raw_row(*time, gauges, |_| &first, &mut row);
+            stream.raw_row(*time, gauges, &[], |_| &first, &mut row);
         }
         row
     }

@@ -10,6 +10,7 @@
 
 mod block;
 mod blocks;
+mod channel;
 mod column;
 mod design;
 mod gauge_scale;
@@ -22,7 +23,8 @@ mod source;
 
 pub(crate) use block::{Appends, Block, Lists, Search, Stream};
 pub(crate) use blocks::BLOCKS;
-pub use blocks::{Creep, FixedLag, Play, Polynomial};
+pub use blocks::{Auxiliary, Creep, FixedLag, Play, Polynomial};
+pub use channel::AuxiliaryChannel;
 pub use column::Column;
 pub(crate) use column::{ColumnKind, History};
 pub use design::Design;

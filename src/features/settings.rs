@@ -7,11 +7,15 @@ use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::features::{
-    Appends, BLOCKS, Block, Column, Distance, F_TH, History, OutOfRange, T_TH, Thresholds,
+    Appends, Auxiliary, AuxiliaryChannel, BLOCKS, Block, Column, Distance, F_TH, History,
+    OutOfRange, T_TH, Thresholds,
 };
 
 /// A design with more columns than this is refused: its sums alone would fill the memory.
 pub const MAX_COLUMNS: usize = 640;
+
+/// The key of the auxiliary channels in files.
+const CHANNELS: &str = "auxiliary_channels";
 
 /// The values of every block of the list; a block without any is not used.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,9 +31,10 @@ impl Blocks {
         &self.values[position(block)]
     }
 
-    /// Every block with what it begins with.
+    /// Every block of the gauges with what it begins with; auxiliary channels are not of every sensor.
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
+        let blocks = blocks.filter(|block| !matches!(block.appends(), Appends::Auxiliary));
         blocks.fold(Self::default(), |all, block| {
             all.with(block, block.setting().default)
         })
@@ -100,6 +105,8 @@ pub struct FeatureSettings {
     pub distance: Distance,
     /// The values of the other blocks.
     pub blocks: Blocks,
+    /// The channels of the block for auxiliary ones: those of the recordings, once a calibration is made of these settings.
+    pub auxiliary: Vec<AuxiliaryChannel>,
 }
 
 impl Default for FeatureSettings {
@@ -118,6 +125,9 @@ impl Serialize for FeatureSettings {
         map.serialize_entry("distance", &self.distance)?;
         for (block, stored) in self.blocks.stored() {
             map.serialize_entry(block.setting().key, &stored)?;
+        }
+        if !self.auxiliary.is_empty() {
+            map.serialize_entry(CHANNELS, &self.auxiliary)?;
         }
         map.end()
     }
@@ -144,6 +154,7 @@ impl<'de> Deserialize<'de> for FeatureSettings {
                     match (&*key, block) {
                         ("look_backs", _) => settings.look_backs = map.next_value()?,
                         ("distance", _) => settings.distance = map.next_value()?,
+                        (CHANNELS, _) => settings.auxiliary = map.next_value()?,
                         (_, Some(block)) if block.setting().choices().is_some() => {
                             let number: u8 = map.next_value()?;
                             settings.blocks.set(block, vec![f64::from(number)]);
@@ -171,6 +182,12 @@ pub enum FeatureError {
          thresholds or radii"
     )]
     Columns { columns: usize, gauges: usize },
+    #[error("auxiliary channel {name}: {what} is {value}, which makes no sense")]
+    Channel {
+        name: String,
+        what: &'static str,
+        value: f64,
+    },
 }
 
 impl FeatureSettings {
@@ -180,6 +197,7 @@ impl FeatureSettings {
             look_backs: Vec::new(),
             distance: Distance::Force,
             blocks: Blocks::default(),
+            auxiliary: Vec::new(),
         }
     }
 
@@ -189,10 +207,13 @@ impl FeatureSettings {
         for (block, _) in self.blocks.used().filter(|(block, _)| is_history(*block)) {
             blocks.set(block, Vec::new());
         }
+        let taus_secs = blocks.of(&Auxiliary).iter().copied();
+        let present = taus_secs.filter(|tau_secs| *tau_secs == 0.0).collect();
+        blocks.set(&Auxiliary, present);
         Self {
             look_backs: Vec::new(),
-            distance: self.distance,
             blocks,
+            ..self.clone()
         }
     }
 
@@ -203,7 +224,19 @@ impl FeatureSettings {
 
     /// Whether blocks remember samples before the present one, beside the look-backs.
     pub fn has_memory(&self) -> bool {
-        self.blocks.n_histories > 0
+        let is_low_passed = |tau_secs: &f64| *tau_secs > 0.0 && !self.auxiliary.is_empty();
+        self.blocks.n_histories > 0 || self.blocks.of(&Auxiliary).iter().any(is_low_passed)
+    }
+
+    /// Whether auxiliary channels take part.
+    pub fn uses_auxiliary(&self) -> bool {
+        !self.auxiliary.is_empty() && !self.blocks.of(&Auxiliary).is_empty()
+    }
+
+    /// The names of the channels that recordings must have.
+    pub fn auxiliary_names(&self) -> Vec<String> {
+        let names = self.auxiliary.iter().map(|channel| channel.name.clone());
+        names.collect()
     }
 
     /// How many sets of gauges the history blocks append.
@@ -211,7 +244,8 @@ impl FeatureSettings {
         self.look_backs.len() + self.blocks.n_histories
     }
 
-    /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, offset.
+    /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, auxiliary channels,
+    /// offset.
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
         let past = |history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge });
@@ -226,6 +260,18 @@ impl FeatureSettings {
                     let monomials = values.flat_map(|value| of(value, n_gauges));
                     columns.extend(monomials.map(Column::Monomial));
                 }
+                Appends::Auxiliary => columns.extend(values.flat_map(|tau_secs| {
+                    let channels = 0..self.auxiliary.len();
+                    channels.flat_map(move |channel| {
+                        let alone = std::iter::once(None);
+                        let gauges = alone.chain((0..n_gauges).map(Some));
+                        gauges.map(move |gauge| Column::Auxiliary {
+                            channel,
+                            tau_secs,
+                            gauge,
+                        })
+                    })
+                })),
             }
         }
         columns.extend(offset.then_some(Column::Offset));
@@ -235,8 +281,16 @@ impl FeatureSettings {
     /// How many columns so many gauges have with these blocks, without the offset.
     pub(super) fn n_columns(&self, n_gauges: usize) -> usize {
         let blocks = self.blocks.used();
-        let appended = blocks.map(|(block, values)| block.n_columns(values, n_gauges));
+        let appended = blocks.map(|(block, values)| self.n_columns_of(block, values, n_gauges));
         n_gauges * (1 + self.look_backs.len()) + appended.sum::<usize>()
+    }
+
+    /// How many columns a block appends.
+    pub(super) fn n_columns_of(&self, block: &dyn Block, values: &[f64], n_gauges: usize) -> usize {
+        match block.appends() {
+            Appends::Auxiliary => values.len() * self.auxiliary.len() * (1 + n_gauges),
+            _ => block.n_columns(values, n_gauges),
+        }
     }
 
     /// How long a sample may be looked back at (s); zero where no block keeps samples.
@@ -259,6 +313,12 @@ impl FeatureSettings {
         for (block, values) in self.blocks.used() {
             for value in values {
                 block.setting().check(*value)?;
+            }
+        }
+        for channel in &self.auxiliary {
+            if let Some((what, value)) = channel.broken() {
+                let name = channel.name.clone();
+                return Err(FeatureError::Channel { name, what, value });
             }
         }
         Ok(())
@@ -291,7 +351,10 @@ impl FeatureSettings {
             parts.push(self.distance.in_words(*f_th) + &t_th);
         }
         parts.extend(self.blocks.used().map(|(block, values)| {
-            let name = block.name().to_lowercase();
+            let mut name = block.name().to_lowercase();
+            if matches!(block.appends(), Appends::Auxiliary) && !self.auxiliary.is_empty() {
+                name = format!("{name} {},", self.auxiliary_names().join(", "));
+            }
             format!("{name} {}", block.setting().in_words(values))
         }));
         parts.join("; ")

@@ -2,12 +2,12 @@
 //!
 //! In an update `row` begins with the present gauges less their centre; what a block appends follows from `next` on, histories
 //! less the present gauges (in Python rows are appended; in MATLAB `next` is the column before). Numbers and memory are declared by whoever writes the program; texts,
-//! which are Jinja templates, may name `{{ prefix }}`, `{{ n_gauges }}` and `{{ sets }}`, the number of the block's values. In C an update stands in braces of its
+//! which are Jinja templates, may name `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the number of the block's values; `auxiliary` holds the sample's auxiliary channels. In C an update stands in braces of its
 //! own, and `g` counts gauges.
 
 use serde::Serialize;
 
-use crate::features::GaugeScale;
+use crate::features::{AuxiliaryChannel, GaugeScale};
 
 /// The gauges that a block is run on.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +16,8 @@ pub struct Rows<'a> {
     pub scale: &'a GaugeScale,
     /// What makes standardised gauges of gauges less centre: factor and constant.
     pub standardise: &'a [(f64, f64)],
+    /// What comes beside them.
+    pub channels: &'a [AuxiliaryChannel],
 }
 
 /// What a block contributes to a program.

@@ -114,12 +114,15 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     }
     let mut times = std::mem::take(&mut rows.times);
     let mut gauges = std::mem::take(&mut rows.gauges);
+    let mut auxiliary = std::mem::take(&mut rows.auxiliary);
     let mut loads = std::mem::take(&mut rows.loads);
     join::average(&mut times, 1, &bursts);
     join::average(&mut gauges, plan.gauge_names.len(), &bursts);
+    join::average(&mut auxiliary, plan.auxiliary_names.len(), &bursts);
     join::average(&mut loads, plan.axes.len(), &bursts);
     rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
     (rows.times, rows.gauges, rows.loads) = (times, gauges, loads);
+    rows.auxiliary = auxiliary;
     rows.findings
         .note(plan.line, Finding::AveragedBursts { n_before, n_after });
 }
@@ -172,7 +175,8 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
             picked(own, &rows.loads, plan.axes.len()),
         );
         let recording = recording.expect("rows are finite and of one width, and are counted");
-        recording
+        let auxiliary = picked(own, &rows.auxiliary, plan.auxiliary_names.len());
+        with_auxiliary(recording, &plan, auxiliary)
             .with_gauge_units(plan.gauge_units.clone())
             .without_times()
     };
@@ -254,8 +258,11 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
     let times = parts(rows.times, 1);
     let gauges = parts(rows.gauges, plan.gauge_names.len());
     let loads = parts(rows.loads, plan.axes.len());
+    let auxiliary = parts(rows.auxiliary, plan.auxiliary_names.len());
     let mut recordings: Vec<Recording> = Vec::with_capacity(times.len());
-    for ((times, gauges), loads) in times.into_iter().zip(gauges).zip(loads) {
+    for (((times, gauges), loads), auxiliary) in
+        times.into_iter().zip(gauges).zip(loads).zip(auxiliary)
+    {
         let recording = Recording::new(
             name(recordings.len() + 1),
             Source::File(path.to_owned()),
@@ -267,6 +274,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         )
         .expect("rows are finite and of one width, and each recording's times never go back");
         let recording = recording.with_gauge_units(plan.gauge_units.clone());
+        let recording = with_auxiliary(recording, &plan, auxiliary);
         let mut recording = recording.with_gap(cuts.gap_secs);
         if let Some(before) = recordings.last()
             && follows(before, &recording)
@@ -276,6 +284,12 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         recordings.push(recording);
     }
     recordings
+}
+
+fn with_auxiliary(recording: Recording, plan: &Plan, values: Vec<f64>) -> Recording {
+    let (names, units) = (plan.auxiliary_names.clone(), plan.auxiliary_units.clone());
+    let recording = recording.with_auxiliary(names, units, values);
+    recording.expect("what is missing was held, so that each row has a number for each channel")
 }
 
 /// Whether a recording follows the one before it in its file on the same clock.

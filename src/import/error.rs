@@ -72,6 +72,15 @@ pub enum TableError {
     )]
     NoLoads { names: Vec<String> },
     #[error(
+        "column {column} ({}) is one auxiliary channel too many: each needs a name of its own, and there are at most {limit}; make it \"ignore\" in the column map",
+        shown(name)
+    )]
+    Auxiliaries {
+        column: usize,
+        name: String,
+        limit: usize,
+    },
+    #[error(
         "a log of ATI's Net F/T: it holds the reference load, but no gauges; name it as \"reference\" in the column map of the file with the gauges"
     )]
     ReferenceAlone,

@@ -31,6 +31,8 @@ pub struct LiveRow {
     pub time: f64,
     /// Its gauges, as [`LiveTable::gauge_names`] names them.
     pub gauges: Vec<f64>,
+    /// Its auxiliary channels, as [`LiveTable::auxiliary_names`] names them; what a line leaves out is as in the line before.
+    pub auxiliary: Vec<f64>,
     /// Its reference, as [`LiveTable::axes`] names it.
     pub loads: Vec<f64>,
 }
@@ -44,6 +46,8 @@ pub struct LiveTable {
     keys: Option<Vec<String>>,
     has_list: bool,
     n_rows: f64,
+    /// The newest of each auxiliary channel; NaN before the first.
+    held: Vec<f64>,
 }
 
 impl LiveTable {
@@ -59,6 +63,21 @@ impl LiveTable {
         let by_name: Option<Vec<usize>> = gauges.iter().map(place).collect();
         let is_list = self.has_list && names.len() == gauges.len();
         by_name.or_else(|| is_list.then(|| (0..names.len()).collect()))
+    }
+
+    /// The names of the auxiliary channels.
+    pub fn auxiliary_names(&self) -> &[String] {
+        &self.plan.auxiliary_names
+    }
+
+    /// Where each of these auxiliary channels stands in a row; the first that is not there, if there is one.
+    pub fn auxiliary_places(&self, names: &[String]) -> Result<Vec<usize>, String> {
+        let own = self.auxiliary_names();
+        let place = |name: &String| own.iter().position(|own| own == name);
+        let places = names
+            .iter()
+            .map(|name| place(name).ok_or_else(|| name.clone()));
+        places.collect()
     }
 
     /// The axes of the reference; empty without one.
@@ -106,6 +125,7 @@ impl LiveTable {
         let (plan, rows) = Self::of_text(&(text + "\n"), map)?;
         let mut table = Self {
             per_second: per_second(&plan, &rows),
+            held: vec![f64::NAN; plan.auxiliary_names.len()],
             plan,
             has_list: objects
                 .first()
@@ -175,10 +195,17 @@ impl LiveTable {
         self.n_rows += rows.times.len() as f64;
         let counted = self.plan.time_column.is_none();
         let times = rows.times.iter().enumerate();
+        let held = &mut self.held;
         times
             .map(|(k, time)| LiveRow {
                 time: if counted { first + k as f64 } else { *time } / self.per_second,
                 gauges: rows.gauges[k * n_gauges..][..n_gauges].to_vec(),
+                auxiliary: {
+                    let row = &rows.auxiliary[k * held.len()..][..held.len()];
+                    let known = held.iter_mut().zip(row).filter(|(_, new)| new.is_finite());
+                    known.for_each(|(held, new)| *held = *new);
+                    held.clone()
+                },
                 loads: rows.loads[k * n_axes..][..n_axes].to_vec(),
             })
             .collect()
@@ -342,6 +369,7 @@ mod tests {
         let row = |time, gauges: [f64; 2], load| LiveRow {
             time,
             gauges: gauges.to_vec(),
+            auxiliary: Vec::new(),
             loads: vec![load],
         };
         assert_eq!(rows, [row(0.02, [1.0, 2.0], 3.0)]);
@@ -349,6 +377,15 @@ mod tests {
             assert_eq!(table.row(broken), None, "{broken:?}");
         }
         assert_eq!(table.row("30,4,5,0.001"), Some(row(0.03, [4.0, 5.0], 1.0)));
+    }
+
+    #[test]
+    fn an_auxiliary_channel_stays_until_there_is_another_number() {
+        let (mut table, rows) = begin(&["t [s],S1,T [degF]", "0,1,", "1,2,212"]).unwrap();
+        assert_eq!(table.auxiliary_names(), ["T"]);
+        assert!(rows[0].auxiliary[0].is_nan());
+        assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
+        assert_eq!(table.row("2,3,").unwrap().auxiliary, rows[1].auxiliary);
     }
 
     #[test]

@@ -50,6 +50,50 @@ fn single(loaded: Result<Loaded, ReadError>) -> (Recording, Vec<Finding>) {
     (loaded.recordings.remove(0), findings.collect())
 }
 
+/// A thermometer is slower than gauges and its cells are blank in between: no row is lost for that.
+#[test]
+fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
+    let text = "t [s],S1,Fz,temperature [K],spare temp\n0,1,1,,\n0.1,2,2,300.15,\n0.2,3,3,x,\n0.3,4,4,301.15,\n";
+    let folder = Folder::with(&[("run.csv", text)]);
+    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
+    let (recording, findings) = single(loaded);
+    let auxiliary = recording.auxiliary();
+    assert_eq!(auxiliary.names(), ["temperature"]);
+    assert_eq!(auxiliary.units(), ["°C"]);
+    let celsius: Vec<f64> = auxiliary
+        .values()
+        .iter()
+        .map(|value| value.round())
+        .collect();
+    assert_eq!(celsius, [27.0, 27.0, 27.0, 28.0]);
+    let names = vec!["spare temp".to_owned()];
+    assert_eq!(findings, [Finding::IgnoredColumns { names }]);
+}
+
+#[test]
+fn an_auxiliary_channel_of_a_map_has_its_name_and_unit() {
+    let parts = r#""table": { "shape": { "columns": 4 }, "columns": [ { "column": 1, "is": "time", "unit": "s" },
+        { "column": 2, "is": "gauge" }, { "column": 3, "is": "Fz" },
+        { "column": 4, "is": "auxiliary", "name": "supply", "unit": "mV", "scale": 2 } ] }"#;
+    let (recording, _) = single(read_one("0,1,1,2500\n1,2,2,2400\n", parts));
+    assert_eq!(recording.auxiliary().in_words(), ["supply 4.80 to 5.00 V"]);
+    let again = parts.replace(
+        "\"is\": \"gauge\"",
+        "\"is\": \"auxiliary\", \"name\": \"supply\"",
+    );
+    let again = again.replace(
+        "{ \"column\": 3, \"is\": \"Fz\" }",
+        "{ \"column\": 3, \"is\": \"gauge\" }",
+    );
+    let error = read_one("0,1,1,2500\n1,2,2,2400\n", &again)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("column 4 (supply) is one auxiliary channel too many"),
+        "{error}"
+    );
+}
+
 const HEADERLESS: &str = r#""table": { "shape": { "columns": 4 }, "text": { "delimiter": "semicolon", "decimal": "comma" },
     "columns": [
         { "column": 1, "is": "time", "unit": "ms" },

@@ -1,6 +1,7 @@
 //! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
 
 use super::map::{ColumnRole, ColumnRule, Header, Shape, TableMap};
+use super::plan::AUXILIARY_LIMIT;
 use super::warning::Finding;
 use crate::formats::Cell;
 use crate::formats::column_name::{ColumnName, Kind};
@@ -61,6 +62,11 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     let fraction = stamp_fraction(&mut times, &columns);
     let keys = Header::of(head);
     let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
+    let has_gauges = columns
+        .iter()
+        .any(|column| column.kind == Some(Kind::Gauge));
+    let others: &[usize] = other_loads.as_deref().unwrap_or_default();
+    let mut auxiliaries: Vec<&str> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let is = match column.kind {
             _ if head.reference_time == Some(index) => ColumnRole::TimeReference,
@@ -68,6 +74,16 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
             Some(Kind::Time) if fraction == Some(index) => ColumnRole::TimeFraction,
             Some(Kind::Gauge) => ColumnRole::Gauge,
             Some(Kind::Load(axis)) => ColumnRole::Load(axis),
+            None if has_gauges && !others.contains(&index) => {
+                let of_units_row = head.unit(index);
+                let unit = column.auxiliary_unit(of_units_row.as_deref());
+                let is_new = !auxiliaries.contains(&&*column.name);
+                if let Some(unit) = unit.filter(|_| is_new && auxiliaries.len() < AUXILIARY_LIMIT) {
+                    auxiliaries.push(&column.name);
+                    rules.push((index, auxiliary(&keys, index, column, text, unit)));
+                }
+                continue;
+            }
             Some(Kind::Time) | None => continue,
         };
         let rule = ColumnRule {
@@ -89,6 +105,21 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     notes.extend(several_references);
     notes.extend(date_order(&rules, names, rows));
     Guess { rules, notes }
+}
+
+/// What a column is that is an auxiliary channel in this unit.
+fn auxiliary(
+    keys: &Header<'_>,
+    index: usize,
+    column: &ColumnName,
+    text: &TextLayout,
+    unit: String,
+) -> ColumnRule {
+    ColumnRule {
+        unit: (!unit.is_empty()).then_some(unit),
+        name: (!text.header).then(|| column.name.clone()),
+        ..ColumnRule::new(keys.key(index), ColumnRole::Auxiliary)
+    }
 }
 
 /// Where an axis stands in several topics or structs, leaves the reference to one of them: one that calls itself so, or

@@ -15,6 +15,8 @@ pub(super) struct Rows {
     pub(super) times: Vec<f64>,
     /// Row-major.
     pub(super) gauges: Vec<f64>,
+    /// Row-major; NaN where nothing was measured, until [`Rows::hold_auxiliary`].
+    pub(super) auxiliary: Vec<f64>,
     /// Row-major, in axis order.
     pub(super) loads: Vec<f64>,
     /// Row-major, as the plan's pose says; empty once the loads are computed.
@@ -98,6 +100,8 @@ impl Rows {
     pub(super) fn reserve(&mut self, n_rows: usize, plan: &Plan) {
         self.times.reserve_exact(n_rows);
         self.gauges.reserve_exact(n_rows * plan.gauge_names.len());
+        self.auxiliary
+            .reserve_exact(n_rows * plan.auxiliary_names.len());
         self.loads.reserve_exact(n_rows * plan.axes.len());
         self.poses.reserve_exact(n_rows * plan.pose_width());
     }
@@ -113,6 +117,7 @@ impl Rows {
             self.times.extend_from_slice(&next.times);
         }
         self.gauges.extend_from_slice(&next.gauges);
+        self.auxiliary.extend_from_slice(&next.auxiliary);
         self.loads.extend_from_slice(&next.loads);
         self.poses.extend_from_slice(&next.poses);
         self.findings.append(next.findings, n_lines);
@@ -143,10 +148,12 @@ impl Rows {
 
     fn row<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
         let (n_rows, n_gauges) = (self.times.len(), self.gauges.len());
+        let n_auxiliary = self.auxiliary.len();
         match self.keep(row.clone(), plan) {
             Ok(()) => self.place_row(n_rows, self.n_lines),
             Err(Unusable) => {
                 self.gauges.truncate(n_gauges);
+                self.auxiliary.truncate(n_auxiliary);
                 self.explain(row, plan);
             }
         }
@@ -170,6 +177,13 @@ impl Rows {
                     row.next().ok_or(Unusable)?;
                 }
                 Use::Gauge { .. } => self.gauges.push(value()?),
+                Use::Auxiliary { .. } => {
+                    // What changes slowly is often written now and then: no row is lost for it.
+                    let cell = row.next().ok_or(Unusable)?;
+                    let value = value_of(cell, *usage, index, plan);
+                    self.auxiliary
+                        .push(value.map_or(f64::NAN, |(value, _)| value));
+                }
                 Use::Load { slot, .. } => loads[slot] = value()?,
                 Use::Time | Use::TimeText(_) | Use::TimeFraction { .. } => time += value()?,
                 Use::Pose { slot, .. } | Use::Mount { slot } => pose[slot] = value()?,
@@ -215,7 +229,10 @@ impl Rows {
         }
         let mut first = None;
         for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
-            if let Err(trouble) = value_of(cell, *usage, index, plan) {
+            let may_be_missing = matches!(usage, Use::Auxiliary { .. });
+            if let Err(trouble) = value_of(cell, *usage, index, plan)
+                && !may_be_missing
+            {
                 self.bad_cells[index] += u64::from(!trouble.is_wanted());
                 first.get_or_insert_with(|| Finding::Cell {
                     column: index + 1,
@@ -237,6 +254,7 @@ impl Rows {
         let lists = [
             &mut self.times,
             &mut self.gauges,
+            &mut self.auxiliary,
             &mut self.loads,
             &mut self.poses,
         ];
@@ -248,6 +266,45 @@ impl Rows {
                 kept += 1;
             }
             values.truncate(kept * width);
+        }
+    }
+
+    /// Gives auxiliary channels the last value where a row has none, and the first where no row before it has one. A channel without
+    /// any is gone, and told.
+    pub(super) fn hold_auxiliary(&mut self, plan: &mut Plan) {
+        let n = plan.auxiliary_names.len();
+        let known = |at: &usize| {
+            let mut values = self.auxiliary.iter().skip(*at).step_by(n);
+            values.any(|value| value.is_finite())
+        };
+        let kept: Vec<usize> = (0..n).filter(known).collect();
+        if kept.len() < n {
+            let rows = self.auxiliary.chunks_exact(n);
+            let values = rows.flat_map(|row| kept.iter().map(|at| row[*at]));
+            self.auxiliary = values.collect();
+            let names = std::mem::take(&mut plan.auxiliary_names);
+            let units = std::mem::take(&mut plan.auxiliary_units);
+            for (at, (name, unit)) in names.into_iter().zip(units).enumerate() {
+                if kept.contains(&at) {
+                    plan.auxiliary_names.push(name);
+                    plan.auxiliary_units.push(unit);
+                } else {
+                    let names = vec![name];
+                    self.findings
+                        .note(plan.line, Finding::IgnoredColumns { names });
+                }
+            }
+        }
+        for at in 0..kept.len() {
+            let mut values = self.auxiliary.iter_mut().skip(at).step_by(kept.len());
+            let first = values.by_ref().map(|value| *value).find(|v| v.is_finite());
+            let mut last = first.unwrap_or_default();
+            for value in self.auxiliary.iter_mut().skip(at).step_by(kept.len()) {
+                match value.is_finite() {
+                    true => last = *value,
+                    false => *value = last,
+                }
+            }
         }
     }
 
@@ -321,6 +378,7 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
         Use::Time
         | Use::TimeFraction { .. }
         | Use::Gauge { .. }
+        | Use::Auxiliary { .. }
         | Use::Load { .. }
         | Use::Pose { .. } => {
             let (number, has_comma) = match cell {
@@ -348,7 +406,11 @@ fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trou
     if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
         return Err(Trouble::Dropout);
     }
-    let value = number * usage.factor();
+    let shift = match usage {
+        Use::Auxiliary { shift, .. } => shift,
+        _ => 0.0,
+    };
+    let value = number * usage.factor() + shift;
     match value.is_finite() {
         true => Ok(value),
         false => Err(Trouble::NotFinite),

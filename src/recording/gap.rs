@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::auxiliary::AuxiliaryTable;
 use super::median::median;
 use super::shared::Shared;
 
@@ -55,6 +56,7 @@ pub fn after_wrap(step: f64, gap_secs: f64) -> Option<f64> {
 struct Run {
     times: Shared,
     gauges: Shared,
+    auxiliary: AuxiliaryTable,
     before: Option<Arc<Run>>,
 }
 
@@ -64,6 +66,8 @@ pub struct Earlier {
     run: Arc<Run>,
     /// Taken off the gauges by a tare.
     less: Vec<f64>,
+    /// Which of the auxiliary channels count.
+    auxiliary: Vec<usize>,
     /// Every how many-th sample counts.
     every: usize,
 }
@@ -76,6 +80,7 @@ impl Earlier {
     pub(super) fn new(
         times: &Shared,
         gauges: &Shared,
+        auxiliary: &AuxiliaryTable,
         before: Option<&Self>,
         n_gauges: usize,
     ) -> Self {
@@ -83,9 +88,11 @@ impl Earlier {
             run: Arc::new(Run {
                 times: times.clone(),
                 gauges: gauges.clone(),
+                auxiliary: auxiliary.clone(),
                 before: before.map(|before| Arc::clone(&before.run)),
             }),
             less: vec![0.0; n_gauges],
+            auxiliary: (0..auxiliary.len()).collect(),
             every: 1,
         }
     }
@@ -95,6 +102,11 @@ impl Earlier {
         less.for_each(|(less, offset)| *less += offset);
     }
 
+    /// From now on these of the auxiliary channels count.
+    pub(super) fn pick_auxiliary(&mut self, places: &[usize]) {
+        self.auxiliary = places.iter().map(|at| self.auxiliary[*at]).collect();
+    }
+
     pub(super) fn decimated(&self, step: usize) -> Self {
         Self {
             every: self.every * step,
@@ -102,11 +114,11 @@ impl Earlier {
         }
     }
 
-    /// Gives each sample's time and gauges to `take`, and calls `gap` after each recording.
+    /// Gives each sample's time, gauges and auxiliary channels to `take`, and calls `gap` after each recording.
     pub fn replay<T>(
         &self,
         state: &mut T,
-        take: impl Fn(&mut T, f64, &[f64]),
+        take: impl Fn(&mut T, f64, &[f64], &[f64]),
         gap: impl Fn(&mut T),
     ) {
         let (mut runs, mut n, mut next) = (Vec::new(), 0, Some(&self.run));
@@ -118,16 +130,20 @@ impl Earlier {
             next = run.before.as_ref();
         }
         let mut tared = self.less.clone();
+        let mut auxiliary = vec![0.0; self.auxiliary.len()];
         for run in runs.into_iter().rev() {
             let rows = run
                 .times
                 .iter()
                 .zip(run.gauges.chunks_exact(self.less.len()));
-            for (time, gauges) in rows.step_by(self.every) {
+            for (k, (time, gauges)) in rows.enumerate().step_by(self.every) {
                 for ((tared, gauge), less) in tared.iter_mut().zip(gauges).zip(&self.less) {
                     *tared = gauge - less;
                 }
-                take(state, *time, &tared);
+                for (value, at) in auxiliary.iter_mut().zip(&self.auxiliary) {
+                    *value = run.auxiliary.at(k)[*at];
+                }
+                take(state, *time, &tared, &auxiliary);
             }
             gap(state);
         }
@@ -137,7 +153,8 @@ impl Earlier {
 /// Two are the same if they are of the same samples.
 impl PartialEq for Earlier {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.run, &other.run) && self.less == other.less && self.every == other.every
+        let is_same = Arc::ptr_eq(&self.run, &other.run) && self.auxiliary == other.auxiliary;
+        is_same && self.less == other.less && self.every == other.every
     }
 }
 

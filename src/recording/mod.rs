@@ -2,10 +2,12 @@
 //!
 //! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
 
+mod auxiliary;
 mod axis;
 mod full_scale;
 pub mod gap;
 mod groups;
+pub mod identity;
 pub mod kinetics;
 mod left_out;
 mod load_cases;
@@ -21,10 +23,13 @@ pub mod simulated;
 mod tare;
 pub mod units;
 
+pub use auxiliary::AuxiliaryTable;
+pub(crate) use auxiliary::span;
 pub use axis::Axis;
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
+pub use identity::{Identity, Item};
 pub use left_out::{Judged, LeftOut, ValidRange};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::median::median;
 use crate::recording::shared::Shared;
-use crate::recording::{Axis, LeftOut, Tare};
+use crate::recording::{AuxiliaryTable, Axis, LeftOut, Tare};
 
 /// So many samples, or numbers, are looked through by one thread at a time.
 const SAMPLES_A_THREAD: usize = 1 << 16;
@@ -56,6 +56,7 @@ pub struct Recording {
     axes: Vec<Axis>,
     loads: Shared,
     load_ranges: Vec<(f64, f64)>,
+    auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
     /// Where somebody knows better than the steps.
@@ -162,6 +163,7 @@ impl Recording {
             earlier: None,
             offsets: Vec::new(),
             left_out: None,
+            auxiliary: AuxiliaryTable::default(),
             name,
             source,
             sampling: Sampling::Timed,
@@ -182,6 +184,55 @@ impl Recording {
             self.gauge_units = units;
         }
         self
+    }
+
+    /// The same recording with channels that are no gauges: temperature, supply, humidity.
+    ///
+    /// **Shapes** `values` is `n × names` row-major; as many units as names, empty where none is known.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where a number is missing or not finite.
+    pub fn with_auxiliary(
+        mut self,
+        names: Vec<String>,
+        units: Vec<String>,
+        values: Vec<f64>,
+    ) -> Result<Self, RecordingError> {
+        let what = "auxiliary channel";
+        let expected = self.n_samples() * names.len();
+        if values.len() != expected || units.len() != names.len() {
+            let (name, actual) = (self.name, values.len());
+            return Err(RecordingError::Shape {
+                name,
+                what,
+                expected,
+                actual,
+            });
+        }
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let (name, sample) = (self.name, at / names.len());
+            return Err(RecordingError::NotFinite { name, what, sample });
+        }
+        self.auxiliary = AuxiliaryTable::new(names, units, values);
+        Ok(self)
+    }
+
+    /// The recording with these of its auxiliary channels alone, in this order; the first name that it has not, if there is one.
+    pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
+        let mut picked = self.clone();
+        if names != self.auxiliary.names() {
+            let places = self.auxiliary.places(names)?;
+            picked.auxiliary = self.auxiliary.picked(&places);
+            if let Some(earlier) = &mut picked.earlier {
+                earlier.pick_auxiliary(&places);
+            }
+        }
+        Ok(picked)
+    }
+
+    /// The channels that are no gauges.
+    pub fn auxiliary(&self) -> &AuxiliaryTable {
+        &self.auxiliary
     }
 
     /// The recording with these numbers taken off its gauges, one each.
@@ -221,6 +272,7 @@ impl Recording {
                 .into()
         };
         let (gauges, loads) = (all(Self::gauges), all(Self::loads));
+        let auxiliary = all(|case| case.auxiliary.values());
         let first = cases[0];
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
         let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
@@ -231,7 +283,8 @@ impl Recording {
             Source::Simulated => None,
         };
         let name = name.unwrap_or_else(|| first.name.clone());
-        first.with_samples(name, times.into(), gauges, loads)
+        let auxiliary = first.auxiliary.with_values(auxiliary);
+        first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
 
     /// Whether the samples follow one another in time.
@@ -263,7 +316,14 @@ impl Recording {
     /// The recording as that which follows another of its file after a gap: creep and play go on through it.
     pub(crate) fn after(mut self, before: &Self) -> Self {
         let (times, gauges, earlier) = (&before.times, &before.gauges, before.earlier.as_ref());
-        self.earlier = Some(Earlier::new(times, gauges, earlier, before.n_gauges()));
+        let auxiliary = &before.auxiliary;
+        self.earlier = Some(Earlier::new(
+            times,
+            gauges,
+            auxiliary,
+            earlier,
+            before.n_gauges(),
+        ));
         self
     }
 
@@ -380,6 +440,13 @@ impl Recording {
         &self.load_ranges
     }
 
+    /// The least step of a gauge from sample to sample that is not zero; `None` where it never moves.
+    pub fn least_step(&self, gauge: usize) -> Option<f64> {
+        let values = || self.gauges().iter().skip(gauge).step_by(self.n_gauges());
+        let steps = values().zip(values().skip(1)).map(|(a, b)| (a - b).abs());
+        steps.filter(|step| *step > 0.0).reduce(f64::min)
+    }
+
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
     ///
     /// A step of 0 counts as 1. The rows of a load case all stay: they are not samples of one motion.
@@ -395,12 +462,14 @@ impl Recording {
                     let rows = values.chunks_exact(width.max(1)).step_by(step);
                     rows.flatten().copied().collect::<Vec<f64>>().into()
                 };
-                let [times, gauges, loads] = [
+                let [times, gauges, loads, auxiliary] = [
                     every(&self.times, 1),
                     every(&self.gauges, self.n_gauges()),
                     every(&self.loads, self.axes.len()),
+                    every(self.auxiliary.values(), self.auxiliary.len()),
                 ];
-                self.with_samples(self.name.clone(), times, gauges, loads)
+                let auxiliary = self.auxiliary.with_values(auxiliary);
+                self.with_samples(self.name.clone(), times, gauges, loads, auxiliary)
             }
         };
         kept.gap_secs = self.gap_secs.map(|gap_secs| gap_secs * step as f64);
@@ -464,11 +533,20 @@ impl Recording {
         let times = rows(&self.times, 1);
         let gauges = rows(&self.gauges, self.n_gauges());
         let loads = rows(&self.loads, self.axes.len());
-        self.with_samples(name, times, gauges, loads)
+        let auxiliary = rows(self.auxiliary.shared(), self.auxiliary.len());
+        let auxiliary = self.auxiliary.with_values(auxiliary);
+        self.with_samples(name, times, gauges, loads, auxiliary)
     }
 
     /// Other samples of the same sensor, with no samples before them.
-    fn with_samples(&self, name: String, times: Shared, gauges: Shared, loads: Shared) -> Self {
+    fn with_samples(
+        &self,
+        name: String,
+        times: Shared,
+        gauges: Shared,
+        loads: Shared,
+        auxiliary: AuxiliaryTable,
+    ) -> Self {
         Self {
             name,
             source: self.source.clone(),
@@ -486,6 +564,7 @@ impl Recording {
             axes: self.axes.clone(),
             load_ranges: ranges(&loads, self.axes.len()),
             loads,
+            auxiliary,
         }
     }
 }

@@ -65,6 +65,34 @@ pub fn length_in_metres(unit: &str) -> Option<f64> {
     })
 }
 
+/// The unit that an auxiliary channel stands in where its file writes this one, and how it is brought there: factor, then what is
+/// added. Temperatures become °C, voltages V, a humidity %; every other unit is a label and stays.
+pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
+    let plain = unit.trim().to_lowercase().replace([' ', '_', '.'], "");
+    let (label, factor, shift) = match plain.as_str() {
+        "v" | "volt" | "volts" => ("V", 1.0, 0.0),
+        "mv" if !unit.contains('M') => ("V", 1e-3, 0.0),
+        "%" | "%rh" | "rh" | "%rf" | "%rel" => ("%", 1.0, 0.0),
+        _ => match temperature_in_celsius(unit) {
+            Some((factor, shift)) => ("°C", factor, shift),
+            None => (unit.trim(), 1.0, 0.0),
+        },
+    };
+    (label.to_owned(), factor, shift)
+}
+
+/// How a temperature in this unit becomes one in °C: factor, then what is added; `None` for another unit.
+pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
+    const FAHRENHEIT: f64 = 5.0 / 9.0;
+    let plain = unit.trim().to_lowercase().replace([' ', '_', '.'], "");
+    Some(match plain.as_str() {
+        "°c" | "℃" | "degc" | "c" | "celsius" | "gradc" | "degreescelsius" | "ºc" => (1.0, 0.0),
+        "k" | "kelvin" | "°k" | "degk" => (1.0, -273.15),
+        "°f" | "℉" | "degf" | "f" | "fahrenheit" | "ºf" => (FAHRENHEIT, -32.0 * FAHRENHEIT),
+        _ => return None,
+    })
+}
+
 /// The unit without the signs that people put between its factors, in small letters; `None` for mega.
 fn plain(unit: &str) -> Option<String> {
     const BETWEEN: [char; 9] = ['·', '⋅', '∙', '•', '*', '.', '-', '_', ' '];
@@ -169,6 +197,23 @@ mod tests {
         for unknown in ["", "N", "MNm", "m"] {
             assert_eq!(moment_in_newton_metres(unknown), None, "{unknown}");
         }
+    }
+
+    #[test]
+    fn auxiliary_channels_come_in_one_unit_of_their_kind() {
+        let of = |unit: &str, value: f64| {
+            let (label, factor, shift) = auxiliary_unit(unit);
+            (label, ((value * factor + shift) * 1e9).round() / 1e9)
+        };
+        let celsius = |value: f64| ("°C".to_owned(), value);
+        assert_eq!(of("degC", 21.5), celsius(21.5));
+        assert_eq!(of("K", 300.0), celsius(26.85));
+        assert_eq!(of("°F", 212.0), celsius(100.0));
+        assert_eq!(of("deg F", 32.0), celsius(0.0));
+        assert_eq!(of("mV", 5012.0), ("V".to_owned(), 5.012));
+        assert_eq!(of("%RH", 40.0), ("%".to_owned(), 40.0));
+        assert_eq!(of("MV", 1.0), ("MV".to_owned(), 1.0));
+        assert_eq!(of("hPa", 1013.0), ("hPa".to_owned(), 1013.0));
     }
 
     #[test]

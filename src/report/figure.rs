@@ -134,6 +134,26 @@ impl Scale {
 }
 
 impl Figure<'_> {
+    /// In words, for whoever does not see it.
+    pub fn described(&self) -> String {
+        let mut names: Vec<&str> = self
+            .lines
+            .iter()
+            .map(|line| &*line.name)
+            .filter(|name| !name.is_empty())
+            .collect();
+        names.dedup();
+        let of = if names.is_empty() {
+            String::new()
+        } else {
+            format!(": {}", names.join(", "))
+        };
+        format!(
+            "{}, {} over {}{of}",
+            self.title, self.up.label, self.across.label
+        )
+    }
+
     /// The same, whatever its lines were borrowed from.
     pub fn into_owned(self) -> Figure<'static> {
         let owned = |Line {

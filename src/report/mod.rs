@@ -11,6 +11,7 @@ mod metrology;
 mod sufficiency;
 mod table;
 mod trace;
+mod uncertainty;
 
 #[cfg(feature = "gui")]
 pub(crate) use drift::drift_figures;
@@ -26,3 +27,4 @@ pub(crate) use sufficiency::sufficiency_tables;
 pub(crate) use table::{Align, Cell};
 pub use table::{Column, Table, Value};
 pub(crate) use trace::{Shown, Trace};
+pub(crate) use uncertainty::uncertainty_tables;

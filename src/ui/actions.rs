@@ -130,6 +130,13 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
         )
         .only_if(fitted),
         action(
+            "Save certificate…",
+            "What a laboratory hands over: sensor, uncertainty, results, lines to sign",
+            None,
+            Command::ChooseCertificate,
+        )
+        .only_if(fitted),
+        action(
             "Save traces on screen…",
             format!(
                 "Calculated, Conventional and Compensated over the interval on screen, as {}",

@@ -2,7 +2,7 @@
 
 use egui::{Id, TextEdit};
 
-use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings};
+use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range};
 use crate::ui::setting::found;
 
 /// Draws them; without times those of the past cannot be used.
@@ -39,7 +39,13 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
             };
         }
         ui.add_enabled_ui(used, |ui| {
-            list_field(ui, switch.id, "", &explanation, &mut values);
+            // A number from zero up is of a setting for which zero means something.
+            let least = if setting.range == Range::NotNegative {
+                0.0
+            } else {
+                f64::MIN_POSITIVE
+            };
+            list_field(ui, switch.id, ("", least), &explanation, &mut values);
             ui.label(setting.unit.symbol);
         });
     });
@@ -71,12 +77,12 @@ fn one_of(
     values
 }
 
-/// A field with numbers above zero and commas between them; true once they changed. What cannot be read is marked and
+/// A field with numbers from `least` up and commas between them; true once they changed. What cannot be read is marked and
 /// changes nothing.
 pub fn list_field(
     ui: &mut egui::Ui,
     label: Id,
-    hint: &str,
+    (hint, least): (&str, f64),
     explanation: &str,
     values: &mut Vec<f64>,
 ) -> bool {
@@ -89,7 +95,7 @@ pub fn list_field(
         .join(", ");
     let typed = ui.data(|data| data.get_temp::<String>(id));
     let mut text = typed.unwrap_or_else(|| shown.clone());
-    let read = parse(&text);
+    let read = parse(&text, least);
     let mut field = TextEdit::singleline(&mut text)
         .id(id.with("field"))
         .hint_text(hint)
@@ -106,7 +112,7 @@ pub fn list_field(
         ui.data_mut(|data| data.remove::<String>(id));
         return false;
     }
-    let read = parse(&text);
+    let read = parse(&text, least);
     ui.data_mut(|data| data.insert_temp(id, text));
     match read {
         Some(read) if read != *values && response.changed() => {
@@ -117,28 +123,28 @@ pub fn list_field(
     }
 }
 
-fn parse(text: &str) -> Option<Vec<f64>> {
+fn parse(text: &str, least: f64) -> Option<Vec<f64>> {
     text.split(',')
         .map(str::trim)
         .filter(|cell| !cell.is_empty())
         .map(|cell| {
             cell.parse()
                 .ok()
-                .filter(|value: &f64| *value > 0.0 && value.is_finite())
+                .filter(|value: &f64| *value >= least && value.is_finite())
         })
         .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn lists_are_read_while_they_are_typed() {
+        let parse = |text| super::parse(text, f64::MIN_POSITIVE);
         assert_eq!(parse("0.1, 0.2,"), Some(vec![0.1, 0.2]));
         assert_eq!(parse(""), Some(vec![]));
         assert_eq!(parse("0.1, x"), None);
         assert_eq!(parse("-1"), None);
         assert_eq!(parse("0"), None);
+        assert_eq!(super::parse("0, 60", 0.0), Some(vec![0.0, 60.0]));
     }
 }

@@ -35,25 +35,30 @@ pub const PANE: Pane = Pane(&Kind {
 pub struct View {
     /// The path to export to.
     path: String,
+    /// Whether coefficients are shown with their standard uncertainty.
+    uncertain: bool,
 }
 
 impl Default for View {
     fn default() -> Self {
         Self {
             path: "calibration.json".to_owned(),
+            uncertain: false,
         }
     }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        calibration_pane(ui, cx.engine, &mut self.path, cx.out);
+        self.draw(ui, cx.engine, cx.out);
     }
 }
 
-/// Draws the matrices and the export row.
-fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
-    ui.horizontal_wrapped(|ui| {
+impl View {
+    /// Draws the matrices and the export row.
+    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+        let Self { path, uncertain } = self;
+        ui.horizontal_wrapped(|ui| {
         if let Some(analysis) = engine.analysis() {
             let calibration = &analysis.calibration;
             if calibration.simulated {
@@ -71,51 +76,73 @@ fn calibration_pane(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: 
             );
         }
     });
-    export_row(ui, engine, path, out);
-    let Some(analysis) = engine.analysis() else {
-        return;
-    };
-    if let Some(caution) = caution(&analysis.calibration, Path::new(path.trim())) {
-        ui.colored_label(ui.visuals().warn_fg_color, caution);
+        export_row(ui, engine, path, out);
+        let Some(analysis) = engine.analysis() else {
+            return;
+        };
+        if let Some(caution) = caution(&analysis.calibration, Path::new(path.trim())) {
+            ui.colored_label(ui.visuals().warn_fg_color, caution);
+        }
+        let calibration = &analysis.calibration;
+        egui::ScrollArea::both()
+            .auto_shrink([false, false])
+            .show(ui, |ui| {
+                if let Some(learned) = &calibration.learned {
+                    let linear = match calibration.compensated {
+                        Some(_) => "matrix × features + ",
+                        None => "",
+                    };
+                    let text = format!("Comp. = {linear}{}", learned.describe());
+                    ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
+                        .on_hover_text(
+                            "Too much to show as a matrix; the .json file has all of it",
+                        );
+                    ui.add_space(6.0);
+                }
+                let compensated = calibration.compensated.as_ref();
+                let maps = compensated.map(|map| (Trace::Compensated, map));
+                let conventional = (Trace::Conventional, &calibration.conventional);
+                for (trace, map) in maps.into_iter().chain([conventional]) {
+                    let blocks = blocks(&map.columns);
+                    let names = map.names(&calibration.gauges);
+                    let known = calibration.quality.coefficients.as_ref();
+                    let known = known.filter(|_| trace == Trace::Compensated);
+                    ui.horizontal(|ui| {
+                        let color = trace.color(ui.visuals());
+                        ui.colored_label(color, trace.label())
+                            .on_hover_text(trace.explanation());
+                        let copy = ui.small_button(format!("Copy {}", trace.label()));
+                        if copy
+                            .on_hover_text("The matrix as tab-separated text")
+                            .clicked()
+                        {
+                            ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
+                        }
+                        if let Some(known) = known {
+                            ui.checkbox(uncertain, "± u").on_hover_text(format!(
+                                "The standard uncertainty of each coefficient: a jackknife, {}",
+                                known.left_out
+                            ));
+                        }
+                        ui.label(laid_out(ui, &equation(&blocks), color))
+                            .on_hover_text(trace.explanation());
+                    });
+                    let known = known
+                        .filter(|_| *uncertain)
+                        .map(|known| &known.standard[..]);
+                    matrix(
+                        ui,
+                        trace.label(),
+                        map,
+                        known,
+                        &names,
+                        &blocks,
+                        &calibration.axes,
+                    );
+                    ui.add_space(6.0);
+                }
+            });
     }
-    let calibration = &analysis.calibration;
-    egui::ScrollArea::both()
-        .auto_shrink([false, false])
-        .show(ui, |ui| {
-            if let Some(learned) = &calibration.learned {
-                let linear = match calibration.compensated {
-                    Some(_) => "matrix × features + ",
-                    None => "",
-                };
-                let text = format!("Comp. = {linear}{}", learned.describe());
-                ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
-                    .on_hover_text("Too much to show as a matrix; the .json file has all of it");
-                ui.add_space(6.0);
-            }
-            let compensated = calibration.compensated.as_ref();
-            let maps = compensated.map(|map| (Trace::Compensated, map));
-            let conventional = (Trace::Conventional, &calibration.conventional);
-            for (trace, map) in maps.into_iter().chain([conventional]) {
-                let blocks = blocks(&map.columns);
-                let names = map.names(&calibration.gauges);
-                ui.horizontal(|ui| {
-                    let color = trace.color(ui.visuals());
-                    ui.colored_label(color, trace.label())
-                        .on_hover_text(trace.explanation());
-                    let copy = ui.small_button(format!("Copy {}", trace.label()));
-                    if copy
-                        .on_hover_text("The matrix as tab-separated text")
-                        .clicked()
-                    {
-                        ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
-                    }
-                    ui.label(laid_out(ui, &equation(&blocks), color))
-                        .on_hover_text(trace.explanation());
-                });
-                matrix(ui, trace.label(), map, &names, &blocks, &calibration.axes);
-                ui.add_space(6.0);
-            }
-        });
 }
 
 fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
@@ -177,6 +204,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
         (Column::Gauge(_), Column::Gauge(_)) => true,
         (Column::Past { history: one, .. }, Column::Past { history: other, .. }) => one == other,
         (Column::Monomial(_), Column::Monomial(_)) => true,
+        (Column::Auxiliary { .. }, Column::Auxiliary { .. }) => true,
         _ => false,
     };
     let mut end = 0;
@@ -189,6 +217,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
                 format!("S_{{{}}}", history.to_string().replace('_', " "))
             }
             Column::Monomial(_) => "products".to_owned(),
+            Column::Auxiliary { .. } => "auxiliary".to_owned(),
             Column::Offset => "c".to_owned(),
         };
         Block {
@@ -222,6 +251,7 @@ fn matrix(
     ui: &mut egui::Ui,
     name: &str,
     map: &LinearMap,
+    standard: Option<&[Vec<f64>]>,
     features: &[String],
     blocks: &[Block],
     axes: &[Axis],
@@ -230,7 +260,18 @@ fn matrix(
     let cells: Vec<Vec<String>> = map
         .matrix
         .iter()
-        .map(|row| row.iter().map(|value| significant(*value, 5)).collect())
+        .enumerate()
+        .map(|(axis, row)| {
+            let text = |(at, value): (usize, &f64)| match standard {
+                Some(all) => format!(
+                    "{} ± {}",
+                    significant(*value, 5),
+                    significant(all[axis][at], 2)
+                ),
+                None => significant(*value, 5),
+            };
+            row.iter().enumerate().map(text).collect()
+        })
         .collect();
     let heads: Vec<String> = features
         .iter()

@@ -61,7 +61,7 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ),
 ];
 /// The pages that stand beside the README.
-const GUIDE: [(&str, &str); 12] = [
+const GUIDE: [(&str, &str); 13] = [
     (
         "First steps",
         include_str!("../../assets/guide/first-steps.md"),
@@ -77,6 +77,10 @@ const GUIDE: [(&str, &str); 12] = [
     ),
     ("Exports", include_str!("../../assets/guide/exports.md")),
     ("On a robot", include_str!("../../assets/guide/robot.md")),
+    (
+        "Certificates",
+        include_str!("../../assets/guide/certificates.md"),
+    ),
     (
         "Calibration file",
         include_str!("../../assets/guide/calibration-file.md"),

@@ -5,6 +5,7 @@ mod actions;
 mod appearance;
 mod blocks_panel;
 mod calibration_pane;
+mod certificate_pane;
 mod check_pane;
 mod choice;
 mod command;

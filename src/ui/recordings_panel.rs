@@ -505,6 +505,9 @@ fn name_button(
                 reference.join(" ")
             },
         ));
+        for channel in recording.auxiliary().in_words() {
+            ui.label(format!("auxiliary: {channel}"));
+        }
     });
     if response.clicked() {
         out.push(Action::Show(analysis::View::One(at)).into());

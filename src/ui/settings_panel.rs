@@ -177,7 +177,7 @@ fn more_look_backs(ui: &mut egui::Ui, distance: Distance, features: &mut Feature
              loops of several sizes",
         );
         let explanation = "Numbers above zero with commas between them; each is one more F_th (Eq. 9-12)";
-        if blocks_panel::list_field(ui, label.id, "none", explanation, &mut values) {
+        if blocks_panel::list_field(ui, label.id, ("none", f64::MIN_POSITIVE), explanation, &mut values) {
             features.look_backs.truncate(1);
             features
                 .look_backs

@@ -7,9 +7,11 @@ mod table;
 mod workshop;
 
 mod apply;
+mod auxiliary;
 mod best;
 mod blocks;
 mod built_in;
+mod certificate;
 mod check;
 mod drift;
 mod export;

@@ -12,8 +12,8 @@ use loopscope::progress::Progress;
 use loopscope::recording::{Entry, RecordingSet, Role, Tare};
 
 use crate::support::{
-    RECORDING, Samples, calibration, calibrations, every_block, export, is_there, lines, samples,
-    succeed,
+    RECORDING, Samples, calibration, calibrations, drifting, every_block, export, is_there, lines,
+    samples, succeed,
 };
 
 /// Pauses of which two are gaps, to the reading of files as to the calibrations.
@@ -102,7 +102,8 @@ fn every_calibration_file_is_one_by_the_schema() {
         all.push((name.to_owned(), calibration));
     }
     let mut files = Vec::new();
-    for (name, calibration) in all {
+    let drifting = ("drifting".to_owned(), drifting(Regressor::Linear));
+    for (name, calibration) in all.into_iter().chain([drifting]) {
         files.push(format!("{name}.json"));
         export(&calibration, &at(&files[files.len() - 1]));
     }

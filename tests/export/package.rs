@@ -9,7 +9,9 @@ use loopscope::calibration::Regressor;
 use loopscope::export::write_calibration;
 
 use crate::c::STRICT;
-use crate::support::{calibration, calibrations, every_block, is_there, learned, succeed};
+use crate::support::{
+    calibration, calibrations, drifting, every_block, is_there, learned, succeed,
+};
 
 /// Runs a self-test; what it says.
 #[track_caller]
@@ -48,7 +50,11 @@ fn every_library_passes_its_own_test_in_c_and_in_cpp() {
         return;
     }
     let directory = tempfile::tempdir().unwrap();
-    for (name, calibration) in calibrations() {
+    let drifting = [Regressor::Linear, Regressor::HybridKernel].map(|regressor| {
+        let name = format!("drifting_{}", regressor.key().replace('-', "_"));
+        (name, drifting(regressor))
+    });
+    for (name, calibration) in calibrations().into_iter().chain(drifting) {
         let folder = directory.path().join(&name);
         write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
         for real in ["-DLOOPSCOPE_REAL=double", "-DLOOPSCOPE_REAL=float"] {
@@ -168,6 +174,29 @@ fn the_example_for_arduino_compiles() {
             .args(["-x", "c++"])
             .arg(folder.join("examples/read_load/read_load.ino")),
     );
+    write_calibration(
+        &drifting(Regressor::Linear),
+        &directory.path().join("warm/"),
+    )
+    .unwrap();
+    let warm = directory.path().join("warm");
+    let mut compile = Command::new("g++");
+    compile.args([
+        "-std=c++11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-fsyntax-only",
+        "-include",
+    ]);
+    compile
+        .arg(folder.join("Arduino.h"))
+        .arg(format!("-I{}", warm.join("src").display()));
+    succeed(
+        compile
+            .args(["-x", "c++"])
+            .arg(warm.join("examples/read_load/read_load.ino")),
+    );
     let library = fs::read_to_string(folder.join("library.json")).unwrap();
     let library: serde_json::Value = serde_json::from_str(&library).unwrap();
     assert_eq!(library["headers"], "arm.h");
@@ -181,6 +210,8 @@ fn every_language_passes_its_own_test() {
         "class".to_owned(),
         calibration(every_block(), Regressor::Linear),
     ));
+    all.push(("drifting".to_owned(), drifting(Regressor::Linear)));
+    all.push(("warm_network".to_owned(), drifting(Regressor::Network)));
     for (name, calibration) in all {
         let folder = directory.path().join(&name);
         write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
@@ -213,6 +244,29 @@ fn every_language_passes_its_own_test() {
             );
         }
     }
+}
+
+/// Beside what every calibration meets: a channel beyond its range, and one that is no number, at the same gauges.
+#[test]
+fn a_library_tries_auxiliary_channels() {
+    let directory = tempfile::tempdir().unwrap();
+    write_calibration(
+        &drifting(Regressor::Linear),
+        &directory.path().join("warm/"),
+    )
+    .unwrap();
+    let at = |name: &str| fs::read_to_string(directory.path().join("warm").join(name)).unwrap();
+    let expected = at("expected.csv");
+    assert!(expected.starts_with(
+        "time,gauge_1,gauge_2,gauge_3,gauge_4,gauge_5,gauge_6,auxiliary_1,auxiliary_2,Fx,"
+    ));
+    assert!(expected.contains(",4,0\n") && expected.lines().nth(44).unwrap().ends_with(",6,0"));
+    let header = at("src/warm.h");
+    assert!(header.contains("#define WARM_AUXILIARY 2"));
+    assert!(
+        header.contains("[°C], trained from 15 to 35 °C"),
+        "{header}"
+    );
 }
 
 /// Every status but that of a load beyond what is known; byte by byte the same again; in an archive as in a folder.

@@ -11,7 +11,9 @@ use loopscope::calibration::{
     Taken,
 };
 use loopscope::export::write_calibration;
-use loopscope::features::{Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds};
+use loopscope::features::{
+    Auxiliary, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
+};
 use loopscope::progress::Progress;
 use loopscope::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
@@ -88,6 +90,14 @@ pub fn block_sets() -> Vec<(&'static str, FeatureSettings)> {
 pub fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibration {
     let settings = FitSettings {
         features,
+        ..settings(regressor)
+    };
+    let request = Request::fit(Arc::clone(&RECORDINGS), settings);
+    train(&request, &Progress::default(), &mut |_| {}).unwrap()
+}
+
+fn settings(regressor: Regressor) -> FitSettings {
+    FitSettings {
         regressor,
         network: NetworkSettings {
             hidden: vec![12, 9],
@@ -99,9 +109,39 @@ pub fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibrati
             length_scale: Some(1.0),
         },
         ..FitSettings::default()
+    }
+}
+
+/// Gauges that drift with a temperature and a supply, taken at once and through a low-pass beside other blocks.
+pub fn drifting(regressor: Regressor) -> Calibration {
+    let mut set = RecordingSet::default();
+    for (at, entry) in RECORDINGS.entries().iter().enumerate() {
+        let n = entry.recording.n_samples();
+        let values = (0..n).flat_map(|k| {
+            let slow = (0.003 * k as f64 + at as f64).sin();
+            [25.0 + 10.0 * slow, 5.0 - 0.2 * slow * slow]
+        });
+        let names = ["T */ #error", "U"].map(str::to_owned).to_vec();
+        let units = ["°C", "V"].map(str::to_owned).to_vec();
+        let recording = Recording::clone(&entry.recording);
+        let recording = recording.with_auxiliary(names, units, values.collect());
+        set.push(Entry::new(recording.unwrap(), Role::Train))
+            .unwrap();
+    }
+    let settings = FitSettings {
+        features: FeatureSettings {
+            blocks: Blocks::default()
+                .with(&Auxiliary, &[0.0, 7.0])
+                .with(&Creep, &[6.0])
+                .with(&Polynomial, &[2.0]),
+            ..FeatureSettings::default()
+        },
+        ..settings(regressor)
     };
-    let request = Request::fit(Arc::clone(&RECORDINGS), settings);
-    train(&request, &Progress::default(), &mut |_| {}).unwrap()
+    let request = Request::fit(Arc::new(set), settings);
+    let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
+    assert_eq!(calibration.features.auxiliary.len(), 2);
+    calibration
 }
 
 /// Every block set with least squares, and every other regressor on all blocks.

@@ -169,6 +169,7 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
         prefix => state.lookup("prefix"),
         PREFIX => state.lookup("PREFIX"),
         n_gauges => state.lookup("n_gauges"),
+        n_auxiliary => state.lookup("n_auxiliary"),
         sets,
     };
     state.env().render_str(text.trim_matches('\n'), names)
@@ -203,6 +204,7 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
         prefix,
         facts,
         n_gauges => program.centre.len(),
+        n_auxiliary => program.auxiliary.len(),
         n_axes => program.conventional.base.len(),
         ring => program.keeps_samples(),
         uses_dt => (program.blocks.iter()).any(|block| block.source.rust.update.contains("dt")),

@@ -7,7 +7,7 @@ use faer::Mat;
 use serde::Serialize;
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
-use crate::features::{Column, Design, Rows, Source};
+use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 
 /// A history of every sample, as an old file may ask for, keeps no more than this (s).
 const SHORTEST_STEP_SECS: f64 = 1e-5;
@@ -42,6 +42,8 @@ pub(in crate::export) struct Program {
     pub unloaded: Vec<f64>,
     /// The other blocks.
     pub blocks: Vec<RunBlock>,
+    /// The auxiliary channels that an update takes, each with its unit and range.
+    pub auxiliary: Vec<String>,
     /// What makes standardised gauges of gauges less centre: factor and constant.
     pub standardise: Vec<(f64, f64)>,
     pub n_columns: usize,
@@ -84,8 +86,13 @@ impl Program {
         let rows = Rows {
             scale,
             standardise: &standardise,
+            channels: &features.auxiliary,
         };
-        let blocks = features.blocks.used().map(|(block, values)| RunBlock {
+        let used = features.blocks.used();
+        let used = used.filter(|(block, _)| {
+            !matches!(block.appends(), Appends::Auxiliary) || features.uses_auxiliary()
+        });
+        let blocks = used.map(|(block, values)| RunBlock {
             sets: values.len(),
             source: block.source(values, &rows),
         });
@@ -117,6 +124,9 @@ impl Program {
             limits_tared: calibration.tare.is_some(),
             unloaded: unloaded(calibration),
             blocks,
+            auxiliary: (features.auxiliary.iter())
+                .map(AuxiliaryChannel::in_words)
+                .collect(),
             standardise,
             n_columns,
             linear: (calibration.compensated.as_ref()).map(|map| on_rows(map, &centre)),
@@ -175,7 +185,7 @@ impl Program {
                 let (first, constant) = match column {
                     Column::Gauge(gauge) => self.standardise[gauge],
                     Column::Past { gauge, .. } => (self.standardise[gauge].0, 0.0),
-                    Column::Monomial(_) | Column::Offset => (1.0, 0.0),
+                    Column::Monomial(_) | Column::Auxiliary { .. } | Column::Offset => (1.0, 0.0),
                 };
                 (first * factor, (constant - shift) * factor)
             })
@@ -241,7 +251,9 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
                     row[*gauge] += slope;
                     row.push(*slope);
                 }
-                Column::Gauge(_) | Column::Monomial(_) => row.push(*slope),
+                Column::Gauge(_) | Column::Monomial(_) | Column::Auxiliary { .. } => {
+                    row.push(*slope);
+                }
             }
         }
         let at_centre: f64 = row.iter().zip(centre).map(|(slope, at)| slope * at).sum();

@@ -25,9 +25,10 @@ impl Markup {
         self.raw(&for_xml(text));
     }
 
-    /// Adds an element that holds a text.
+    /// Adds an element, with attributes of its own, that holds a text.
     pub fn element(&mut self, tag: &str, text: &str) {
-        self.raw(&format!("<{tag}>{}</{tag}>", for_xml(text)));
+        let name = tag.split(' ').next().unwrap_or(tag);
+        self.raw(&format!("<{tag}>{}</{name}>", for_xml(text)));
     }
 
     /// Adds what `content` writes between the tags.
@@ -52,30 +53,37 @@ impl Markup {
 
     /// Adds a table below its title, its note below it.
     pub fn table(&mut self, table: &Table) {
-        if !table.title.is_empty() {
-            self.element("h3", &table.title);
-        }
         let titles = table
             .columns
             .iter()
             .map(|column| Cell::words(column.title()));
         let titles: Vec<Cell> = titles.collect();
+        let mut notes = Vec::new();
         self.within("div", "class=\"wide\"", |page| {
             page.within("table", "", |page| {
-                page.within("thead", "", |head| head.row("th", &table.columns, &titles));
+                if !table.title.is_empty() {
+                    page.element("caption", &table.title);
+                }
+                page.within("thead", "", |head| {
+                    head.row("th", &table.columns, &titles, &mut notes);
+                });
                 page.within("tbody", "", |body| {
                     for row in &table.rows {
-                        body.row("td", &table.columns, row);
+                        body.row("td", &table.columns, row, &mut notes);
                     }
                 });
             });
         });
+        for (at, reason) in notes.iter().enumerate() {
+            self.element("p class=\"about\"", &format!("({}) {reason}.", at + 1));
+        }
         if !table.note.is_empty() {
             self.element("p", &table.note);
         }
     }
 
-    fn row(&mut self, tag: &str, columns: &[Column], cells: &[Cell]) {
+    /// A row; where a reason has no room it is a number of those that stand below the table.
+    fn row(&mut self, tag: &str, columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) {
         let mut row = String::from("<tr>");
         let mut cells = columns.iter().zip(cells).peekable();
         while let Some((column, cell)) = cells.next() {
@@ -92,8 +100,20 @@ impl Markup {
                 (None, Align::Right) => " class=\"number\"".to_owned(),
                 (None, Align::Anywhere) => " class=\"hash\"".to_owned(),
             };
-            let text = for_xml(cell.reason().unwrap_or(&cell.text));
-            row.push_str(&format!("<{tag}{attributes}>{text}</{tag}>"));
+            let noted = cell
+                .reason()
+                .filter(|_| span == 1 && columns.len() > 3)
+                .map(|reason| {
+                    let known = notes.iter().position(|own| own == reason);
+                    let at = known.unwrap_or_else(|| {
+                        notes.push(reason.to_owned());
+                        notes.len() - 1
+                    });
+                    format!("({})", at + 1)
+                });
+            let text = for_xml(noted.as_deref().or(cell.reason()).unwrap_or(&cell.text));
+            let scope = if tag == "th" { " scope=\"col\"" } else { "" };
+            row.push_str(&format!("<{tag}{scope}{attributes}>{text}</{tag}>"));
         }
         self.raw(&format!("{row}</tr>"));
     }

@@ -3,6 +3,8 @@
 //! Guarantees: well-formed markup, whatever names files have; no script, and nothing that is fetched from elsewhere; what
 //! could not be computed is said in its place.
 
+mod certificate;
+mod dcc;
 mod figures;
 mod markup;
 mod metrology;
@@ -14,11 +16,15 @@ use std::time::SystemTime;
 
 use jiff::Timestamp;
 
+pub use self::dcc::DccError;
+pub(crate) use self::dcc::dcc_of;
 use self::markup::Markup;
 use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, FactoryScores, UsedRecording};
+use crate::evaluation::limits::{Checked, Measurement};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::sufficiency::Sufficiency;
+use crate::evaluation::uncertainty::Uncertainty;
 use crate::report::figure::Figure;
 
 /// Everything that a report says.
@@ -50,8 +56,23 @@ pub struct ReportData {
     pub errors: Option<ReportErrors>,
     /// The table of figures, or a sentence that says why it is missing.
     pub metrology: Result<Arc<Metrology>, String>,
+    /// How far readings may be off, or a sentence that says why that is not known.
+    pub uncertainty: Result<Uncertainty, String>,
+    /// What makes it a certificate; `None` for the notebook of a laboratory, which tells all.
+    pub certificate: Option<Certificate>,
     /// What to know before reading on.
     pub warnings: Vec<String>,
+}
+
+/// What a certificate says beside a report.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Certificate {
+    /// What came of the limits, where there are any.
+    pub checked: Vec<Checked>,
+    /// Every figure that could be limited.
+    pub measured: Vec<Measurement>,
+    /// Whether it says when it was written; without, the same input gives the same bytes.
+    pub dated: bool,
 }
 
 /// One recording in a report.
@@ -98,7 +119,7 @@ pub struct ReportErrors {
 /// # Errors
 /// [`WriteError`] if the file cannot be written.
 pub fn write_report(path: &Path, report: &ReportData) -> Result<(), WriteError> {
-    write_atomically(path, |out| out.write_all(html(report).as_bytes()))
+    write_atomically(path, |out| out.write_all(html_of(report).as_bytes()))
 }
 
 /// A time to the minute, as ISO 8601 writes it; one beyond all calendars is 1970.
@@ -110,17 +131,28 @@ pub fn utc(time: SystemTime) -> String {
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
-fn html(report: &ReportData) -> String {
+pub(crate) fn html_of(report: &ReportData) -> String {
     let mut page = Markup::default();
     page.raw("<!DOCTYPE html>");
     page.within("html", "lang=\"en\"", |page| {
         page.within("head", "", |head| {
             head.raw("<meta charset=\"utf-8\"/>");
             head.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>");
-            head.element("title", "LoopScope calibration report");
+            head.element(
+                "title",
+                match report.certificate {
+                    Some(_) => "Calibration certificate",
+                    None => "LoopScope calibration report",
+                },
+            );
             head.within("style", "", |style| style.raw(STYLE));
         });
-        page.within("body", "", |body| contents(report, body));
+        match &report.certificate {
+            Some(own) => page.within("body", "class=\"certificate\"", |body| {
+                certificate::contents(report, own, body);
+            }),
+            None => page.within("body", "", |body| contents(report, body)),
+        }
     });
     page.into_string()
 }
@@ -131,6 +163,7 @@ fn contents(report: &ReportData, page: &mut Markup) {
     tables::warnings(report, page);
     tables::check(report, page);
     tables::scores(report, page);
+    tables::uncertainty(report, page);
     tables::settings(report, page);
     figures::thresholds(report, page);
     figures::loops(report, page);

@@ -8,7 +8,9 @@ use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::facts::settings_of;
 use crate::features::Distance;
 use crate::recording::Role;
-use crate::report::{Align, Cell, Column, Shown, Table, errors, factory_note, sufficiency_tables};
+use crate::report::{
+    Align, Cell, Column, Shown, Table, errors, factory_note, sufficiency_tables, uncertainty_tables,
+};
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
 const MAX_FEATURES: usize = 400;
@@ -167,6 +169,22 @@ fn rmse_row(recording: &ReportRecording, n_columns: usize) -> Vec<Cell> {
     row
 }
 
+pub(super) fn uncertainty(report: &ReportData, page: &mut Markup) {
+    page.section("uncertainty", "", "Uncertainty", |page| {
+        match &report.uncertainty {
+            Ok(found) => {
+                uncertainty_tables(found)
+                    .iter()
+                    .for_each(|table| page.table(table));
+                for note in &found.notes {
+                    page.element("p", &format!("{note}."));
+                }
+            }
+            Err(reason) => page.element("p", reason),
+        }
+    });
+}
+
 pub(super) fn settings(report: &ReportData, page: &mut Markup) {
     let rows = setting_rows(&report.calibration).into_iter();
     let rows = rows.map(|(name, value)| vec![Cell::words(name), Cell::words(value)]);
@@ -212,6 +230,11 @@ pub(super) fn matrices(report: &ReportData, page: &mut Markup) {
         matrix("Conventional (Conv.)", &calibration.conventional, calibration, page);
         if let Some(map) = &calibration.compensated {
             matrix("Compensated (Comp.)", map, calibration, page);
+            if let Some(known) = &calibration.quality.coefficients {
+                let map = LinearMap { columns: map.columns.clone(), matrix: known.standard.clone() };
+                let title = format!("Compensated (Comp.): standard uncertainties, a jackknife {}", known.left_out);
+                matrix(&title, &map, calibration, page);
+            }
         }
         if calibration.learned.is_some() {
             page.element(

@@ -18,8 +18,8 @@ use crate::export::facts::Fact;
 use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
 use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
-use crate::recording::Axis;
 use crate::recording::gap::gap_by_rate;
+use crate::recording::{Axis, Identity, Item};
 use crate::shown::for_xml;
 
 /// `.cal`.
@@ -116,13 +116,17 @@ fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> 
         )?;
     }
     writeln!(out, "-->")?;
+    let entered = |item| calibration.identity.get(item).trim();
+    let [serial, model] = [Item::Serial, Item::Model].map(|item| for_xml(entered(item)));
+    let date = in_order(entered(Item::Date), ["%Y-%m-%d", "%-m/%-d/%Y"]);
+    let date = for_xml(&date);
     writeln!(
         out,
-        "<FTSensor Serial=\"\" BodyStyle=\"\" Family=\"DAQ\" NumGages=\"{n_gauges}\" CalFileVersion=\"1.1\">"
+        "<FTSensor Serial=\"{serial}\" BodyStyle=\"{model}\" Family=\"DAQ\" NumGages=\"{n_gauges}\" CalFileVersion=\"1.1\">"
     )?;
     writeln!(
         out,
-        "  <Calibration PartNumber=\"{}\" CalDate=\"\" ForceUnits=\"N\" TorqueUnits=\"N-m\" DistUnits=\"m\" OutputMode=\"\" \
+        "  <Calibration PartNumber=\"{}\" CalDate=\"{date}\" ForceUnits=\"N\" TorqueUnits=\"N-m\" DistUnits=\"m\" OutputMode=\"\" \
          OutputRange=\"\" HWTempComp=\"False\" GainMultiplier=\"1\" CableLossDetection=\"False\" OutputBipolar=\"True\">",
         for_xml(&calibration.program)
     )?;
@@ -150,6 +154,14 @@ fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> 
         }
     }
     writeln!(out, "  </Calibration>\n</FTSensor>")
+}
+
+/// A day of the first form in the second; any other text as it is.
+fn in_order(text: &str, [from, to]: [&str; 2]) -> String {
+    match jiff::civil::Date::strptime(from, text) {
+        Ok(day) => day.strftime(to).to_string(),
+        Err(_) => text.to_owned(),
+    }
 }
 
 /// Renames the gauges of a calibration that knows them by their order only; nothing without as many names.
@@ -236,11 +248,20 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
         matrix.push(values);
         full_scale.push(number(row, "UserAxis", "max")? * factor);
     }
-    Ok(conventional(matrix, full_scale))
+    let mut identity = Identity::default();
+    for (item, from, name) in [
+        (Item::Serial, &sensor, "Serial"),
+        (Item::Model, &sensor, "BodyStyle"),
+        (Item::Date, &about, "CalDate"),
+    ] {
+        let text = from.get(name).map_or("", String::as_str);
+        identity.set(item, in_order(text, ["%m/%d/%Y", "%Y-%m-%d"]));
+    }
+    Ok(conventional(matrix, full_scale, identity))
 }
 
 /// A calibration of the present gauges alone.
-fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
+fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity) -> Calibration {
     let n_gauges = matrix[0].len();
     let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();
     let map = LinearMap {
@@ -252,6 +273,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>) -> Calibration {
         version: VERSION,
         program: "read from a .cal file".to_owned(),
         simulated: false,
+        identity,
         gauges,
         axes: Axis::ALL.to_vec(),
         units: Axis::ALL.map(|axis| axis.unit().to_owned()).to_vec(),

@@ -124,7 +124,7 @@ fn row_metadata(
         (
             "row",
             "gauges less row_centre; each history less the present gauges; monomials of the gauges less row_centre, times \
-             row_factor, plus row_constant"
+             row_factor, plus row_constant; auxiliary channels as the file of the calibration says"
                 .to_owned(),
         ),
         ("row_columns", names.join(" ")),

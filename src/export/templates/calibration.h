@@ -11,9 +11,16 @@
  *     static {{ prefix }}_state state;
  *     {{ prefix }}_init(&state);
  *     for each sample:
- *         status = {{ prefix }}_update(&{{ PREFIX }}_CALIBRATION, &state, time, gauges, load, NULL);
+ *         status = {{ prefix }}_update(&{{ PREFIX }}_CALIBRATION, &state, time, gauges{{ ", auxiliary" if auxiliary }}, load, NULL);
  *         if ({{ PREFIX }}_IS_REJECTED(status)) there is no load
  *
+{% if auxiliary %}
+ * Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status is BEYOND:
+{% for channel in auxiliary %}
+ *     {{ channel|comment }}
+{% endfor %}
+ *
+{% endif %}
  * Gauges stand in the order above and in the unit of the training recordings, loads in the order and units above. The first
  * sample after init starts relaxed: nothing has happened before it. The time is given as one of
  *     {{ prefix }}_update        seconds on any clock, a double;
@@ -27,11 +34,11 @@
  *     {{ PREFIX }}_AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have
  *                                  forgotten what was before, creep has relaxed through it, play has held.
  *     {{ PREFIX }}_RESTARTED       so it is; the history starts anew with it, as after init. Zeros are kept.
- *     {{ PREFIX }}_BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}.
+ *     {{ PREFIX }}_BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}{{ ", or an auxiliary channel is" if auxiliary }}.
  *     {{ PREFIX }}_REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is no number,
  *                                  before the last or a leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times
  *                                  in a row the clock counts as set anew: the last of them restarts.
- *     {{ PREFIX }}_REJECTED_VALUE  likewise: a gauge is no finite number, or the time is none.
+ *     {{ PREFIX }}_REJECTED_VALUE  likewise: a gauge{{ ", an auxiliary channel" if auxiliary }} is no finite number, or the time is none.
  * The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
  *
  * To tare an unloaded sensor, average its gauges over some samples and give the mean to {{ prefix }}_tare.
@@ -90,6 +97,9 @@ extern "C" {
 
 #define {{ PREFIX }}_GAUGES {{ n_gauges }}
 #define {{ PREFIX }}_AXES {{ n_axes }}
+{% if auxiliary %}
+#define {{ PREFIX }}_AUXILIARY {{ n_auxiliary }}
+{% endif %}
 /* Gauges and what the blocks append. */
 #define {{ PREFIX }}_COLUMNS {{ n_columns }}
 {% if ring %}
@@ -343,10 +353,15 @@ static inline {{ prefix }}_real {{ prefix }}_dot(const {{ prefix }}_real *a, con
     return sum;
 }
 
-/* Whether all gauges are numbers. */
-static inline int {{ prefix }}_are_good(const {{ prefix }}_real *gauges)
+/* Whether all gauges{{ " and auxiliary channels" if auxiliary }} are numbers. */
+static inline int {{ prefix }}_are_good(const {{ prefix }}_real *gauges{{ ", const " ~ prefix ~ "_real *auxiliary" if auxiliary }})
 {
     int g;
+{% if auxiliary %}
+    for (g = 0; g < {{ n_auxiliary }}; g++)
+        if (!{{ prefix }}_is_finite(auxiliary[g]))
+            return 0;
+{% endif %}
     for (g = 0; g < {{ n_gauges }}; g++)
         if (!{{ prefix }}_is_finite(gauges[g]))
             return 0;
@@ -515,7 +530,7 @@ static inline void {{ prefix }}_layer(const float *weights, const float *biases,
 
 /* Takes a sample of which is known what is to become of it: `dt` seconds after the last. */
 static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_status status,
-                                          {{ prefix }}_real dt, const {{ prefix }}_real *gauges, {{ prefix }}_real *load,
+                                          {{ prefix }}_real dt, const {{ prefix }}_real *gauges,{{ " const " ~ prefix ~ "_real *auxiliary," if auxiliary }} {{ prefix }}_real *load,
                                           {{ prefix }}_real *conventional)
 {
     int axis;
@@ -621,6 +636,11 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
     if (status == {{ PREFIX }}_OK && s->is_filling)
         status = {{ PREFIX }}_FILLING;
 {% endif %}
+{% if auxiliary %}
+    for (axis = 0; axis < {{ n_auxiliary }}; axis++)
+        if (auxiliary[axis] < c->auxiliary_low[axis] || auxiliary[axis] > c->auxiliary_high[axis])
+            status = {{ PREFIX }}_BEYOND;
+{% endif %}
 {% if gauge_low %}
     for (axis = 0; axis < {{ n_gauges }}; axis++) {
         {{ prefix }}_real gauge = gauges[axis]{{ " - s->gauge_zero[axis]" if limits_tared }};
@@ -643,12 +663,12 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
  * that is NULL; NaN where the sample is rejected.
  */
 static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, double time,
-                                             const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
+                                             const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
                                              {{ prefix }}_real conventional[{{ n_axes }}])
 {
     {{ prefix }}_status status = {{ PREFIX }}_OK;
     double step = 0;
-    if (!{{ prefix }}_are_good(gauges) || !(time >= -DBL_MAX && time <= DBL_MAX)) {
+    if (!{{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }}) || !(time >= -DBL_MAX && time <= DBL_MAX)) {
         status = {{ PREFIX }}_REJECTED_VALUE;
     } else if (s->started) {
         step = time + s->wrapped - s->time;
@@ -675,17 +695,17 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
         s->clock = s->time;
 #endif
     }
-    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step, gauges, load, conventional);
+    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step, gauges{{ ", auxiliary" if auxiliary }}, load, conventional);
 }
 
 /* The same, with the time of a counter of 32 bits. Half of its range back is before the last sample. */
 static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, uint32_t ticks,
-                                                   const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
+                                                   const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
                                                    {{ prefix }}_real conventional[{{ n_axes }}])
 {
     {{ prefix }}_status status = {{ PREFIX }}_OK;
     uint32_t step = 0;
-    if (!{{ prefix }}_are_good(gauges)) {
+    if (!{{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }})) {
         status = {{ PREFIX }}_REJECTED_VALUE;
     } else if (s->started) {
         step = ticks - s->ticks;
@@ -704,16 +724,16 @@ static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_c
         s->clock += step / (1.0 * LOOPSCOPE_TICKS_PER_SECOND);
 #endif
     }
-    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step / (({{ prefix }}_real)LOOPSCOPE_TICKS_PER_SECOND), gauges, load, conventional);
+    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step / (({{ prefix }}_real)LOOPSCOPE_TICKS_PER_SECOND), gauges{{ ", auxiliary" if auxiliary }}, load, conventional);
 }
 
 /* The same, with the seconds since the last sample; zero or more, and whatever it is at the first. */
 static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_real dt,
-                                                  const {{ prefix }}_real gauges[{{ n_gauges }}], {{ prefix }}_real load[{{ n_axes }}],
+                                                  const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
                                                   {{ prefix }}_real conventional[{{ n_axes }}])
 {
     {{ prefix }}_status status = {{ PREFIX }}_OK;
-    if (!{{ prefix }}_are_good(gauges) || !{{ prefix }}_is_finite(dt)) {
+    if (!{{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }}) || !{{ prefix }}_is_finite(dt)) {
         status = {{ PREFIX }}_REJECTED_VALUE;
     } else if (!s->started) {
         dt = 0;
@@ -730,7 +750,7 @@ static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_ca
         s->clock += dt;
 #endif
     }
-    return {{ prefix }}_run(c, s, status, dt, gauges, load, conventional);
+    return {{ prefix }}_run(c, s, status, dt, gauges{{ ", auxiliary" if auxiliary }}, load, conventional);
 }
 
 #ifdef __cplusplus
@@ -741,7 +761,7 @@ static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_ca
  *
  *     static {{ prefix }}_estimator estimator;
  *     for each sample:
- *         const auto status = estimator.update(seconds, gauges);
+ *         const auto status = estimator.update(seconds, gauges{{ ", auxiliary" if auxiliary }});
  *         if (!{{ prefix }}_estimator::is_rejected(status)) its load is estimator.load()
  *
  * It is as large as its state, which it holds in itself: no member of what stands on a small stack. It neither allocates, throws
@@ -774,17 +794,17 @@ public:
 
     /* Take the next sample of {{ n_gauges }} gauges, with one kind of time: seconds on any clock, a counter of 32 bits, or seconds since
      * the last sample. */
-    status update(double seconds, const real *gauges) noexcept
+    status update(double seconds, const real *gauges{{ ", const real *auxiliary" if auxiliary }}) noexcept
     {
-        return static_cast<status>({{ prefix }}_update(&calibration_, &state_, seconds, gauges, load_, conventional_));
+        return static_cast<status>({{ prefix }}_update(&calibration_, &state_, seconds, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));
     }
-    status update_ticks(uint32_t ticks, const real *gauges) noexcept
+    status update_ticks(uint32_t ticks, const real *gauges{{ ", const real *auxiliary" if auxiliary }}) noexcept
     {
-        return static_cast<status>({{ prefix }}_update_ticks(&calibration_, &state_, ticks, gauges, load_, conventional_));
+        return static_cast<status>({{ prefix }}_update_ticks(&calibration_, &state_, ticks, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));
     }
-    status update_step(real seconds, const real *gauges) noexcept
+    status update_step(real seconds, const real *gauges{{ ", const real *auxiliary" if auxiliary }}) noexcept
     {
-        return static_cast<status>({{ prefix }}_update_step(&calibration_, &state_, seconds, gauges, load_, conventional_));
+        return static_cast<status>({{ prefix }}_update_step(&calibration_, &state_, seconds, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));
     }
 
     /* Of the last sample, the conventional load of its gauges alone; NaN before the first, and where it was rejected. */

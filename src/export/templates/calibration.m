@@ -1,4 +1,4 @@
-function [load, conventional, status, state] = {{ prefix }}(state, time, gauges)
+function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{{ ", auxiliary" if auxiliary }})
 %{{ prefix|upper }} A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
 %
 {% for fact in facts %}
@@ -10,19 +10,26 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges)
 % A new state; the next sample; and taring by the mean of the gauges over some samples of the unloaded sensor:
 %
 %     state = {{ prefix }}();
-%     [load, conventional, status, state] = {{ prefix }}(state, time, gauges);
+%     [load, conventional, status, state] = {{ prefix }}(state, time, gauges{{ ", auxiliary" if auxiliary }});
 %     state = {{ prefix }}(state, mean);
 %
+{% if auxiliary %}
+% Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status is 4:
+{% for channel in auxiliary %}
+%     {{ channel|comment }}
+{% endfor %}
+%
+{% endif %}
 % Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
 % order and units above, as columns. The first sample starts relaxed: nothing has happened before it. In a MATLAB Function
 % block of Simulink the state is persistent:
 %
-%     function [load, status] = block(time, gauges)
+%     function [load, status] = block(time, gauges{{ ", auxiliary" if auxiliary }})
 %     persistent state
 %     if isempty(state)
 %         state = {{ prefix }}();
 %     end
-%     [load, ~, status, state] = {{ prefix }}(state, time, gauges);
+%     [load, ~, status, state] = {{ prefix }}(state, time, gauges{{ ", auxiliary" if auxiliary }});
 %
 % The status says what became of the sample, the gravest that is true:
 %     0  ok: the load is that of this sample.
@@ -30,11 +37,11 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges)
 %     2  after a gap: so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what
 %        was before, creep has relaxed through it, play has held.
 %     3  restarted: so it is; the history starts anew with it, as in a new state. A tare is kept.
-%     4  beyond: so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}.
+%     4  beyond: so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}{{ ", or an auxiliary channel is" if auxiliary }}.
 %     5  rejected, time: there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a
 %        leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the last of
 %        them restarts.
-%     6  rejected, value: likewise: a gauge or the time is no finite number.
+%     6  rejected, value: likewise: a gauge{{ ", an auxiliary channel" if auxiliary }} or the time is no finite number.
 % The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
 {% if ring %}
 %
@@ -66,9 +73,15 @@ if numel(gauges) ~= {{ n_gauges }}
     error('{{ n_gauges }} gauges are needed');
 end
 gauges = double(gauges(:));
+{% if auxiliary %}
+if numel(auxiliary) ~= {{ n_auxiliary }}
+    error('{{ n_auxiliary }} auxiliary channels are needed');
+end
+auxiliary = double(auxiliary(:));
+{% endif %}
 time = double(time);
 load = nan({{ n_axes }}, 1);
-[status, state] = {{ prefix }}_judge(c, state, time, gauges);
+[status, state] = {{ prefix }}_judge(c, state, time, {{ "[gauges; auxiliary]" if auxiliary else "gauges" }});
 if status >= 5
     return
 end
@@ -116,6 +129,10 @@ state.started = true;
 load = {{ prefix }}_answer(c, row);
 if any(abs(load) > c.limits)
     status = 4;
+{% if auxiliary %}
+elseif any(auxiliary < c.auxiliary_low) || any(auxiliary > c.auxiliary_high)
+    status = 4; % an auxiliary channel is out of its range
+{% endif %}
 {% if gauge_low %}
 elseif any(gauges{{ " - state.gauge_zero" if limits_tared }} <= c.gauge_low) || any(gauges{{ " - state.gauge_zero" if limits_tared }} >= c.gauge_high)
     status = 4; % a gauge is clipped

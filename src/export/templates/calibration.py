@@ -7,9 +7,16 @@
 # Use:
 #
 #     state = State()
-#     load, conventional = state.update(time, gauges)    # sample by sample
-#     load, conventional = apply(times, gauges)          # a whole recording
+#     load, conventional = state.update(time, gauges{{ ", auxiliary" if auxiliary }})    # sample by sample
+#     load, conventional = apply(times, gauges{{ ", auxiliary" if auxiliary }})          # a whole recording
 #
+{% if auxiliary %}
+# Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status is BEYOND:
+{% for channel in auxiliary %}
+#     {{ channel|comment }}
+{% endfor %}
+#
+{% endif %}
 # Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
 # order and units above. The first sample starts relaxed: nothing has happened before it.
 #
@@ -19,11 +26,11 @@
 #     AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what was
 #                     before, creep has relaxed through it, play has held.
 #     RESTARTED       so it is; the history starts anew with it, as in a new state. Zeros are kept.
-#     BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}.
+#     BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}{{ ", or an auxiliary channel is" if auxiliary }}.
 #     REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a leap
 #                     after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the
 #                     last of them restarts.
-#     REJECTED_VALUE  likewise: a gauge or the time is no finite number.
+#     REJECTED_VALUE  likewise: a gauge{{ ", an auxiliary channel" if auxiliary }} or the time is no finite number.
 # The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
 #
 # To tare an unloaded sensor, give the mean of its gauges over some samples to `state.tare`.
@@ -36,6 +43,9 @@
 import numpy as np
 
 GAUGES = {{ n_gauges }}
+{% if auxiliary %}
+AUXILIARY = {{ n_auxiliary }}
+{% endif %}
 AXES = {{ n_axes }}
 OK, FILLING, AFTER_GAP, RESTARTED, BEYOND, REJECTED_TIME, REJECTED_VALUE = range(7)
 LEAP_SECS = {{ leap_secs|number }}  # a time further after the last than this is off the clock ...
@@ -130,13 +140,18 @@ class State:
         self.load_zero = self.load
         self.conventional_zero = self.conventional
 
-    def update(self, time, gauges):
+    def update(self, time, gauges{{ ", auxiliary" if auxiliary }}):
         """Takes the next sample; returns its load and its conventional load (of the present gauges alone), NaN if rejected."""
         gauges = np.asarray(gauges, dtype=float)
         if gauges.shape != (GAUGES,):
             raise ValueError(f"{gauges.shape} gauges are given where {GAUGES} are needed")
+{% if auxiliary %}
+        auxiliary = np.asarray(auxiliary, dtype=float)
+        if auxiliary.shape != (AUXILIARY,):
+            raise ValueError(f"{auxiliary.shape} auxiliary channels are given where {AUXILIARY} are needed")
+{% endif %}
         time = float(time)
-        self.status = self._judge(time, gauges)
+        self.status = self._judge(time, {{ "np.append(gauges, auxiliary)" if auxiliary else "gauges" }})
         if self.status >= REJECTED_TIME:
             return np.full(AXES, np.nan), np.full(AXES, np.nan)
         self.strays = 0
@@ -151,10 +166,14 @@ class State:
             self.since = time
         dt = time - self.time
         self.time = time
-        self._take(time, dt, (gauges - self.gauge_zero) - CENTRE)
+        self._take(time, dt, (gauges - self.gauge_zero) - CENTRE{{ ", auxiliary" if auxiliary }})
         self.started = True
         if np.any(np.abs(self.load) > LIMITS):
             self.status = BEYOND
+{% if auxiliary %}
+        elif np.any(auxiliary < AUXILIARY_LOW) or np.any(auxiliary > AUXILIARY_HIGH):
+            self.status = BEYOND
+{% endif %}
 {% if gauge_low %}
         elif not np.all((GAUGE_LOW < gauges{{ " - self.gauge_zero" if limits_tared }}) & (gauges{{ " - self.gauge_zero" if limits_tared }} < GAUGE_HIGH)):
             self.status = BEYOND
@@ -187,7 +206,7 @@ class State:
         self.kept = 0
 {% endif %}
 
-    def _take(self, time, dt, present):
+    def _take(self, time, dt, present{{ ", auxiliary" if auxiliary }}):
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges less centre, then for each history gauges less the present ones, then monomials.
         row = [present]
@@ -282,8 +301,8 @@ def _answer(row):
     return load
 
 
-def apply(times, gauges):
+def apply(times, gauges{{ ", auxiliary" if auxiliary }}):
     """The loads and conventional loads of a whole recording, whose history starts with its first sample."""
     state = State()
-    loads = [state.update(time, row) for time, row in zip(times, gauges)]
+    loads = [state.update(time, {{ "row, others" if auxiliary else "row" }}) for time, row{{ ", others" if auxiliary }} in zip(times, gauges{{ ", auxiliary" if auxiliary }})]
     return np.array([load for load, _ in loads]), np.array([conventional for _, conventional in loads])

@@ -149,12 +149,17 @@ pub fn write_loads_csv(
     let axes = recordings.iter().flat_map(Recording::axes).copied();
     let mut loads = LoadRows::new(calibration, axes.collect(), with_status, out)?;
     for recording in recordings {
+        let recording = &*calibration.prepared(recording).map_err(io::Error::other)?;
         let n_axes = recording.axes().len();
         for (k, time) in recording.times().iter().enumerate() {
             let reference = &recording.loads()[k * n_axes..][..n_axes];
             let sample = LiveSample {
                 time: *time,
                 gauges: recording.gauges_at(k),
+                auxiliary: match calibration.features.auxiliary.is_empty() {
+                    true => &[],
+                    false => recording.auxiliary().at(k),
+                },
                 reference: (recording.axes(), reference),
             };
             loads.write(&mut estimator, Some(sample))?;
@@ -170,6 +175,8 @@ pub struct LiveSample<'a> {
     pub time: f64,
     /// Its gauges, in the order of the calibration.
     pub gauges: &'a [f64],
+    /// Its auxiliary channels, in the order of the calibration.
+    pub auxiliary: &'a [f64],
     /// What was really applied, where that is known.
     pub reference: (&'a [Axis], &'a [f64]),
 }
@@ -220,7 +227,7 @@ impl<W: io::Write> LoadRows<W> {
             None => self.row.resize(1 + self.columns.columns.len(), None),
             Some(sample) => {
                 let nothing = [f64::NAN; Axis::ALL.len()];
-                let updated = estimator.update(sample.time, sample.gauges);
+                let updated = estimator.update_with(sample.time, sample.gauges, sample.auxiliary);
                 let compensated = match updated {
                     Ok((taken, loads)) => {
                         status = taken.label();

@@ -4,8 +4,8 @@
 //! so the rate of sampling may change.
 
 use crate::features::{
-    Appends, Block, Code, Constant, GaugeScale, Lists, Memory, Precision, Range, Rows, Search,
-    Setting, Source, Stream, Unit,
+    Appends, AuxiliaryChannel, Block, Code, Constant, GaugeScale, Lists, Memory, Precision, Range,
+    Rows, Search, Setting, Source, Stream, Unit,
 };
 
 /// The block; its values are time constants.
@@ -47,7 +47,13 @@ impl Block for Creep {
         Appends::Past(|tau_secs| format!("creep_{tau_secs}s"))
     }
 
-    fn stream(&self, taus_secs: &[f64], _scale: &GaugeScale, _: f64) -> Box<dyn Stream> {
+    fn stream(
+        &self,
+        taus_secs: &[f64],
+        _scale: &GaugeScale,
+        _: &[AuxiliaryChannel],
+        _: f64,
+    ) -> Box<dyn Stream> {
         Box::new(LowPasses::new(taus_secs))
     }
 
@@ -171,7 +177,7 @@ impl LowPasses {
 }
 
 impl Stream for LowPasses {
-    fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]) {
+    fn step(&mut self, time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
         if self.states.is_empty() {
             self.states = gauges.repeat(self.taus_secs.len());
             self.last_secs = time;
@@ -201,9 +207,9 @@ mod tests {
     fn a_step_is_answered_by_an_exponential() {
         let mut creep = LowPasses::new(&[2.0, 10.0]);
         let mut out = [0.0; 2];
-        creep.step(0.0, &[0.0], &mut out);
+        creep.step(0.0, &[0.0], &[], &mut out);
         for time in [0.1, 0.15, 1.0, 4.0, 20.0] {
-            creep.step(time, &[1.0], &mut out);
+            creep.step(time, &[1.0], &[], &mut out);
             for (value, tau) in out.iter().zip([2.0, 10.0]) {
                 assert!((value - (1.0 - (-time / tau).exp())).abs() < 1e-12);
             }
@@ -213,7 +219,7 @@ mod tests {
     #[test]
     fn it_starts_relaxed() {
         let mut out = [0.0; 2];
-        LowPasses::new(&[1.0]).step(7.0, &[3.0, 4.0], &mut out);
+        LowPasses::new(&[1.0]).step(7.0, &[3.0, 4.0], &[], &mut out);
         assert_eq!(out, [3.0, 4.0]);
     }
 }

@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 use crate::features::kept::Kept;
 use crate::features::{
-    Appends, Block, Code, Constant, GaugeScale, Memory, Precision, Range, Rows, Setting, Source,
-    Stream, Unit,
+    Appends, AuxiliaryChannel, Block, Code, Constant, GaugeScale, Memory, Precision, Range, Rows,
+    Setting, Source, Stream, Unit,
 };
 
 /// The block; its values are lags.
@@ -54,6 +54,7 @@ impl Block for FixedLag {
         &self,
         lags_secs: &[f64],
         scale: &GaugeScale,
+        _: &[AuxiliaryChannel],
         history_step_secs: f64,
     ) -> Box<dyn Stream> {
         Box::new(Lags::new(lags_secs, scale.shift.len(), history_step_secs))
@@ -212,7 +213,7 @@ impl Lags {
 }
 
 impl Stream for Lags {
-    fn step(&mut self, time: f64, gauges: &[f64], out: &mut [f64]) {
+    fn step(&mut self, time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
         let g = self.n_gauges;
         if !self.kept.newest {
             self.times.pop_back();
@@ -272,7 +273,7 @@ mod tests {
         for k in 0..20 {
             let time = 0.3 * f64::from(k);
             let mut out = [0.0; 2];
-            lag.step(time, &[time], &mut out);
+            lag.step(time, &[time], &[], &mut out);
             for (value, lag) in out.iter().zip([0.5, 3.0]) {
                 let expected = if time >= lag { time - lag } else { time };
                 assert!((value - expected).abs() < 1e-12, "{time} s: {out:?}");
@@ -288,7 +289,7 @@ mod tests {
         for k in 0..2000 {
             let time = 0.001 * f64::from(k);
             let mut out = [0.0];
-            lag.step(time, &[time], &mut out);
+            lag.step(time, &[time], &[], &mut out);
             let expected = if time >= 0.5 { time - 0.5 } else { time };
             assert!((out[0] - expected).abs() < 1e-9, "{time} s: {out:?}");
             assert!(lag.times.len() < 10);
@@ -299,13 +300,13 @@ mod tests {
     fn after_a_gap_the_present_stands_in_until_the_lag_has_passed() {
         let mut lag = Lags::new(&[0.5], 1, 0.0);
         let mut out = [0.0];
-        lag.step(0.0, &[1.0], &mut out);
-        lag.step(1.0, &[2.0], &mut out);
+        lag.step(0.0, &[1.0], &[], &mut out);
+        lag.step(1.0, &[2.0], &[], &mut out);
         assert_eq!(out, [1.5]);
         lag.gap();
-        lag.step(9.0, &[3.0], &mut out);
+        lag.step(9.0, &[3.0], &[], &mut out);
         assert_eq!(out, [3.0]);
-        lag.step(9.5, &[4.0], &mut out);
+        lag.step(9.5, &[4.0], &[], &mut out);
         assert_eq!(out, [3.0]);
     }
 
@@ -314,7 +315,7 @@ mod tests {
         let mut lag = Lags::new(&[0.1], 1, 0.0);
         let mut out = [0.0];
         for (time, gauge) in [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.2, 4.0), (0.2, 5.0)] {
-            lag.step(time, &[gauge], &mut out);
+            lag.step(time, &[gauge], &[], &mut out);
             assert!(out[0].is_finite());
         }
     }

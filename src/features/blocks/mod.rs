@@ -1,5 +1,6 @@
 //! Every block beside the look-back, which finds its past by the load: one file each.
 
+mod auxiliary;
 mod creep;
 mod fixed_lag;
 mod play;
@@ -7,13 +8,14 @@ mod polynomial;
 
 use crate::features::Block;
 
+pub use auxiliary::Auxiliary;
 pub use creep::Creep;
 pub use fixed_lag::FixedLag;
 pub use play::Play;
 pub use polynomial::Polynomial;
 
-/// The blocks in the order of their columns: histories, then monomials. Look-backs stand before them.
-pub const BLOCKS: &[&dyn Block] = &[&FixedLag, &Creep, &Play, &Polynomial];
+/// The blocks in the order of their columns: histories, then monomials, then auxiliary channels. Look-backs stand before them.
+pub const BLOCKS: &[&dyn Block] = &[&FixedLag, &Creep, &Play, &Polynomial, &Auxiliary];
 
 #[cfg(test)]
 mod tests {

@@ -5,8 +5,8 @@
 //! gauge, so that one list fits gauges of any unit.
 
 use crate::features::{
-    Appends, Block, Constant, GaugeScale, Lists, Memory, Numbers, Precision, Range, Rows, Search,
-    Setting, Source, Stream, Unit,
+    Appends, AuxiliaryChannel, Block, Constant, GaugeScale, Lists, Memory, Numbers, Precision,
+    Range, Rows, Search, Setting, Source, Stream, Unit,
 };
 
 /// The block; its values are radii.
@@ -49,7 +49,13 @@ impl Block for Play {
         Appends::Past(|radius| format!("play_{radius}"))
     }
 
-    fn stream(&self, radii: &[f64], scale: &GaugeScale, _: f64) -> Box<dyn Stream> {
+    fn stream(
+        &self,
+        radii: &[f64],
+        scale: &GaugeScale,
+        _: &[AuxiliaryChannel],
+        _: f64,
+    ) -> Box<dyn Stream> {
         Box::new(Operators::new(radii, &scale.deviation))
     }
 
@@ -148,7 +154,7 @@ impl Operators {
 }
 
 impl Stream for Operators {
-    fn step(&mut self, _time: f64, gauges: &[f64], out: &mut [f64]) {
+    fn step(&mut self, _time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
         if self.positions.is_empty() {
             self.positions = gauges.repeat(self.radii.len() / gauges.len());
         }
@@ -172,7 +178,7 @@ mod tests {
         gauges
             .iter()
             .map(|gauge| {
-                play.step(0.0, &[*gauge], &mut out);
+                play.step(0.0, &[*gauge], &[], &mut out);
                 out[0]
             })
             .collect()
@@ -191,8 +197,8 @@ mod tests {
     fn a_constant_gauge_keeps_its_value() {
         let mut out = [0.0];
         let mut play = Operators::new(&[0.5], &[0.0]);
-        play.step(0.0, &[7.0], &mut out);
-        play.step(0.0, &[7.0], &mut out);
+        play.step(0.0, &[7.0], &[], &mut out);
+        play.step(0.0, &[7.0], &[], &mut out);
         assert_eq!(out, [7.0]);
     }
 }

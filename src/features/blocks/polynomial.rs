@@ -5,8 +5,8 @@
 //! i ≤ j, then `zᵢ³`. Gauges are standardised first, else the powers would drown each other.
 
 use crate::features::{
-    Appends, Block, Choice, Code, Constant, GaugeScale, Monomial, Precision, Range, Rows, Setting,
-    Source, Stream, Unit,
+    Appends, AuxiliaryChannel, Block, Choice, Code, Constant, GaugeScale, Monomial, Precision,
+    Range, Rows, Setting, Source, Stream, Unit,
 };
 
 /// The block; its one value is the degree.
@@ -64,7 +64,13 @@ impl Block for Polynomial {
         n_monomials(n_gauges, degree_of(degree))
     }
 
-    fn stream(&self, degree: &[f64], scale: &GaugeScale, _: f64) -> Box<dyn Stream> {
+    fn stream(
+        &self,
+        degree: &[f64],
+        scale: &GaugeScale,
+        _: &[AuxiliaryChannel],
+        _: f64,
+    ) -> Box<dyn Stream> {
         Box::new(Powers {
             scale: scale.clone(),
             degree: degree_of(degree),
@@ -196,7 +202,7 @@ struct Powers {
 }
 
 impl Stream for Powers {
-    fn step(&mut self, _time: f64, gauges: &[f64], out: &mut [f64]) {
+    fn step(&mut self, _time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
         self.scale.apply(gauges, &mut self.z);
         let z = &self.z[..];
         let mut at = 0;
@@ -222,8 +228,8 @@ mod tests {
     fn monomials_stand_in_the_order_of_their_columns() {
         let z = [2.0_f64, 5.0];
         let mut out = [0.0; 5];
-        let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2), 0.0);
-        stream.step(0.0, &z, &mut out);
+        let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2), &[], 0.0);
+        stream.step(0.0, &z, &[], &mut out);
         assert_eq!(out, [4.0, 10.0, 25.0, 8.0, 125.0]);
         let values = monomials(3.0, 2)
             .into_iter()

@@ -4,7 +4,9 @@ mod path;
 mod words;
 
 use crate::recording::Axis;
-use crate::recording::units::{TimeUnit, force_in_newtons, moment_in_newton_metres};
+use crate::recording::units::{
+    TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius,
+};
 
 /// What may follow a gauge's name without brackets; gauges keep whatever unit they have.
 const GAUGE_UNITS: [&str; 19] = [
@@ -76,6 +78,38 @@ impl ColumnName {
         }
     }
 
+    /// The unit of a column that is an auxiliary channel by its name or its unit, empty where it says none; `None` for any other. Only
+    /// of columns that are nothing else: no gauge is taken for one.
+    pub(crate) fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
+        let unit = unit.or(self.unit.as_deref());
+        if self.kind.is_some() || self.name.len() > LONGEST || unit.is_some_and(is_load_unit) {
+            return None;
+        }
+        let name = self.name.to_lowercase();
+        let words: Vec<&str> = name
+            .split(|c: char| !c.is_alphanumeric())
+            .map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()))
+            .filter(|word| !word.is_empty())
+            .collect();
+        let is_of_load = |word: &&str| matches!(plain_kind(word), Some(Kind::Load(_)));
+        if words.iter().any(is_of_load) {
+            return None;
+        }
+        // One letter may be many things, but not beside a T.
+        let is_temperature = |unit: &str| {
+            temperature_in_celsius(unit).is_some()
+                && (unit.len() > 1 || words.iter().any(|word| word.starts_with('t')))
+        };
+        if !words::is_auxiliary(&words) && !unit.is_some_and(is_temperature) {
+            return None;
+        }
+        let is_unit =
+            |word: &&str| ["v", "mv"].contains(word) || temperature_in_celsius(word).is_some();
+        let suffix = words.last().copied().filter(|_| words.len() > 1);
+        let unit = unit.or(suffix.filter(is_unit));
+        Some(unit.unwrap_or_default().to_owned())
+    }
+
     /// Whether this counts the nanoseconds of a stamp whose whole seconds `self` counts.
     pub(crate) fn is_completed_by(&self, other: &Self) -> bool {
         self.source == other.source
@@ -86,11 +120,12 @@ impl ColumnName {
 
 impl Kind {
     /// What a column is whose name is of this kind and whose unit is this: a name of a load with a unit of gauges is a
-    /// gauge, and a gauge's name with the unit of a load is neither, as it says no axis.
+    /// gauge, and a gauge's name with the unit of a load is neither, as it says no axis; a T in degrees is no time.
     pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {
             (Self::Gauge, Some(unit)) if is_load_unit(unit) => None,
+            (Self::Time, Some(unit)) if temperature_in_celsius(unit).is_some() => None,
             (Self::Load(_), Some(unit)) if is_of_gauge(unit) => Some(Self::Gauge),
             _ => Some(self),
         }
@@ -284,6 +319,40 @@ mod tests {
         assert_all(&none.split('|').collect::<Vec<_>>(), None);
         let gauges = "Fx [mV/V]|Kraft X (mV)|wrench.force.x [counts]|Fz [µm/m]";
         assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
+    }
+
+    #[test]
+    fn auxiliary_channels_are_known_by_their_name_or_their_unit() {
+        for (cell, unit) in [
+            ("T [degC]", "degC"),
+            ("T [K]", "K"),
+            ("t (°C)", "°C"),
+            ("T1 [°C]", "°C"),
+            ("Temp", ""),
+            ("temp_2", ""),
+            ("Temperature", ""),
+            ("temperature_C", "c"),
+            ("sensor temp degF", "degf"),
+            ("Temperatur [°C]", "°C"),
+            ("PT100 [°C]", "°C"),
+            ("Humidity [%]", "%"),
+            ("RH", ""),
+            ("Vsup", ""),
+            ("Supply [V]", "V"),
+            ("supply_mV", "mv"),
+            ("Vexc [V]", "V"),
+            ("/temperature/data[0]", ""),
+            ("温度 [℃]", "℃"),
+        ] {
+            let found = ColumnName::parse(cell).auxiliary_unit(None);
+            assert_eq!(found.as_deref(), Some(unit), "{cell}");
+        }
+        let others = "T|t [s]|Tx|Tz [Nm]|T [Nm]|S1 [degC]|ch3 [°C]|temperature [N]|Fx temp compensated|attempts|template|\
+            temp_setpoint|x [K]|RHS|temporary|Tempo|Temps [s]|Fx_temp";
+        for cell in others.split('|') {
+            let found = ColumnName::parse(cell).auxiliary_unit(None);
+            assert_eq!(found, None, "{cell}");
+        }
     }
 
     #[test]

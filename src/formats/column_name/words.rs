@@ -98,6 +98,67 @@ const AFTER_DIRECTION: [&str; 9] = [
     "向",
 ];
 
+/// What a channel is called that is no gauge but moves them, in small letters: temperature, humidity, supply.
+const AUXILIARIES: [&str; 38] = [
+    "temperature",
+    "temp",
+    "temperatur",
+    "température",
+    "temperatura",
+    "温度",
+    "celsius",
+    "kelvin",
+    "degc",
+    "humidity",
+    "rh",
+    "feuchte",
+    "luftfeuchte",
+    "luftfeuchtigkeit",
+    "humidité",
+    "humedad",
+    "umidità",
+    "umidade",
+    "湿度",
+    "supply",
+    "excitation",
+    "vsup",
+    "vsupply",
+    "vexc",
+    "vcc",
+    "vdd",
+    "vbat",
+    "speisung",
+    "speisespannung",
+    "versorgung",
+    "versorgungsspannung",
+    "alimentation",
+    "alimentación",
+    "alimentazione",
+    "alimentação",
+    "电源",
+    "電源",
+    "電源電圧",
+];
+/// What makes of such a channel something else: a load that was corrected by it, what it should be, when it was measured.
+const NOT_MEASURED: [&str; 10] = [
+    "compensated",
+    "comp",
+    "corrected",
+    "compensation",
+    "setpoint",
+    "target",
+    "status",
+    "time",
+    "error",
+    "soll",
+];
+
+/// Whether one of a name's words, in small letters and without the numbers behind them, calls it an auxiliary channel.
+pub(super) fn is_auxiliary(words: &[&str]) -> bool {
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
+    has(&AUXILIARIES) && !has(&NOT_MEASURED)
+}
+
 /// Whether a name in small letters without separators is that of a time.
 pub(super) fn is_time(plain: &str) -> bool {
     TIMES.contains(&plain)

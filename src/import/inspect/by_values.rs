@@ -1,10 +1,11 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
 use super::super::names::{Guess, form_of_column};
+use super::super::plan::AUXILIARY_LIMIT;
 use super::columns::{ColumnReport, Content};
 use super::question::Question;
 use crate::formats::Cell;
-use crate::formats::column_name::is_load_unit;
+use crate::formats::column_name::{ColumnName, is_load_unit};
 use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
@@ -57,12 +58,29 @@ pub(super) fn fill_in(
         questions.push(Question::ReferenceClock(clocks));
     }
     if needs_gauges {
-        let proposed: Vec<usize> = reports
-            .iter()
-            .filter(|report| may_be_gauge(report) && is_free[report.number - 1])
-            .map(|report| report.number)
-            .take(GAUGE_LIMIT)
+        let free = |report: &&ColumnReport| may_be_gauge(report) && is_free[report.number - 1];
+        let proposed = reports.iter().filter(free).map(|report| report.number);
+        let mut proposed: Vec<usize> = proposed.take(GAUGE_LIMIT).collect();
+        let auxiliary = |number: &usize| {
+            let unit = head.unit(number - 1);
+            let name = head.names.get(number - 1)?;
+            ColumnName::parse(name).auxiliary_unit(unit.as_deref())
+        };
+        let named: Vec<usize> = (proposed.iter().copied())
+            .filter(|number| auxiliary(number).is_some())
+            .take(AUXILIARY_LIMIT)
             .collect();
+        // A sensor that measures nothing else may well be a gauge.
+        if named.len() < proposed.len() {
+            proposed.retain(|number| !named.contains(number));
+            for number in &named {
+                let rule = ColumnRule {
+                    unit: auxiliary(number).filter(|unit| !unit.is_empty()),
+                    ..ColumnRule::new(keys.key(number - 1), ColumnRole::Auxiliary)
+                };
+                add((number - 1, rule), &mut is_free);
+            }
+        }
         for index in proposed.iter().map(|number| number - 1) {
             let rule = ColumnRule::new(keys.key(index), ColumnRole::Gauge);
             add((index, rule), &mut is_free);

@@ -68,6 +68,7 @@ impl ColumnReport {
             }
             ColumnRole::TimeFraction
             | ColumnRole::Gauge
+            | ColumnRole::Auxiliary
             | ColumnRole::Load(_)
             | ColumnRole::Pose(_) => self.content == Content::Numbers,
         }

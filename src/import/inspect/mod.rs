@@ -128,6 +128,9 @@ pub struct RecordingReport {
     pub n_samples: usize,
     pub duration_secs: f64,
     pub rate_hz: Option<f64>,
+    /// Its auxiliary channels with their ranges.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub auxiliary: Vec<String>,
 }
 
 /// Looks at a file.
@@ -300,6 +303,7 @@ fn note(check: &mut Check, loaded: &Loaded) {
         n_samples: recording.n_samples(),
         duration_secs: recording.duration_secs(),
         rate_hz: recording.rate_hz(),
+        auxiliary: recording.auxiliary().in_words(),
     };
     check.recordings = loaded.recordings.iter().map(report).collect();
 }

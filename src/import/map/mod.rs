@@ -92,10 +92,11 @@ pub struct ColumnRule {
     pub column: ColumnKey,
     /// What it is.
     pub is: ColumnRole,
-    /// What a gauge is called; by default as in the header, or `S1`, `S2` and so on.
+    /// What a gauge or an auxiliary channel is called; by default as in the header, or `S1`, `S2` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Its unit: of a load one that is understood; of a gauge a label; of a time `s`, `ms`, `us`, `ns`, `samples`,
+    /// Its unit: of a load one that is understood; of a gauge a label; of an auxiliary channel `degC`, `K`, `degF`, `V`, `mV`, `%` or
+    /// any label; of a time `s`, `ms`, `us`, `ns`, `samples`,
     /// `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`. By default what the header says, then what the values look
     /// like (times) or SI (loads, positions); of an angle `rad` or `deg`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -24,6 +24,8 @@ pub enum ColumnRole {
     TimeFraction,
     /// A gauge channel.
     Gauge,
+    /// A channel that is no gauge but moves them: temperature, supply voltage, humidity.
+    Auxiliary,
     /// One axis of the reference load.
     Load(Axis),
     /// A status word in hexadecimal digits; rows in which it reports an error are left out.
@@ -87,6 +89,7 @@ impl ColumnRole {
             Self::Date,
             Self::TimeFraction,
             Self::Gauge,
+            Self::Auxiliary,
         ];
         let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
         first
@@ -106,6 +109,7 @@ impl ColumnRole {
             Self::Date => "date",
             Self::TimeFraction => "time_fraction",
             Self::Gauge => "gauge",
+            Self::Auxiliary => "auxiliary",
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",
             Self::Pose(part) => part.into(),

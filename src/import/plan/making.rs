@@ -1,7 +1,7 @@
 //! How a map becomes a plan, part by part, and what is refused on the way.
 
 use super::super::TableError;
-use super::{GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use super::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::formats::text::Head;
 use crate::formats::text::ati::CountedUnit;
 use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
@@ -293,6 +293,38 @@ impl Making<'_> {
             }),
             _ => Ok((names, labels)),
         }
+    }
+
+    /// The names and units of the auxiliary channels, which belong to the gauges.
+    pub(super) fn auxiliary(
+        &self,
+        uses: &mut [Use],
+    ) -> Result<(Vec<String>, Vec<String>), TableError> {
+        let (mut names, mut labels) = (Vec::new(), Vec::new());
+        if !self.side.has_gauges() {
+            return Ok((names, labels));
+        }
+        for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
+            let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
+            let name = rule.name.clone().or_else(in_header);
+            let name = name.unwrap_or_else(|| format!("aux{}", names.len() + 1));
+            if names.contains(&name) || names.len() == AUXILIARY_LIMIT {
+                return Err(TableError::Auxiliaries {
+                    column: index + 1,
+                    name,
+                    limit: AUXILIARY_LIMIT,
+                });
+            }
+            let unit = self.unit(index, rule).unwrap_or_default();
+            let (label, factor, shift) = units::auxiliary_unit(&unit);
+            uses[index] = Use::Auxiliary {
+                factor: factor * rule.scale / rule.counts_per_unit,
+                shift,
+            };
+            names.push(name);
+            labels.push(label);
+        }
+        Ok((names, labels))
     }
 
     fn reference_alone(&self) -> TableError {

@@ -14,6 +14,8 @@ use making::Making;
 
 /// More channels than any force/torque sensor has, few enough for normal equations to stay small.
 const GAUGE_LIMIT: usize = 64;
+/// As many products with gauges as one would ever fit.
+pub(super) const AUXILIARY_LIMIT: usize = 8;
 
 /// What a column is used for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +32,11 @@ pub(super) enum Use {
     /// Times `factor` it is as the map wants it.
     Gauge {
         factor: f64,
+    },
+    /// Times `factor` and with `shift` added it is in the channel's unit; a cell without a number leaves the last one standing.
+    Auxiliary {
+        factor: f64,
+        shift: f64,
     },
     /// The reference load number `slot` in [`Axis`] order; times `factor` it is SI.
     Load {
@@ -59,6 +66,7 @@ impl Use {
     pub(super) const fn factor(self) -> f64 {
         match self {
             Self::Gauge { factor }
+            | Self::Auxiliary { factor, .. }
             | Self::Load { factor, .. }
             | Self::Pose { factor, .. }
             | Self::TimeFraction { factor } => factor,
@@ -73,6 +81,7 @@ impl Use {
             Self::Pose { .. } => "pose",
             Self::Time | Self::TimeText(_) | Self::TimeFraction { .. } => "time",
             Self::Gauge { .. } => "gauge",
+            Self::Auxiliary { .. } => "auxiliary channel",
             Self::Load { .. } => "reference",
         }
     }
@@ -137,6 +146,10 @@ pub(super) struct Plan {
     pub(super) gauge_names: Vec<String>,
     /// Labels; empty where there is none.
     pub(super) gauge_units: Vec<String>,
+    /// The auxiliary channels, in file order.
+    pub(super) auxiliary_names: Vec<String>,
+    /// Their units; empty where none is known.
+    pub(super) auxiliary_units: Vec<String>,
     /// In [`Axis`] order.
     pub(super) axes: Vec<Axis>,
     /// Where the load is computed.
@@ -211,6 +224,7 @@ impl Plan {
     ) -> Result<Self, TableError> {
         let (table, head, side) = making.parts();
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
+        let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
         let mut pose = making.pose(weight, &mut uses)?;
         if let Some(pose) = pose.as_mut().filter(|_| is_static) {
             // What stands still is not accelerated.
@@ -228,6 +242,8 @@ impl Plan {
             time_column,
             gauge_names,
             gauge_units,
+            auxiliary_names,
+            auxiliary_units,
             axes,
             pose,
             may_be_blank: matches!(side, Side::Gauges | Side::SecondClock),

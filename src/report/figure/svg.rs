@@ -55,7 +55,8 @@ impl fmt::Display for Svg<'_> {
         let figure = self.figure;
         writeln!(
             out,
-            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="sans-serif" font-size="13">"#
+            r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="sans-serif" font-size="13" role="img" aria-label="{}">"#,
+            for_xml(&figure.described())
         )?;
         writeln!(out, r#"<rect width="100%" height="100%" fill="white"/>"#)?;
         if let Some((from, to)) = figure.shaded {

@@ -13,7 +13,8 @@ use crate::recording::units::{FORCE_UNITS, MOMENT_UNITS};
 use crate::ui::choice::choice;
 use crate::ui::numbers::significant;
 
-const NAME: &str = "What a gauge is called; empty: as in the header, or S1, S2, …";
+const NAME: &str =
+    "What a gauge or an auxiliary channel is called; empty: as in the header, or S1, S2, …";
 const SCALE: &str = "Values are multiplied with this; -1 turns the sign";
 const SELECT: &str = "As the file writes it. Click a row to select it, Ctrl for one more, Shift for a range: a role chosen for one of them is for all";
 const MISSING: &str = "A number that means that there is none";

@@ -21,6 +21,7 @@ use crate::calibration::{Calibration, Learned};
 use crate::export::code::Code;
 use crate::export::target::{Export, Outline, Refusal, Target, of_target};
 use crate::export::text::{for_block_comment, identifier};
+use crate::features::AuxiliaryChannel;
 
 /// How far a self-test may be off, in full scale: in double, and in single precision.
 const ALLOWED: (f64, f64) = (1e-9, 1e-3);
@@ -167,6 +168,10 @@ fn values(
         n_gauges => calibration.gauges.len(),
         n_axes => calibration.axes.len(),
         gauges => for_block_comment(&calibration.gauges.join(", ")),
+        n_auxiliary => calibration.features.auxiliary.len(),
+        auxiliary => for_block_comment(
+            &calibration.features.auxiliary.iter().map(AuxiliaryChannel::in_words).collect::<Vec<_>>().join("; "),
+        ),
         axes => axes.join(", "),
         full_scale => scale.iter().map(|scale| format!("{scale:?}")).collect::<Vec<_>>(),
         n_rows,
@@ -184,13 +189,16 @@ fn filled(template: &str, values: &Value) -> Result<String, minijinja::Error> {
     templates.render_str(template, values)
 }
 
-/// Names that no program need read, then a line for each sample: time, gauges, load, conventional load, status, whether it is
+/// Names that no program need read, then a line for each sample: time, gauges, auxiliary channels, load, conventional load, status, whether it is
 /// at the edge of a threshold.
 fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
     let gauges = (1..=calibration.gauges.len()).map(|gauge| format!("gauge_{gauge}"));
     let axes = calibration.axes.iter().map(|axis| axis.symbol());
     let conventional = axes.clone().map(|axis| format!("conventional_{axis}"));
-    let names = std::iter::once("time".to_owned()).chain(gauges);
+    let auxiliary = (1..=calibration.features.auxiliary.len()).map(|at| format!("auxiliary_{at}"));
+    let names = std::iter::once("time".to_owned())
+        .chain(gauges)
+        .chain(auxiliary);
     let names = names.chain(axes.map(str::to_owned)).chain(conventional);
     let names = names.chain(["status", "at_edge"].map(str::to_owned));
     let mut out = names.collect::<Vec<_>>().join(",");
@@ -200,6 +208,7 @@ fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
             .sample
             .1
             .iter()
+            .chain(&row.sample.2)
             .chain(&row.load)
             .chain(&row.conventional);
         for number in numbers {

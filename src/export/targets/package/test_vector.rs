@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 use crate::calibration::{Calibration, CalibrationError, Estimator, SampleError};
 use crate::export::code::gauges_per_load;
 
-/// A time (s) and gauges.
-pub(super) type Sample = (f64, Vec<f64>);
+/// A time (s), gauges and auxiliary channels.
+pub(super) type Sample = (f64, Vec<f64>, Vec<f64>);
 
 /// A sample and what becomes of it.
 #[derive(Clone, Debug)]
@@ -83,12 +83,14 @@ fn answered(
     let design = calibration.design();
     let mut estimator = Estimator::new(calibration, &design)?;
     let rows = samples.iter().map(|sample| {
-        let (load, status) = match estimator.update(clock * sample.0, &sample.1) {
+        let (load, status) = match estimator.update_with(clock * sample.0, &sample.1, &sample.2) {
             Ok((taken, load)) => (load.to_vec(), taken as u8),
             Err(error) => {
                 let status = match error {
                     SampleError::OffTheClock { .. } => 5,
-                    SampleError::Gauges { .. } | SampleError::NotFinite => 6,
+                    SampleError::Gauges { .. }
+                    | SampleError::Auxiliary { .. }
+                    | SampleError::NotFinite => 6,
                 };
                 (vec![f64::NAN; calibration.axes.len()], status)
             }
@@ -123,24 +125,35 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
             time += 1.5 * gap_secs + 1.0;
         }
         fast += if is_fast { 1.0 / 23.0 } else { 0.0 };
-        samples.push((time, motion.gauges(k as f64 / SLOW as f64, fast)));
+        let slow = k as f64 / SLOW as f64;
+        let auxiliary = calibration.features.auxiliary.iter();
+        // A little beyond the range now and then.
+        let auxiliary = auxiliary.map(|channel| {
+            let middle = 0.5 * (channel.min + channel.max);
+            let moved = 0.65 * (channel.max - channel.min) * (TAU * 1.7 * slow).sin();
+            f64::from((middle + moved) as f32)
+        });
+        samples.push((time, motion.gauges(slow, fast), auxiliary.collect()));
     }
     let set_anew = samples[samples.len() - 60..].to_vec();
     let start = set_anew[0].0 - 3.0;
     samples.extend(
         set_anew
             .into_iter()
-            .map(|(time, gauges)| (time - start, gauges)),
+            .map(|(time, gauges, auxiliary)| (time - start, gauges, auxiliary)),
     );
     samples[40].1[0] = f64::NAN;
     let last = samples[41].1.len() - 1;
     samples[41].1[last] = f64::INFINITY;
+    if let Some(last) = samples[43].2.last_mut() {
+        *last = f64::NAN;
+    }
     samples[60].0 = samples[50].0;
     samples[70].0 = samples[69].0;
     samples[80].0 += 1e9;
     // A stamp as late as the next.
     samples[FAST + 40].0 = samples[FAST + 41].0;
-    for (time, _) in &mut samples {
+    for (time, ..) in &mut samples {
         *time = (*time * 1e4).round() / 1e4;
     }
     samples

@@ -13,7 +13,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define COLUMNS (3 + {{ NAME }}_GAUGES + 2 * {{ NAME }}_AXES)
+#define INPUTS ({{ NAME }}_GAUGES + {{ n_auxiliary }})
+#define COLUMNS (3 + INPUTS + 2 * {{ NAME }}_AXES)
 
 static const double full_scale[{{ NAME }}_AXES] = {{ '{' }}{{ full_scale|join(', ') }}{{ '}' }};
 static {{ name }}_state state;
@@ -61,13 +62,13 @@ int main(int argc, char **argv)
     {{ name }}_init(&state);
     next_line(file, numbers); /* names */
     while ((n = next_line(file, numbers)) == COLUMNS) {
-        const double *expected = numbers + 1 + {{ NAME }}_GAUGES;
-        {{ name }}_real gauges[{{ NAME }}_GAUGES], load[{{ NAME }}_AXES], conventional[{{ NAME }}_AXES];
+        const double *expected = numbers + 1 + INPUTS;
+        {{ name }}_real gauges[INPUTS], load[{{ NAME }}_AXES], conventional[{{ NAME }}_AXES];
         {{ name }}_status status;
         double off = 0;
-        for (i = 0; i < {{ NAME }}_GAUGES; i++)
+        for (i = 0; i < INPUTS; i++)
             gauges[i] = ({{ name }}_real)numbers[1 + i];
-        status = {{ name }}_update(&{{ NAME }}_CALIBRATION, &state, numbers[0], gauges, load, conventional);
+        status = {{ name }}_update(&{{ NAME }}_CALIBRATION, &state, numbers[0], gauges,{{ ' gauges + ' ~ NAME ~ '_GAUGES,' if auxiliary }} load, conventional);
         taken += 1;
         /* At the edge of a threshold the last digit of a sum decides which past sample is found. */
         if (expected[2 * {{ NAME }}_AXES + 1] > 0)

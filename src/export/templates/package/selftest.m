@@ -14,8 +14,8 @@ line = fgetl(file);
 while ischar(line)
     numbers = sscanf(strrep(line, ',', ' '), '%f');
     line = fgetl(file);
-    expected = numbers({{ n_gauges }} + 2:end);
-    [load_now, conventional, status, state] = {{ m_name }}(state, numbers(1), numbers(2:{{ n_gauges }} + 1));
+    expected = numbers({{ n_gauges + n_auxiliary }} + 2:end);
+    [load_now, conventional, status, state] = {{ m_name }}(state, numbers(1), numbers(2:{{ n_gauges }} + 1){{ ', numbers(' ~ (n_gauges + 2) ~ ':' ~ (n_gauges + n_auxiliary + 1) ~ ')' if auxiliary }});
     taken = taken + 1;
     if expected(end) > 0
         continue

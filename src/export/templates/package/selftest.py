@@ -16,13 +16,13 @@ spec.loader.exec_module(calibration)
 
 with open(HERE.parent / "expected.csv", newline="") as file:
     rows = np.array([[float(text) for text in row] for row in list(csv.reader(file))[1:]])
-times, gauges, loads, conventional, statuses, at_edge = np.split(
-    rows, np.cumsum([1, calibration.GAUGES, calibration.AXES, calibration.AXES, 1]), axis=1)
+times, gauges,{{ ' auxiliary,' if auxiliary }} loads, conventional, statuses, at_edge = np.split(
+    rows, np.cumsum([1, calibration.GAUGES,{{ ' calibration.AUXILIARY,' if auxiliary }} calibration.AXES, calibration.AXES, 1]), axis=1)
 
 state = calibration.State()
 worst, compared, bad = 0.0, 0, 0
 for k in range(len(rows)):
-    actual = state.update(times[k, 0], gauges[k])
+    actual = state.update(times[k, 0], gauges[k]{{ ', auxiliary[k]' if auxiliary }})
     if at_edge[k, 0] > 0:
         continue
     compared += 1

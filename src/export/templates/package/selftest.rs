@@ -6,7 +6,7 @@
 #[path = "{{ name }}.rs"]
 mod calibration;
 
-use calibration::{AXES, GAUGES, Real, State};
+use calibration::{AXES,{{ ' AUXILIARY,' if auxiliary }} GAUGES, Real, State};
 
 const FULL_SCALE: [f64; AXES] = [{{ full_scale|join(', ') }}];
 const ALLOWED: f64 = if size_of::<Real>() > 4 { {{ allowed_double }} } else { {{ allowed_float }} };
@@ -19,8 +19,9 @@ fn main() {
     for (k, line) in text.lines().enumerate().skip(1) {
         let numbers: Vec<f64> = line.split(',').map(|text| text.parse().expect("a number")).collect();
         let gauges: [Real; GAUGES] = std::array::from_fn(|gauge| numbers[1 + gauge] as Real);
-        let actual = state.update(numbers[0], &gauges);
-        let expected = &numbers[1 + GAUGES..];
+{% if auxiliary %}        let auxiliary: [Real; AUXILIARY] = std::array::from_fn(|at| numbers[1 + GAUGES + at] as Real);
+{% endif %}        let actual = state.update(numbers[0], &gauges{{ ', &auxiliary' if auxiliary }});
+        let expected = &numbers[1 + GAUGES{{ ' + AUXILIARY' if auxiliary }}..];
         taken += 1;
         if expected[2 * AXES + 1] > 0.0 {
             continue;

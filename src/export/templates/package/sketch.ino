@@ -14,7 +14,14 @@ static void read_gauges(float *gauges)
         gauges[g] = (float)analogRead(A0 + g);
 }
 
-void setup()
+{% if auxiliary %}/* And your thermometer, or what else is auxiliary: {{ auxiliary }} */
+static void read_auxiliary(float *auxiliary)
+{
+    for (int at = 0; at < {{ NAME }}_AUXILIARY; at++)
+        auxiliary[at] = (float)analogRead(A0 + {{ NAME }}_GAUGES + at);
+}
+
+{% endif %}void setup()
 {
     Serial.begin(115200);
     {{ name }}_init(&state);
@@ -24,8 +31,10 @@ void loop()
 {
     float gauges[{{ NAME }}_GAUGES], load[{{ NAME }}_AXES];
     read_gauges(gauges);
-    /* micros() begins anew after 71 minutes, which update_ticks knows. */
-    {{ name }}_status status = {{ name }}_update_ticks(&{{ NAME }}_CALIBRATION, &state, micros(), gauges, load, NULL);
+{% if auxiliary %}    float auxiliary[{{ NAME }}_AUXILIARY];
+    read_auxiliary(auxiliary);
+{% endif %}    /* micros() begins anew after 71 minutes, which update_ticks knows. */
+    {{ name }}_status status = {{ name }}_update_ticks(&{{ NAME }}_CALIBRATION, &state, micros(), gauges,{{ ' auxiliary,' if auxiliary }} load, NULL);
     if ({{ NAME }}_IS_REJECTED(status))
         return;
     for (int axis = 0; axis < {{ NAME }}_AXES; axis++) {

@@ -1,0 +1,133 @@
+//! Fits that leave each part of the training recordings out: what they make of it, and how far their coefficients differ.
+
+use crate::analysis::dataset::Dataset;
+use crate::analysis::fit::Sums;
+use crate::calibration::{
+    Calibration, LinearMap, NormalEquations, Past, Piece, Terms, fit_targets,
+};
+use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
+use crate::features::Design;
+use crate::recording::Recording;
+
+/// Why no fit can do without a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotLeftOut {
+    #[error("what a network or a kernel learned cannot be fitted from sums")]
+    Learned,
+    #[error("there is nothing to leave out")]
+    OnePart,
+    #[error("without some part too few samples would be left to fit")]
+    TooFew,
+}
+
+/// The fits, by the part that each leaves out.
+pub(super) struct LeftOutFits {
+    pub maps: Vec<LinearMap>,
+}
+
+impl Dataset {
+    /// The fits of a linear calibration's model, with its ridge, to all parts but one.
+    pub fn fits_left_out(
+        &self,
+        calibration: &Calibration,
+        sums: &Sums,
+    ) -> Result<LeftOutFits, NotLeftOut> {
+        if calibration.learned.is_some() {
+            return Err(NotLeftOut::Learned);
+        }
+        if sums.parts.len() < 2 {
+            return Err(NotLeftOut::OnePart);
+        }
+        let design = calibration.design();
+        let (kinds, known, all) = (design.kinds(), self.map.standardised(&design), design.all());
+        let terms = Terms {
+            used: &all,
+            kinds: &kinds,
+            known: &known,
+        };
+        let shares = shares_of(calibration, terms, &design);
+        let strengths: Vec<f64> = shares
+            .iter()
+            .map(|own| own.iter().copied().fold(0.0, f64::max))
+            .collect();
+        let left_out = LeftOut {
+            total: &sums.train,
+            parts: &sums.parts,
+            terms,
+        };
+        if !left_out.is_determined(&strengths) {
+            return Err(NotLeftOut::TooFew);
+        }
+        Ok(LeftOutFits {
+            maps: self.maps_left_out(&design, &sums.parts, terms, &shares),
+        })
+    }
+
+    /// The maps of fits to all parts but one, each in turn.
+    pub fn maps_left_out(
+        &self,
+        design: &Design,
+        parts: &[NormalEquations],
+        terms: Terms<'_>,
+        shares: &[Vec<f64>],
+    ) -> Vec<LinearMap> {
+        let fits = NormalEquations::each_without(
+            parts,
+            |_| true,
+            |_, rest| fit_targets(rest, terms, shares),
+        );
+        let map = |coefficients: &[f64]| LinearMap {
+            columns: design.columns(),
+            matrix: self.map.corrected(design, coefficients),
+        };
+        fits.iter()
+            .map(|(_, found)| map(&found.coefficients))
+            .collect()
+    }
+}
+
+impl LeftOutFits {
+    /// The loads of a training recording, each sample by the fit that has not seen it.
+    pub fn loads(
+        &self,
+        recording: &Recording,
+        pieces: &[Piece],
+        calibration: &Calibration,
+        past: &Past,
+    ) -> Vec<f64> {
+        let n_axes = calibration.axes.len();
+        let mut loads = vec![0.0; recording.n_samples() * n_axes];
+        let mut own = calibration.clone();
+        for piece in pieces {
+            own.compensated = Some(self.maps[piece.fold].clone());
+            let all = own.compensated_loads(recording, past);
+            let samples = piece.samples.start * n_axes..piece.samples.end * n_axes;
+            loads[samples.clone()].copy_from_slice(&all[samples]);
+        }
+        loads
+    }
+}
+
+/// The shares that the columns of a fit were shrunk by, as it says of itself.
+fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Vec<Vec<f64>> {
+    let quality = &calibration.quality;
+    match quality.ridge_by_block.is_empty() {
+        true => terms.of_targets(&quality.ridge),
+        false => {
+            let blocks: Vec<Vec<usize>> = design
+                .blocks()
+                .into_iter()
+                .map(|(_, columns)| columns)
+                .collect();
+            let of_axis = |axis: usize| {
+                let strengths: Vec<Option<f64>> = quality
+                    .ridge_by_block
+                    .iter()
+                    .map(|own| own.strengths[axis])
+                    .collect();
+                shares_of_blocks(design.n_columns(), &blocks, &strengths)
+            };
+            (0..calibration.axes.len()).map(of_axis).collect()
+        }
+    }
+}

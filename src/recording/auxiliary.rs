@@ -1,0 +1,203 @@
+//! Channels that are no gauges but tell what moves them: temperature, supply voltage, humidity.
+//!
+//! Guarantees: every number is finite; a segment shares the numbers of the recording that it was cut of.
+
+use crate::recording::shared::Shared;
+
+/// The auxiliary channels of a recording; none costs nothing.
+///
+/// **Shapes** values `n × channels` row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AuxiliaryTable {
+    names: Vec<String>,
+    units: Vec<String>,
+    values: Shared,
+}
+
+impl Default for AuxiliaryTable {
+    fn default() -> Self {
+        Self::new(Vec::new(), Vec::new(), Vec::new())
+    }
+}
+
+impl AuxiliaryTable {
+    pub(super) fn new(names: Vec<String>, units: Vec<String>, values: Vec<f64>) -> Self {
+        Self {
+            names,
+            units,
+            values: values.into(),
+        }
+    }
+
+    /// How many channels there are.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Whether there is no channel.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// The channels' names in column order.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Their units, empty where none is known: temperatures stand in °C, voltages in V.
+    pub fn units(&self) -> &[String] {
+        &self.units
+    }
+
+    /// All values, row-major.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The channels at sample `k`; empty without any.
+    #[inline]
+    pub fn at(&self, k: usize) -> &[f64] {
+        &self.values[k * self.len()..][..self.len()]
+    }
+
+    /// The least and the greatest value of each channel.
+    pub fn ranges(&self) -> Vec<(f64, f64)> {
+        let channel = |at: usize| self.values.iter().skip(at).step_by(self.len());
+        let ends = |at: usize| {
+            channel(at).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(*value), high.max(*value))
+            })
+        };
+        (0..self.len()).map(ends).collect()
+    }
+
+    /// Each channel as `name 21.5..24.0 unit`.
+    pub fn in_words(&self) -> Vec<String> {
+        let channels = self.names.iter().zip(&self.units).zip(self.ranges());
+        let words = channels.map(|((name, unit), range)| format!("{name} {}", span(range, unit)));
+        words.collect()
+    }
+
+    /// Where these channels stand; the first that is not there, if there is one.
+    pub(super) fn places<'a>(&self, names: &'a [String]) -> Result<Vec<usize>, &'a str> {
+        let place = |name: &'a String| {
+            let own = self.names.iter().position(|own| own == name);
+            own.ok_or(name.as_str())
+        };
+        names.iter().map(place).collect()
+    }
+
+    pub(super) fn picked(&self, places: &[usize]) -> Self {
+        let rows = self.values.chunks_exact(self.len().max(1));
+        let values = rows.flat_map(|row| places.iter().map(|at| row[*at]));
+        let of = |texts: &[String]| places.iter().map(|at| texts[*at].clone()).collect();
+        Self::new(of(&self.names), of(&self.units), values.collect())
+    }
+
+    pub(super) fn shared(&self) -> &Shared {
+        &self.values
+    }
+
+    pub(super) fn with_values(&self, values: Shared) -> Self {
+        Self {
+            names: self.names.clone(),
+            units: self.units.clone(),
+            values,
+        }
+    }
+}
+
+/// A range with its unit, or the one value that it is; in as many digits as tell its ends apart: `21.5 to 24.0 °C`.
+pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
+    if low == high {
+        return format!("{} {unit}", (low * 1e6).round() / 1e6)
+            .trim_end()
+            .to_owned();
+    }
+    let width = (high - low)
+        .max(1e-3 * low.abs().max(high.abs()))
+        .max(f64::MIN_POSITIVE);
+    let digits = (2.0 - width.log10()).clamp(0.0, 6.0) as usize;
+    let numbers = format!("{low:.digits$} to {high:.digits$} {unit}");
+    numbers.trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::recording::{Axis, Recording, Source};
+
+    fn recording() -> Recording {
+        let n = 6;
+        let times: Vec<f64> = (0..n).map(f64::from).collect();
+        let gauges = times.clone();
+        let auxiliary = times.iter().flat_map(|t| [20.0 + t, 5.0]).collect();
+        Recording::new(
+            "warm",
+            Source::Simulated,
+            times,
+            vec!["S1".into()],
+            gauges.clone(),
+            vec![Axis::Fz],
+            gauges,
+        )
+        .unwrap()
+        .with_auxiliary(
+            vec!["T".into(), "U".into()],
+            vec!["°C".into(), "V".into()],
+            auxiliary,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn what_cuts_samples_cuts_the_channels_with_them() {
+        let recording = recording();
+        let (first, rest) = recording.split(0.5).unwrap();
+        assert_eq!(first.auxiliary().at(2), [22.0, 5.0]);
+        assert_eq!(rest.auxiliary().at(0), [23.0, 5.0]);
+        assert!(std::ptr::eq(
+            rest.auxiliary().at(0),
+            recording.auxiliary().at(3)
+        ));
+        let every_second = recording.decimated(2);
+        assert_eq!(
+            every_second.auxiliary().values(),
+            [20.0, 5.0, 22.0, 5.0, 24.0, 5.0]
+        );
+        assert_eq!(
+            every_second.auxiliary().ranges(),
+            [(20.0, 24.0), (5.0, 5.0)]
+        );
+        assert_eq!(
+            recording.auxiliary().in_words(),
+            ["T 20.0 to 25.0 °C", "U 5 V"]
+        );
+    }
+
+    #[test]
+    fn channels_are_picked_by_name_also_before_a_gap() {
+        let (first, rest) = recording().split(0.5).unwrap();
+        let rest = rest.after(&first);
+        let names = ["U".to_owned(), "T".to_owned()];
+        let picked = rest.with_auxiliary_of(&names).unwrap();
+        assert_eq!(picked.auxiliary().at(0), [5.0, 23.0]);
+        let mut seen = Vec::new();
+        let earlier = picked.earlier().unwrap();
+        let take = |seen: &mut Vec<f64>, _: f64, _: &[f64], auxiliary: &[f64]| {
+            seen.extend_from_slice(auxiliary);
+        };
+        earlier.replay(&mut seen, take, |_| {});
+        assert_eq!(seen, [5.0, 20.0, 5.0, 21.0, 5.0, 22.0]);
+        assert_eq!(rest.with_auxiliary_of(&["p".to_owned()]), Err("p"));
+    }
+
+    #[test]
+    fn numbers_that_are_missing_or_none_are_refused() {
+        let given = |values| {
+            let bare = recording().with_auxiliary(vec!["T".into()], vec![String::new()], values);
+            bare.unwrap_err().to_string()
+        };
+        assert!(given(vec![1.0]).contains("auxiliary channel holds 1 numbers where 6"));
+        assert!(given(vec![1.0, 1.0, f64::NAN, 1.0, 1.0, 1.0]).contains("sample 2"));
+    }
+}

@@ -1,0 +1,118 @@
+//! Temperature beside the gauges, from the file to the load: read, fitted, said, refused where it is missing.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::program::{fit, numbers, run, stderr, succeed};
+use crate::workshop::Workshop;
+
+/// A gauge whose zero and sensitivity drift with a temperature (°F in the file, written now and then), around `celsius`.
+fn write(workshop: &Workshop, name: &str, celsius: f64) {
+    let mut text = "t [s],S1 [mV/V],S2 [mV/V],Fz [N],T_body [degF]\n".to_owned();
+    for k in 0..600 {
+        let t = f64::from(k) * 0.02;
+        let warm = celsius + 2.0 * (f64::from(k / 20) / 4.0).sin();
+        let (s, noise) = ((1.3 * t).sin(), f64::from(k * 37 % 11) * 1e-3);
+        let load = 100.0 * s + (warm - 20.0) * (1.0 + 0.5 * s);
+        let cell = match k % 20 {
+            0 => format!("{}", warm * 1.8 + 32.0),
+            _ => String::new(),
+        };
+        writeln!(text, "{t},{s},{},{load},{cell}", (0.7 * t).cos() + noise).unwrap();
+    }
+    fs::write(workshop.path().join(name), text).unwrap();
+}
+
+/// What a job that goes well prints.
+fn told(directory: &Path, arguments: &[&str]) -> String {
+    String::from_utf8(succeed(directory, arguments).stdout).unwrap()
+}
+
+#[test]
+fn a_temperature_is_read_fitted_exported_and_asked_for() {
+    let workshop = Workshop::new();
+    let files = ["a.csv", "b.csv", "c.csv", "d.csv"];
+    for (name, celsius) in files.into_iter().zip([10.0, 25.0, 40.0, 30.0]) {
+        write(&workshop, name, celsius);
+    }
+    let inspected = told(workshop.path(), &["inspect", "a.csv"]);
+    assert!(
+        inspected.contains("auxiliary channels: T_body 8.0 to 12.0 °C"),
+        "{inspected}"
+    );
+    let chosen = [
+        "--train",
+        "a.csv",
+        "b.csv",
+        "c.csv",
+        "--test",
+        "d.csv",
+        "--look-back",
+        "none",
+    ];
+    let error = |more: &[&str]| {
+        let report = fit(workshop.path(), &[&chosen[..], more].concat());
+        numbers(&report["compensated"]["test_rmse"])[0]
+    };
+    assert!(error(&[]) > 3.0);
+    let exports = ["--auxiliary", "--export", "c.json", "--export", "c.h"];
+    assert!(error(&exports) < 1e-6);
+    let said = told(
+        workshop.path(),
+        &[&["fit"], &chosen[..], &["--auxiliary", "0,3"]].concat(),
+    );
+    assert!(
+        said.contains("auxiliary channel T_body [°C], trained from 8 to 42 °C"),
+        "{said}"
+    );
+    let header = fs::read_to_string(workshop.path().join("c.h")).unwrap();
+    assert!(header.contains("T_body [°C], trained from 8 to 42 °C"));
+
+    let bare = fs::read_to_string(workshop.path().join("d.csv"))
+        .unwrap()
+        .replace("T_body [degF]", "label");
+    fs::write(workshop.path().join("bare.csv"), bare).unwrap();
+    let refused = run(
+        workshop.path(),
+        &["apply", "c.json", "bare.csv", "--out", "out"],
+    );
+    let answer = stderr(&refused);
+    assert!(
+        !refused.status.success() && answer.contains("bare has no auxiliary channel T_body [°C]"),
+        "{answer}"
+    );
+
+    write(&workshop, "hot.csv", 60.0);
+    let beyond = run(
+        workshop.path(),
+        &["apply", "c.json", "hot.csv", "--status", "--out", "out"],
+    );
+    let answer = stderr(&beyond);
+    assert!(beyond.status.success(), "{answer}");
+    assert!(
+        answer
+            .contains("warning: T_body of hot is 58.0 to 62.0 °C, and was trained from 8 to 42 °C"),
+        "{answer}"
+    );
+    let written = fs::read_dir(workshop.path().join("out"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap();
+    let loads = fs::read_to_string(written.path()).unwrap();
+    assert!(loads.lines().skip(1).all(|line| line.ends_with(",beyond")));
+}
+
+#[test]
+fn without_an_auxiliary_column_the_reason_is_said() {
+    let workshop = Workshop::with_recordings();
+    let said = told(
+        workshop.path(),
+        &["fit", "--train", "a.csv", "b.csv", "--auxiliary"],
+    );
+    assert!(
+        said.contains("no column of the recordings is an auxiliary channel"),
+        "{said}"
+    );
+}
