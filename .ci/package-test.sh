@@ -104,5 +104,5 @@ else
 fi
 
 inside apt-get remove -qq -y loopscope >/dev/null 2>&1
-[ ! -e "$root/usr/bin/loopscope" ] && [ ! -e "$root/usr/share/doc/loopscope" ] || fail "something stays when it is removed"
+if [ -e "$root/usr/bin/loopscope" ] || [ -e "$root/usr/share/doc/loopscope" ]; then fail "something stays when it is removed"; fi
 echo "package-test: installed, started and removed"
