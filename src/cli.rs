@@ -70,7 +70,7 @@ pub struct Cli {
     /// The job; without one the window opens.
     #[command(subcommand)]
     pub job: Option<Job>,
-    /// Recordings or a calibration (JSON) to open in the window; `inspect --help` lists the formats of recordings.
+    /// Recordings, a session or a calibration to open in the window; `inspect --help` lists the formats of recordings.
     pub files: Vec<PathBuf>,
 }
 

@@ -29,7 +29,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "demo",
         &[(
             "loopscope demo recordings",
-            "96 recordings to try the rest on",
+            "simulated recordings to try the rest on",
         )],
     ),
     (

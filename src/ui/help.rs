@@ -43,11 +43,29 @@ const PAGES: [(Page, &str, &str); 4] = [
     ),
 ];
 
-/// The pages that stand beside the README.
 /// Where the guide finds its pictures.
 const IN_GUIDE: &str = "bytes://";
-const COST: &[u8] = include_bytes!("../../assets/guide/cost.png");
-const GUIDE: [(&str, &str); 12] = [
+const PICTURES: [(&str, &[u8]); 4] = [
+    ("cost.png", include_bytes!("../../assets/guide/cost.png")),
+    (
+        "first-import.png",
+        include_bytes!("../../assets/guide/first-import.png"),
+    ),
+    (
+        "first-errors.png",
+        include_bytes!("../../assets/guide/first-errors.png"),
+    ),
+    (
+        "first-enough.png",
+        include_bytes!("../../assets/guide/first-enough.png"),
+    ),
+];
+/// The pages that stand beside the README.
+const GUIDE: [(&str, &str); 13] = [
+    (
+        "First steps",
+        include_str!("../../assets/guide/first-steps.md"),
+    ),
     ("Window", include_str!("../../assets/guide/window.md")),
     (
         "Recordings",
@@ -158,7 +176,9 @@ impl Help {
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
         if self.open {
             egui_extras::install_image_loaders(context);
-            context.include_bytes(format!("{IN_GUIDE}cost.png"), COST);
+            for (name, bytes) in PICTURES {
+                context.include_bytes(format!("{IN_GUIDE}{name}"), bytes);
+            }
         }
         let is_on_top = context.memory(|memory| memory.top_modal_layer().is_none());
         let leaves = |input: &mut egui::InputState| {
@@ -273,4 +293,21 @@ fn equations(ui: &mut egui::Ui) {
                 ui.end_row();
             }
         });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_picture_of_the_guide_is_in_the_program() {
+        for (title, text) in GUIDE {
+            for picture in text.split("](").skip(1) {
+                let name = picture.split(')').next().unwrap_or_default();
+                let is_there = PICTURES.iter().any(|(own, _)| *own == name);
+                let is_other = !name.ends_with(".png") || name.starts_with("../");
+                assert!(is_there || is_other, "{title}: {name}");
+            }
+        }
+    }
 }

@@ -12,6 +12,9 @@ use crate::ui::{NativeDialogs, Shell};
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";
 
+/// What winit says where one of the libraries that it finds at run time is not there.
+const LIBRARY_IS_MISSING: [&str; 3] = ["shared librar", "could not be loaded", "XKBNotFound"];
+
 /// What desktops and folders call the program.
 const APP_ID: &str = "loopscope";
 /// Under this name earlier versions stored them among what the last window that closes writes anew.
@@ -89,15 +92,15 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
             eprintln!(
-                "loopscope: the window cannot open: {}; {WITHOUT_DISPLAY}",
-                one_line(&error.to_string())
+                "loopscope: the window cannot open: {}",
+                with_way_out(&error.to_string())
             );
             ExitCode::FAILURE
         }
         Err(_) => {
             let message = panicked.lock().ok().and_then(|mut seen| seen.take());
-            let message = one_line(&message.unwrap_or_default());
-            eprintln!("loopscope: the window failed: {message}; {WITHOUT_DISPLAY}");
+            let message = with_way_out(&message.unwrap_or_default());
+            eprintln!("loopscope: the window failed: {message}");
             ExitCode::FAILURE
         }
     }
@@ -130,12 +133,37 @@ fn missing_display() -> Option<&'static str> {
     )
 }
 
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+/// In one line why there is no window, and what helps.
+fn with_way_out(why: &str) -> String {
+    let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
+    let is_missing = LIBRARY_IS_MISSING.iter().any(|words| why.contains(words));
+    let install = match is_missing && cfg!(target_os = "linux") {
+        true => {
+            "install the window's libraries (Debian, Ubuntu: `sudo apt-get install libgl1 libxcursor1 libxi6 libxkbcommon-x11-0`); "
+        }
+        false => "",
+    };
+    format!("{why}; {install}{WITHOUT_DISPLAY}")
 }
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_library_that_is_missing_is_named_with_its_package() {
+        for why in [
+            "os error:\n Failed to load one of xlib's shared libraries",
+            "Library libxkbcommon-x11.so could not be loaded.",
+        ] {
+            let told = super::with_way_out(why);
+            assert!(
+                told.contains("libxkbcommon-x11-0") && !told.contains('\n'),
+                "{told}"
+            );
+        }
+        assert!(!super::with_way_out("no OpenGL").contains("apt-get"));
+    }
+
     #[test]
     fn the_icon_is_a_picture() {
         let icon = super::icon();

@@ -16,6 +16,7 @@ mod check;
 mod drift;
 mod export;
 mod faults;
+mod first_steps;
 mod fit;
 mod inspect;
 mod load_cases;

@@ -87,5 +87,53 @@ key ctrl+q
 until_holds "! kill -0 $window_process"
 # Without a desktop there is no dialog, which its crate says.
 if grep -v "rfd::" "$folder/errors"; then fail "something was written to standard error"; fi
+
+# The guide's first walk: own files, a header that says nothing, the errors, whether it is enough, and out again.
+"$program" demo recordings >/dev/null
+mkdir own
+days=(monday tuesday wednesday thursday friday)
+for day in 1 2 3 4 5; do
+  cp "recordings/train_path${day}_mount${day}_medium.csv" "own/${days[day - 1]}.csv"
+done
+cp recordings/test_path6_mount4_fast.csv own/test.csv
+tail -n +2 own/friday.csv >own/bare.csv
+# Few colours keep them small.
+small() { sleep "$2"; import -window root "$folder/whole.png"; convert "$folder/whole.png" -strip +dither -colors 32 "png8:$assets/guide/$1.png"; }
+open() {
+  "$program" "$@" 2>"$folder/errors" &
+  window_process=$!
+  until_holds "xdotool search --name LoopScope"
+  id=$(xdotool search --name LoopScope | tail -1)
+  sleep 1
+  xdotool windowsize "$id" 1280 800 windowmove "$id" 0 0
+  until_holds "xdotool windowfocus $id"
+  xdotool mousemove 200 360
+  sleep 2
+}
+find_action() {
+  key ctrl+p
+  sleep 1
+  xdotool type --delay 40 "$1"
+  sleep 1
+  key Return
+  sleep 1
+}
+open own/bare.csv
+small first-import 2
+kill "$window_process"
+until_holds "! kill -0 $window_process"
+rm -rf "$XDG_DATA_HOME" # what that window would have had recovered
+open own/{monday,tuesday,wednesday,thursday,friday,test}.csv
+small first-errors 2
+find_action "show enough"
+small first-enough 4
+find_action "export cal"
+key ctrl+a
+xdotool type --delay 20 "$folder/own.json"
+key Return
+until_holds "grep -q compensated '$folder/own.json'"
+kill "$window_process"
+until_holds "! kill -0 $window_process"
+
 "$program" fit --json >/dev/null || fail "the command line does not work beside it"
 echo "walked: pictures are in assets/"
