@@ -364,7 +364,7 @@ fn resolution(at: usize, data: &Dataset, calibration: &Calibration) -> Result<f6
         .map(|entry| &*entry.recording)
         .collect();
     let least = |gauge: usize| {
-        let steps = recordings.iter().filter_map(|own| own.least_step(gauge));
+        let steps = recordings.iter().filter_map(|own| own.resolution(gauge));
         steps.reduce(f64::min)
     };
     let row = &calibration.conventional.matrix[at];
@@ -373,6 +373,6 @@ fn resolution(at: usize, data: &Dataset, calibration: &Calibration) -> Result<f6
     let sum: f64 = squares.sum();
     match sum > 0.0 {
         true => Ok(sum.sqrt()),
-        false => Err("no gauge moves".to_owned()),
+        false => Err("the gauges move by no steps of one size".to_owned()),
     }
 }

@@ -440,11 +440,20 @@ impl Recording {
         &self.load_ranges
     }
 
-    /// The least step of a gauge from sample to sample that is not zero; `None` where it never moves.
-    pub fn least_step(&self, gauge: usize) -> Option<f64> {
+    /// The step that a gauge moves by, over and over: what its converter can tell apart. `None` where it moves by any amount, or
+    /// where too few samples say so.
+    pub fn resolution(&self, gauge: usize) -> Option<f64> {
+        const FEWEST: usize = 100;
+        const SHARE: f64 = 0.95;
         let values = || self.gauges().iter().skip(gauge).step_by(self.n_gauges());
-        let steps = values().zip(values().skip(1)).map(|(a, b)| (a - b).abs());
-        steps.filter(|step| *step > 0.0).reduce(f64::min)
+        let steps = || {
+            let steps = values().zip(values().skip(1)).map(|(a, b)| (a - b).abs());
+            steps.filter(|step| *step > 0.0)
+        };
+        let least = steps().reduce(f64::min)?;
+        let is_whole = |step: &f64| (step / least - (step / least).round()).abs() < 0.1;
+        let (n, whole) = (steps().count(), steps().filter(is_whole).count());
+        (n >= FEWEST && whole as f64 >= SHARE * n as f64).then_some(least)
     }
 
     /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
@@ -661,6 +670,24 @@ mod tests {
             vec![0.0; 2],
         );
         assert!(matches!(twice, Err(RecordingError::AxisOrder { .. })));
+    }
+
+    #[test]
+    fn a_gauge_of_counts_has_their_step_and_one_that_moves_by_any_amount_none() {
+        let wave = |k: usize| (0.37 * k as f64).sin() + 0.3 * (1.3 * k as f64).cos();
+        let of = |value: &dyn Fn(usize) -> f64, n: usize| {
+            let times: Vec<f64> = (0..n).map(|k| k as f64).collect();
+            let gauges = (0..n).map(value).collect();
+            let names = vec!["S1".to_owned()];
+            let recording =
+                Recording::new("r", Source::Simulated, times, names, gauges, vec![], vec![]);
+            recording.unwrap().resolution(0)
+        };
+        let counts = |k: usize| 0.25 * (wave(k) * 40.0).round();
+        assert_eq!(of(&counts, 300), Some(0.25));
+        assert_eq!(of(&wave, 300), None);
+        assert_eq!(of(&counts, 50), None, "too few to say");
+        assert_eq!(of(&|_| 1.0, 300), None);
     }
 
     #[test]

@@ -141,7 +141,7 @@ pub fn budget(of: &Uncertainty) -> Table {
         title: "Budget: standard uncertainties".to_owned(),
         columns,
         rows,
-        note: "What counts within the errors is a part of the errors on what was left out, which count as a whole; what is added is in none of them."
+        note: "What counts within the errors is a part of the errors on what was left out, which count as a whole, and can be more than it where it is a worst case; what is added is in none of them."
             .to_owned(),
     }
 }

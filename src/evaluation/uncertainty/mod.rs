@@ -2,8 +2,8 @@
 //!
 //! **Source** JCGM 100 (GUM): standard uncertainties, added in squares, times a coverage factor. What a calibration leaves over of
 //! recordings that its fit has not seen holds whatever differed between them: noise, repeatability, hysteresis, creep, what
-//! the model cannot follow. That sum is known as a whole, so its parts are told *within* it and never added once more; only what
-//! no recording shows, such as the error of the reference itself, is added.
+//! the model cannot follow. That sum is known as a whole, so its parts, some of them worst cases, are told *within* it and never added
+//! once more; only what no recording shows, such as the error of the reference itself, is added.
 //!
 //! Guarantees: what the recordings do not allow is a reason, not a number.
 
@@ -266,7 +266,7 @@ impl Evidence<'_> {
         let within = squares(&self.within);
         self.within
             .push((Source::Residual, Ok((left_out - within).max(0.0).sqrt())));
-        let standard = self.standard(left_out, within);
+        let standard = self.standard(left_out);
         let expanded = COVERAGE_FACTOR * standard;
         // The scatter between groups is known by as many groups; that within them by many samples.
         let between = reproducibility.unwrap_or(0.0);
@@ -296,7 +296,7 @@ impl Evidence<'_> {
             percent_fs: (self.full_scale > 0.0).then(|| 100.0 * expanded / self.full_scale),
             degrees,
             factor_by_degrees: degrees.map_or(COVERAGE_FACTOR, student),
-            coverage: self.coverage(within),
+            coverage: self.coverage(),
             test_coverage: covered(self.tests, |_, group| group.within(self.at, expanded)),
             budget,
         })
@@ -314,11 +314,11 @@ impl Evidence<'_> {
         (n > 0).then(|| sum / n as f64)
     }
 
-    fn standard(&self, left_out: f64, within: f64) -> f64 {
-        (squares(&self.added) + left_out.max(within)).sqrt()
+    fn standard(&self, left_out: f64) -> f64 {
+        (squares(&self.added) + left_out).sqrt()
     }
 
-    fn coverage(&self, within: f64) -> Result<Coverage, String> {
+    fn coverage(&self) -> Result<Coverage, String> {
         if self.groups.len() < FEWEST_GROUPS {
             return Err(format!(
                 "with fewer than {FEWEST_GROUPS} groups none can be judged by the others"
@@ -326,7 +326,7 @@ impl Evidence<'_> {
         }
         let share = |at: usize, group: &GroupErrors| {
             let others = self.left_out(|other| other != at).unwrap_or(0.0);
-            group.within(self.at, COVERAGE_FACTOR * self.standard(others, within))
+            group.within(self.at, COVERAGE_FACTOR * self.standard(others))
         };
         covered(self.groups, share).ok_or_else(|| "nothing was left out".to_owned())
     }

@@ -70,7 +70,7 @@ impl Source {
             Self::Resolution => [
                 "resolution",
                 "Resolution",
-                "√(Σ (A_g r_g)² / 12), with the least step r_g of each gauge and its coefficient A_g in the conventional matrix",
+                "√(Σ (A_g r_g)² / 12), with the step r_g that each gauge moves by and its coefficient A_g in the conventional matrix",
                 "GUM F.2.2.1, type B, rectangular",
             ],
             Self::Zero => [
