@@ -8,7 +8,7 @@ use crate::evaluation::metrology::{
 };
 use crate::evaluation::numbers::significant;
 use crate::evaluation::uncertainty::{
-    AxisUncertainty, Evidence, GroupErrors, Source, StepFigures, Uncertainty, step_figures,
+    AxisUncertainty, Evidence, GroupErrors, Part, Source, StepFigures, Uncertainty, step_figures,
 };
 use crate::progress::Progress;
 use crate::recording::{Entry, Identity, Recording, Role};
@@ -304,12 +304,7 @@ impl Measured {
     }
 
     /// Standard uncertainties of an axis that its errors hold already.
-    fn parts(
-        &self,
-        at: usize,
-        data: &Dataset,
-        calibration: &Calibration,
-    ) -> Vec<(Source, Result<f64, String>)> {
+    fn parts(&self, at: usize, data: &Dataset, calibration: &Calibration) -> Vec<Part> {
         let figure = |quantity: Quantity| -> Result<f64, String> {
             let row = self.table.rows.iter().find(|row| row.quantity == quantity);
             let found: Option<&Figure> = row.map(|row| &row.cells[at].compensated);

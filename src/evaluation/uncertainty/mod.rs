@@ -228,6 +228,9 @@ pub struct Uncertainty {
     pub notes: Vec<String>,
 }
 
+/// A source with its standard uncertainty, or why that is not known.
+pub type Part = (Source, Result<f64, String>);
+
 /// What the uncertainty of one axis is made of.
 #[derive(Clone, Debug)]
 pub struct Evidence<'a> {
@@ -242,9 +245,9 @@ pub struct Evidence<'a> {
     /// Those of recordings in the test role.
     pub tests: &'a [GroupErrors],
     /// Standard uncertainties that no error shows.
-    pub added: Vec<(Source, Result<f64, String>)>,
+    pub added: Vec<Part>,
     /// Those that the errors hold already.
-    pub within: Vec<(Source, Result<f64, String>)>,
+    pub within: Vec<Part>,
 }
 
 impl Evidence<'_> {
@@ -273,7 +276,7 @@ impl Evidence<'_> {
         let degrees = (between > 0.0)
             .then(|| (self.groups.len() - 1) as f64 * (standard / between).powi(4))
             .filter(|degrees| *degrees < 1000.0);
-        let told = |(list, added): (&Vec<(Source, Result<f64, String>)>, bool)| {
+        let told = |(list, added): (&Vec<Part>, bool)| {
             let list = list.iter().cloned();
             let told = list.map(|(source, standard)| Contribution {
                 source,
@@ -333,7 +336,7 @@ impl Evidence<'_> {
 }
 
 /// The sum of the squares of what is known.
-fn squares(list: &[(Source, Result<f64, String>)]) -> f64 {
+fn squares(list: &[Part]) -> f64 {
     list.iter()
         .filter_map(|(_, own)| own.as_ref().ok())
         .map(|own| own * own)
@@ -378,7 +381,7 @@ mod tests {
         (0..n_groups).map(group).collect()
     }
 
-    fn of(groups: &[GroupErrors], added: Vec<(Source, Result<f64, String>)>) -> AxisUncertainty {
+    fn of(groups: &[GroupErrors], added: Vec<Part>) -> AxisUncertainty {
         let evidence = Evidence {
             at: 0,
             axis: Axis::Fz,
