@@ -218,9 +218,7 @@ impl Help {
                     .auto_shrink([false, false])
                     .show(ui, |ui| match page {
                         Page::Guide => {
-                            CommonMarkViewer::new()
-                                .default_implicit_uri_scheme(IN_GUIDE)
-                                .show(ui, &mut self.laid_out, GUIDE[guide].1);
+                            guide_page(ui, &mut self.laid_out, GUIDE[guide].1);
                         }
                         Page::Shortcuts => shortcuts(ui, &actions()),
                         Page::Equations | Page::About => {
@@ -231,6 +229,37 @@ impl Help {
             });
         self.open = open;
     }
+}
+
+/// A page of the guide. Its code is drawn here: the viewer's own button to copy it has a glyph that no font of the window has.
+fn guide_page(ui: &mut egui::Ui, laid_out: &mut CommonMarkCache, text: &str) {
+    for (at, part) in text.split("\n```").enumerate() {
+        ui.push_id(at, |ui| match at % 2 {
+            0 => {
+                CommonMarkViewer::new()
+                    .default_implicit_uri_scheme(IN_GUIDE)
+                    .show(ui, laid_out, part);
+            }
+            _ => {
+                let (_language, code) = part.split_once('\n').unwrap_or_default();
+                code_block(ui, code);
+            }
+        });
+    }
+}
+
+fn code_block(ui: &mut egui::Ui, code: &str) {
+    let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
+    frame.show(ui, |ui| {
+        ui.add(egui::Label::new(RichText::new(code).monospace()).extend());
+        let copy = ui.small_button("Copy");
+        if copy
+            .on_hover_text("These lines, to the clipboard")
+            .clicked()
+        {
+            ui.ctx().copy_text(code.to_owned());
+        }
+    });
 }
 
 fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
