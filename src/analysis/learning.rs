@@ -13,7 +13,7 @@ use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, Samples};
 use crate::calibration::{
     Calibration, EpochReport, FitSettings, Learned, LearnedError, Learner, LinearMap, Past, Piece,
-    PresentLoads, learned_inputs, sample_row,
+    PresentLoads, RowsOf, learned_inputs,
 };
 use crate::evaluation::metrics::root_mean;
 use crate::evaluation::part_squares::PartSquares;
@@ -343,7 +343,10 @@ impl Rows for TrainingRows<'_> {
             conventional,
             pieces,
         } = &self.runs[run];
-        let mut stream = FeatureStream::of(self.design, recording);
+        let (from, mut stream) = (
+            RowsOf::of(recording),
+            FeatureStream::of(self.design, recording),
+        );
         let mut raw = vec![0.0; self.design.n_columns()];
         let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = vec![0.0; self.n_axes];
@@ -353,7 +356,7 @@ impl Rows for TrainingRows<'_> {
                 linear.clear();
                 targets.clear();
                 for k in start..(start + BLOCK).min(piece.samples.end) {
-                    sample_row(&mut stream, recording, |at| past[at][k], k, &mut raw);
+                    from.raw_row(&mut stream, |at| past[at][k], k, &mut raw);
                     learned_inputs(self.design, &raw, &mut inputs);
                     let of_sample = k * self.n_axes..(k + 1) * self.n_axes;
                     match &self.target {

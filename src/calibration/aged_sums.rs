@@ -6,7 +6,7 @@
 //! which the columns are zero, the products give the sums of each t_th in turn.
 
 use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
-use crate::calibration::sums::{BLOCK, residual, sample_row};
+use crate::calibration::sums::{BLOCK, RowsOf, residual};
 use crate::calibration::{NormalEquations, Piece, PresentLoads};
 use crate::features::{Design, FeatureStream};
 
@@ -118,7 +118,7 @@ pub fn aged_sums(
     assert!(!design.features.look_backs.is_empty(), "a look-back");
     let n_axes = recording.axes().len();
     let n_columns = design.n_columns();
-    let times = recording.times();
+    let (times, from) = (recording.times(), RowsOf::of(recording));
     let mut stream = FeatureStream::of(design, recording);
     let (mut rows, mut classes) = (Vec::new(), Vec::with_capacity(BLOCK));
     pieces
@@ -136,12 +136,11 @@ pub fn aged_sums(
                     more => ages.further[more - 1][k],
                 };
                 // Also where there is no past: the other blocks remember every sample.
-                sample_row(&mut stream, recording, past, k, features);
+                from.standardised_row(&mut stream, past, k, features);
                 if own as usize != k {
                     let age = times[k] - times[own as usize];
                     let class = ages.t_ths_secs.partition_point(|t_th| *t_th < age);
-                    design.standardise(features);
-                    residual(conventional, k, &mut targets[..n_axes]);
+                    residual(recording.loads(), conventional, k, &mut targets[..n_axes]);
                     classes.push(class);
                 }
                 if classes.len() == BLOCK {

@@ -10,7 +10,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::learned::{Learned, LearnedScratch};
-use crate::calibration::sums::sample_row;
+use crate::calibration::sums::RowsOf;
 use crate::calibration::{
     CalibrationError, CoefficientUncertainty, GridEdge, LinearMap, Regressor, UsedRecording,
     loads_from_gauges,
@@ -546,13 +546,13 @@ impl Calibration {
         loads: &mut [f64],
     ) {
         let (width, n_axes) = (design.n_columns(), self.axes.len());
-        let mut stream = FeatureStream::new(design);
+        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::new(design));
         let mut raw = vec![0.0; BLOCK * width];
         let starts = samples.clone().step_by(BLOCK);
         for (start, loads) in starts.zip(loads.chunks_mut(BLOCK * n_axes)) {
             let raw = &mut raw[..loads.len() / n_axes * width];
             for (k, row) in (start..).zip(raw.chunks_exact_mut(width)) {
-                sample_row(&mut stream, recording, |at| past[at][k], k, row);
+                from.raw_row(&mut stream, |at| past[at][k], k, row);
             }
             self.loads_of_rows(raw, &[], &mut LearnedScratch::default(), loads);
         }
@@ -586,7 +586,7 @@ impl Calibration {
     ) {
         let design = self.design();
         let width = design.n_columns();
-        let mut stream = FeatureStream::of(&design, recording);
+        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::of(&design, recording));
         let mut raw = vec![0.0; BLOCK * width];
         let (mut inputs, mut scratch) = (Vec::new(), LearnedScratch::default());
         for start in (0..recording.n_samples()).step_by(BLOCK) {
@@ -594,7 +594,7 @@ impl Calibration {
             let raw = &mut raw[..samples.len() * width];
             inputs.clear();
             for (k, row) in samples.zip(raw.chunks_exact_mut(width)) {
-                sample_row(&mut stream, recording, |at| past[at][k], k, row);
+                from.raw_row(&mut stream, |at| past[at][k], k, row);
                 if self.learned.is_some() {
                     learned_inputs(&design, row, &mut inputs);
                 }

@@ -55,7 +55,7 @@ pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
 pub(crate) use refit::{CannotFold, OutputChange};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
-pub(crate) use sums::sample_row;
+pub(crate) use sums::RowsOf;
 pub(crate) use sums::{Piece, recording_sums};
 pub(crate) use used_recording::UsedRecording;
 pub(crate) use validate::CalibrationError;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::calibration::{NormalEquations, PresentLoads};
 use crate::features::{Design, FeatureStream};
 use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::recording::{AuxiliaryTable, Recording};
 
 /// A run of samples whose sums are kept apart.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,6 +44,7 @@ pub fn recording_sums(
     let recording = conventional.recording;
     let n_axes = recording.axes().len();
     let n_columns = design.n_columns();
+    let (from, reference) = (RowsOf::of(recording), recording.loads());
     let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
         let mut sums = NormalEquations::new(n_columns, n_axes);
         let stride = sums.stride();
@@ -56,9 +57,8 @@ pub fn recording_sums(
             let rows = &mut rows[..samples.len() * stride];
             for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
                 let (features, targets) = row.split_at_mut(n_columns);
-                sample_row(stream, recording, |at| past[at][k], k, features);
-                design.standardise(features);
-                residual(conventional, k, &mut targets[..n_axes]);
+                from.standardised_row(stream, |at| past[at][k], k, features);
+                residual(reference, conventional, k, &mut targets[..n_axes]);
             }
             sums.add_rows(rows);
         }
@@ -94,26 +94,76 @@ pub fn recording_sums(
         .collect()
 }
 
-/// Writes the raw row of sample `k`, whose past sample by look-back i is `past(i)`; samples must come in order.
-#[inline]
-pub(crate) fn sample_row(
-    stream: &mut FeatureStream<'_>,
-    recording: &Recording,
-    past: impl Fn(usize) -> u32,
-    k: usize,
-    row: &mut [f64],
-) {
-    let past = |look_back| recording.gauges_at(past(look_back) as usize);
-    let (time, auxiliary) = (recording.times()[k], recording.auxiliary().at(k));
-    stream.raw_row(time, recording.gauges_at(k), auxiliary, past, row);
+/// The samples of a recording, as rows are made of them.
+#[derive(Clone, Copy)]
+pub(crate) struct RowsOf<'a> {
+    times: &'a [f64],
+    gauges: &'a [f64],
+    n_gauges: usize,
+    auxiliary: &'a AuxiliaryTable,
 }
 
-/// Writes what `known` loads leave over of the reference at sample `k`.
+impl<'a> RowsOf<'a> {
+    pub fn of(recording: &'a Recording) -> Self {
+        Self {
+            times: recording.times(),
+            gauges: recording.gauges(),
+            n_gauges: recording.n_gauges(),
+            auxiliary: recording.auxiliary(),
+        }
+    }
+
+    #[inline]
+    fn gauges_at(&self, k: usize) -> &'a [f64] {
+        &self.gauges[k * self.n_gauges..][..self.n_gauges]
+    }
+
+    /// Writes the raw row of sample `k`, whose past sample by look-back i is `past(i)`; samples must come in order.
+    #[inline]
+    pub fn raw_row(
+        &self,
+        stream: &mut FeatureStream<'_>,
+        past: impl Fn(usize) -> u32,
+        k: usize,
+        row: &mut [f64],
+    ) {
+        let past = |look_back| self.gauges_at(past(look_back) as usize);
+        let (time, auxiliary) = (self.times[k], self.auxiliary.at(k));
+        stream.raw_row(time, self.gauges_at(k), auxiliary, past, row);
+    }
+
+    /// [`Self::raw_row`], standardised.
+    #[inline]
+    pub fn standardised_row(
+        &self,
+        stream: &mut FeatureStream<'_>,
+        past: impl Fn(usize) -> u32,
+        k: usize,
+        row: &mut [f64],
+    ) {
+        let past = |look_back| self.gauges_at(past(look_back) as usize);
+        let (time, auxiliary) = (self.times[k], self.auxiliary.at(k));
+        stream.standardised_row(time, self.gauges_at(k), auxiliary, past, row);
+    }
+}
+
+/// Writes what `known` loads leave over of the `reference` of a recording at sample `k`.
 #[inline]
-pub(super) fn residual(known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
-    known.row(k, out);
-    let loads = &known.recording.loads()[k * out.len()..];
-    for (out, load) in out.iter_mut().zip(loads) {
-        *out = load - *out;
+pub(super) fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
+    let n_axes = out.len();
+    let loads = &reference[k * n_axes..][..n_axes];
+    match known.kept {
+        Some(kept) => {
+            let kept = &kept[k * n_axes..][..n_axes];
+            for ((out, load), kept) in out.iter_mut().zip(loads).zip(kept) {
+                *out = load - kept;
+            }
+        }
+        None => {
+            known.row(k, out);
+            for (out, load) in out.iter_mut().zip(loads) {
+                *out = load - *out;
+            }
+        }
     }
 }

@@ -40,6 +40,15 @@ impl Design {
         self.n_gauges() * (1 + self.features.n_histories())
     }
 
+    /// A row's present gauges, those of its look-backs, and the rest.
+    #[inline]
+    fn split<'r>(&self, row: &'r mut [f64]) -> (&'r mut [f64], &'r mut [f64], &'r mut [f64]) {
+        let (present, rest) = row.split_at_mut(self.n_gauges());
+        let n_look_backs = self.features.look_backs.len();
+        let (look_backs, rest) = rest.split_at_mut(n_look_backs * present.len());
+        (present, look_backs, rest)
+    }
+
     /// What each column is.
     pub fn columns(&self) -> Vec<Column> {
         self.features.columns(self.n_gauges(), self.offset)
@@ -136,21 +145,11 @@ impl Design {
         let g = self.n_gauges();
         let (gauges, rest) = row.split_at_mut(g);
         for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
-            for ((value, gauge), factor) in history
-                .iter_mut()
-                .zip(&*gauges)
-                .zip(&self.scale.inverse_scale)
-            {
-                *value = (*value - gauge) * factor;
-            }
+            let raw = history.iter_mut().map(|value| (*value, value));
+            self.scale.relative(raw, gauges);
         }
-        for ((gauge, shift), factor) in gauges
-            .iter_mut()
-            .zip(&self.scale.shift)
-            .zip(&self.scale.inverse_scale)
-        {
-            *gauge = (*gauge - shift) * factor;
-        }
+        let raw = gauges.iter_mut().map(|gauge| (*gauge, gauge));
+        self.scale.relative(raw, &self.scale.shift);
     }
 
     /// The coefficients on standardised columns that stand for those of the conventional calibration on raw gauges, and on
@@ -286,19 +285,58 @@ impl<'a> FeatureStream<'a> {
         past: impl Fn(usize) -> &'g [f64],
         row: &mut [f64],
     ) {
-        let g = gauges.len();
-        let (present, rest) = row.split_at_mut(g);
+        let (present, mut look_backs, rest) = self.design.split(row);
         present.copy_from_slice(gauges);
-        let n_look_backs = self.design.features.look_backs.len();
-        let (look_backs, rest) = rest.split_at_mut(n_look_backs * g);
-        for (at, out) in look_backs.chunks_exact_mut(g).enumerate() {
-            out.copy_from_slice(past(at));
+        for at in 0..self.design.features.look_backs.len() {
+            next(&mut look_backs, gauges.len()).copy_from_slice(past(at));
         }
+        self.rest_of_row(time, gauges, auxiliary, rest);
+    }
+
+    /// [`Self::raw_row`], [standardised](Design::standardise): without a copy in between, which would take longer than all else.
+    #[inline]
+    pub fn standardised_row<'g>(
+        &mut self,
+        time: f64,
+        gauges: &[f64],
+        auxiliary: &[f64],
+        past: impl Fn(usize) -> &'g [f64],
+        row: &mut [f64],
+    ) {
+        let scale = &self.design.scale;
+        let (present, mut look_backs, rest) = self.design.split(row);
+        let written = |from: &[f64], zero: &[f64], out: &mut [f64]| {
+            scale.relative(from.iter().copied().zip(out), zero);
+        };
+        written(gauges, &scale.shift, present);
+        let n_look_backs = self.design.features.look_backs.len();
+        for at in 0..n_look_backs {
+            written(past(at), gauges, next(&mut look_backs, gauges.len()));
+        }
+        self.rest_of_row(time, gauges, auxiliary, rest);
+        let mut lags = rest;
+        for _ in n_look_backs..self.design.features.n_histories() {
+            let lag = next(&mut lags, gauges.len()).iter_mut();
+            scale.relative(lag.map(|value| (*value, value)), gauges);
+        }
+    }
+
+    /// What follows the look-backs.
+    #[inline]
+    fn rest_of_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], rest: &mut [f64]) {
         self.blocks_row(time, gauges, auxiliary, rest);
         if self.design.offset {
             *rest.last_mut().expect("there is an offset column") = 1.0;
         }
     }
+}
+
+/// Takes the next `n` numbers off `row`; chunks would divide by n for every sample.
+#[inline]
+fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
+    let (next, rest) = std::mem::take(row).split_at_mut(n);
+    *row = rest;
+    next
 }
 
 #[cfg(test)]

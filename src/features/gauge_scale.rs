@@ -24,6 +24,18 @@ pub struct GaugeScale {
 }
 
 impl GaugeScale {
+    /// Writes each raw value, standardised, with `zero` for its zero: the [shift](Self::shift), or the present gauges for past ones.
+    #[inline]
+    pub(super) fn relative<'o>(
+        &self,
+        values: impl Iterator<Item = (f64, &'o mut f64)>,
+        zero: &[f64],
+    ) {
+        for (((value, out), zero), factor) in values.zip(zero).zip(&self.inverse_scale) {
+            *out = (value - zero) * factor;
+        }
+    }
+
     /// Measures the gauges of `recordings`; with `centred` false the shift stays zero.
     pub fn measure<'a>(
         recordings: impl Iterator<Item = &'a Recording> + Clone,
