@@ -322,9 +322,9 @@ impl Watch {
             }
             self.restarts += 1;
         }
-        let shell = self.window.state().as_ref();
-        let set = shell.map(|shell| &*shell.engine().project().recordings);
-        self.curve.follow(self.start.elapsed(), &self.textures, set);
+        let engine = self.window.state().as_ref().map(Shell::engine);
+        self.curve
+            .follow(self.start.elapsed(), &self.textures, engine);
     }
 
     /// Waits for the answers, at most so long.

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use egui::{TextureId, TexturesDelta};
 use egui_kittest::TestRenderer;
-use loopscope::recording::RecordingSet;
+use loopscope::engine::Engine;
 
 /// Rows of the table that is printed.
 const ROWS: usize = 12;
@@ -67,7 +67,7 @@ impl Curve {
         if let Some(file) = &mut file {
             writeln!(
                 file,
-                "secs,resident_mb,threads,textures,texture_mb,recordings,loaded_mb"
+                "secs,resident_mb,threads,textures,texture_mb,recordings,loaded_mb,running"
             )?;
         }
         Ok(Self {
@@ -79,12 +79,12 @@ impl Curve {
     }
 
     /// Takes a point of a window with these recordings where it is time for one.
-    pub fn follow(&mut self, now: Duration, textures: &Textures, set: Option<&RecordingSet>) {
+    pub fn follow(&mut self, now: Duration, textures: &Textures, engine: Option<&Engine>) {
         if now < self.next {
             return;
         }
         self.next = now + self.every;
-        let entries = set.map_or(&[][..], RecordingSet::entries);
+        let entries = engine.map_or(&[][..], |engine| engine.project().recordings.entries());
         let numbers = entries.iter().map(|entry| {
             let own = &entry.recording;
             own.n_samples() * (1 + own.n_gauges() + own.axes().len())
@@ -99,15 +99,18 @@ impl Curve {
         };
         if let Some(file) = &mut self.file {
             let (count, bytes) = point.textures;
+            let running = engine.map(Engine::running).unwrap_or_default();
+            let running: Vec<String> = running.into_iter().map(|own| own.title).collect();
             let written = writeln!(
                 file,
-                "{:.2},{:.2},{},{count},{:.2},{},{:.2}",
+                "{:.2},{:.2},{},{count},{:.2},{},{:.2},{}",
                 point.secs,
                 point.resident,
                 point.threads,
                 mb(bytes),
                 point.recordings,
-                point.loaded
+                point.loaded,
+                running.join("+").replace(',', ";")
             );
             if let Err(error) = written {
                 eprintln!("the curve: {error}");
