@@ -797,7 +797,8 @@ fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() 
     assert_eq!(names(engine.project()), ["b", "a"]);
     assert!(engine.notices.is_empty(), "{:?}", engine.notices);
     edit(&mut engine, Edit::CloseAll);
-    files.map(|file| engine.act(Action::Open(vec![file])));
+    engine.act(Action::Open(vec![files[0].clone()]));
+    engine.act(Action::Open(vec![files[1].clone()]));
     engine.act(Action::Cancel);
     settle(&mut engine);
     let read = names(engine.project());

@@ -306,6 +306,8 @@ struct Own {
     resolution: f64,
     /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
     piles_up: Vec<f64>,
+    /// Where it repeats one value, whatever the others do.
+    flat: Vec<Range<usize>>,
 }
 
 impl Own {
@@ -314,8 +316,13 @@ impl Own {
         let value = |k: usize| channel.of(recording, k);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut resolution = f64::INFINITY;
+        let (mut flat, mut start) = (Vec::new(), 0);
         for k in 0..n {
             let own = value(k);
+            if own != value(start) {
+                flat.extend((k - start >= STUCK_SAMPLES).then_some(start..k));
+                start = k;
+            }
             (low, high) = (low.min(own), high.max(own));
             let step = if k > 0 {
                 (own - value(k - 1)).abs()
@@ -326,6 +333,7 @@ impl Own {
                 resolution = resolution.min(step);
             }
         }
+        flat.extend((n - start >= STUCK_SAMPLES).then_some(start..n));
         let looked_at = looked_at(n);
         let mut values: Vec<f64> = looked_at.clone().map(value).collect();
         let [low_share, high_share] =
@@ -351,6 +359,7 @@ impl Own {
             low,
             high,
             piles_up: piles_up.map(|(extreme, _)| extreme).collect(),
+            flat,
             span: high_share - low_share,
             step: steps.unwrap_or(0.0),
             resolution,
@@ -376,9 +385,14 @@ impl Expected {
     /// By least squares, three times: each time without what is far from the one before.
     fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
-        let is_inside = |k: &usize| !own.piles_up.contains(&own.channel.of(recording, *k));
+        let is_flat = |k: usize| {
+            let at = own.flat.partition_point(|run| run.end <= k);
+            own.flat.get(at).is_some_and(|run| run.start <= k)
+        };
+        let is_inside =
+            |k: &usize| !own.piles_up.contains(&own.channel.of(recording, *k)) && !is_flat(*k);
         let fewest = 2 * (by.len() + 1);
-        // What may be clipped would bend the line.
+        // What may be clipped or stuck would bend the line.
         let mut samples: Vec<usize> = all().filter(is_inside).collect();
         if samples.len() < fewest {
             samples = all().collect();
@@ -557,20 +571,14 @@ impl Watched<'_> {
 
     /// Finds where it repeats one value though the others say that it moves.
     fn stuck(&self, found: &mut Vec<Fault>) {
-        let mut start = 0;
-        for k in 1..=self.n() {
-            if k < self.n() && self.value(k) == self.value(start) {
-                continue;
-            }
+        for run in &self.own.flat {
             let known = |fault: &Fault| {
                 let is_own = fault.channel == self.own.channel;
-                is_own && fault.samples.start <= start && k <= fault.samples.end
+                is_own && fault.samples.start <= run.start && run.end <= fault.samples.end
             };
-            let is_long = k - start >= STUCK_SAMPLES;
-            if is_long && !found.iter().any(known) && self.should_move(start..k) {
-                found.push(self.fault(FaultKind::Stuck, start..k));
+            if !found.iter().any(known) && self.should_move(run.clone()) {
+                found.push(self.fault(FaultKind::Stuck, run.clone()));
             }
-            start = k;
         }
     }
 
