@@ -428,6 +428,8 @@ pub enum JobError {
         "{recording}: what {pattern:?} stands for is not in its name, nor in that of its folder"
     )]
     NoGroup { recording: String, pattern: String },
+    #[error("--date {name}=…: no file and no recording is called {name}")]
+    NoSuchDated { name: String },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
     NoSuchAxis {
         axis: &'static str,
@@ -481,6 +483,7 @@ impl JobError {
                 | Self::NotAlone
                 | Self::TareLive
                 | Self::NoGroup { .. }
+                | Self::NoSuchDated { .. }
                 | Self::NoSensors { .. }
                 | Self::EmptyFolder { .. }
                 | Self::InFolder { .. }

@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use jiff::Timestamp;
-
 use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
@@ -17,7 +15,7 @@ use crate::evaluation::metrics::root_mean;
 use crate::evaluation::sessions::{Drift, Refit, RefitScores, Session, changes, gauge_states};
 use crate::features::ColumnKind;
 use crate::progress::Progress;
-use crate::recording::{Entry, RecordingSet, Role, Source};
+use crate::recording::{DateSource, Day, Entry, Recording, RecordingSet, Role, Source};
 
 /// What changed, and the calibrations that go on from here, where there is one.
 #[derive(Clone, Debug)]
@@ -121,7 +119,7 @@ fn set_of<'a>(entries: impl Iterator<Item = &'a Entry>) -> RecordingSet {
     set
 }
 
-/// By groups that somebody set, or that are days or mountings; else by days of the clocks; else by recordings.
+/// By groups that somebody set, or that are days or mountings; else by the days of their dates; else by recordings.
 fn sessions(recordings: &RecordingSet, used: &[Entry]) -> Sessions {
     const SESSION_WORDS: [&str; 6] = ["day", "session", "mounting", "mount", "setup", "batch"];
     let groups = recordings.groups();
@@ -141,10 +139,7 @@ fn sessions(recordings: &RecordingSet, used: &[Entry]) -> Sessions {
         };
         set.or_else(found)
     };
-    let day = |entry: &Entry| {
-        let day = Timestamp::from_second(entry.recording.started()? as i64).ok()?;
-        Some(day.strftime("%Y-%m-%d").to_string())
-    };
+    let day = |entry: &Entry| Some(entry.recording.dated()?.day.to_string());
     let named = |of: &dyn Fn(&Entry) -> Option<String>| {
         let names: Option<Vec<String>> = used.iter().map(of).collect();
         let names = names?;
@@ -183,21 +178,34 @@ fn sessions(recordings: &RecordingSet, used: &[Entry]) -> Sessions {
             ("recording", own.collect())
         }
     };
-    let started = |own: &[usize]| {
-        let starts: Option<Vec<f64>> = own.iter().map(|at| used[*at].recording.started()).collect();
-        starts.map(|starts| starts.into_iter().fold(f64::INFINITY, f64::min))
+    // In the order in which they were loaded, but for what dates and clocks tell.
+    found.sort_by_key(|(_, own)| own.first().copied());
+    let of = |own: &[usize]| {
+        own.iter()
+            .map(|at| &*used[*at].recording)
+            .collect::<Vec<_>>()
     };
-    if found.iter().all(|(_, own)| started(own).is_some()) {
+    let days: Vec<Option<Day>> = found.iter().map(|(_, own)| first_day(&of(own))).collect();
+    if days.iter().all(Option::is_some) {
+        let start = |own: &[usize]| started(&of(own)).unwrap_or(0.0);
         found.sort_by(|(_, a), (_, b)| {
-            started(a)
-                .partial_cmp(&started(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
+            let by_day = first_day(&of(a)).cmp(&first_day(&of(b)));
+            by_day.then(start(a).total_cmp(&start(b)))
         });
-    } else {
-        // Without clocks that tell, in the order in which they were loaded.
-        found.sort_by_key(|(_, own)| own.first().copied());
     }
     (by, found)
+}
+
+/// The first day of recordings, where all have one.
+fn first_day(recordings: &[&Recording]) -> Option<Day> {
+    let days = recordings.iter().map(|own| Some(own.dated()?.day));
+    days.min().flatten()
+}
+
+/// When the first of them began, where all their clocks say so.
+fn started(recordings: &[&Recording]) -> Option<f64> {
+    let starts: Option<Vec<f64>> = recordings.iter().map(|own| own.started()).collect();
+    starts.and_then(|starts| starts.into_iter().min_by(f64::total_cmp))
 }
 
 fn session<'a>(name: &str, entries: impl Iterator<Item = &'a Entry>, old: &Calibration) -> Session {
@@ -220,10 +228,15 @@ fn session<'a>(name: &str, entries: impl Iterator<Item = &'a Entry>, old: &Calib
             }
         }
     }
-    let starts: Option<Vec<f64>> = recordings.iter().map(|own| own.started()).collect();
+    let dated = recordings.iter().filter_map(|own| own.dated());
+    let mut dated_by: Vec<DateSource> = dated.map(|own| own.from).collect();
+    dated_by.sort_unstable();
+    dated_by.dedup();
     Session {
         name: name.to_owned(),
-        started: starts.and_then(|starts| starts.into_iter().min_by(f64::total_cmp)),
+        started: started(&recordings),
+        day: first_day(&recordings),
+        dated_by,
         recordings: recordings.iter().map(|own| own.name().to_owned()).collect(),
         n_samples: n,
         gauges: gauge_states(&recordings),
@@ -462,7 +475,7 @@ mod tests {
     use crate::analysis::analyse;
     use crate::features::FeatureSettings;
     use crate::random::Random;
-    use crate::recording::{Axis, Recording};
+    use crate::recording::Axis;
 
     /// When the first day begins.
     const BEGAN: f64 = 1.7e9;
@@ -563,6 +576,27 @@ mod tests {
             gained.found.sentences
         );
         assert!((gained.found.changes[0].sensitivity_share - 0.1).abs() < 5e-3);
+    }
+
+    #[test]
+    fn a_day_that_somebody_entered_beats_the_clock() {
+        let mut set = RecordingSet::default();
+        day(&mut set, 0, 0.0, [1.0; 2]);
+        day(&mut set, 3, 0.7, [1.0; 2]);
+        (0..3).for_each(|at| set.set_day(at, "2024-05-03".parse().ok()));
+        let found = of(&set).found;
+        let told = found
+            .sessions
+            .iter()
+            .map(|own| (&*own.name, own.dated_by[0]));
+        let told: Vec<_> = told.collect();
+        assert_eq!(
+            told,
+            [
+                ("2023-11-17", DateSource::Clock),
+                ("2024-05-03", DateSource::Entered)
+            ]
+        );
     }
 
     /// The slow way: for each recording that is left out an offset of the others, applied to it; and the refit to all of them.

@@ -1,7 +1,9 @@
 //! `loopscope drift`: what moved since the calibration was made, and how much of it has to be fitted again.
 
+use std::ffi::OsStr;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use clap::Args;
 use serde::Serialize;
@@ -16,7 +18,7 @@ use crate::export::{
     target_for, with_sources,
 };
 use crate::progress::Progress;
-use crate::recording::{Entry, GroupPattern, RecordingSet, Role};
+use crate::recording::{Day, Entry, GroupPattern, Recording, RecordingSet, Role};
 use crate::report::drift_tables;
 use crate::shown::printable;
 
@@ -32,9 +34,12 @@ pub struct DriftArgs {
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     calibration: Option<PathBuf>,
     /// What a session is: a name with {file}, {folder}, {recording}, or a {word} for the number or letter after it in the names, as
-    /// in {day} [default: groups found from names, then the days of the clocks, then each recording].
+    /// in {day} [default: groups found from names, then days (--date, the files' headers, clocks, names), then each recording].
     #[arg(long, value_name = "PATTERN")]
     group: Option<GroupPattern>,
+    /// The day on which a file or recording of this name was recorded, as in run1.csv=2024-05-03; again for each.
+    #[arg(long, value_name = "NAME=DATE")]
+    date: Vec<DayOf>,
     #[command(flatten)]
     model: ModelArgs,
     /// What is fitted again for --out.
@@ -49,6 +54,34 @@ pub struct DriftArgs {
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
+}
+
+/// A file or recording, and the day on which it was recorded.
+#[derive(Clone, Debug)]
+struct DayOf {
+    name: String,
+    day: Day,
+}
+
+impl FromStr for DayOf {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.rsplit_once('=').filter(|(name, _)| !name.is_empty());
+        let (name, day) = parts.ok_or("what is wanted is NAME=DATE, as in run1.csv=2024-05-03")?;
+        let day = day.parse::<Day>().map_err(|error| error.to_string())?;
+        let name = name.to_owned();
+        Ok(Self { name, day })
+    }
+}
+
+impl DayOf {
+    /// Whether it is about this recording of a file.
+    fn is_of(&self, path: &Path, recording: &Recording) -> bool {
+        let is_it = |name: Option<&OsStr>| name.is_some_and(|name| name == &*self.name);
+        let is_file = is_it(path.file_name()) || is_it(path.file_stem());
+        is_file || path == Path::new(&self.name) || recording.name() == self.name
+    }
 }
 
 /// What `drift --json` prints.
@@ -72,6 +105,7 @@ pub(super) fn run(args: &DriftArgs) -> Result<(), JobError> {
     check_targets(inputs, &outputs, args.force)?;
     check_distinct(args.files.iter())?;
     let mut set = RecordingSet::default();
+    let mut dated = vec![false; args.date.len()];
     for (path, recordings) in args.files.iter().zip(read_all(&args.files, &args.read)?) {
         for recording in recordings {
             if !recording.has_reference() {
@@ -90,11 +124,26 @@ pub(super) fn run(args: &DriftArgs) -> Result<(), JobError> {
                     )
                 }
             };
+            let of = args
+                .date
+                .iter()
+                .rposition(|own| own.is_of(path, &recording));
+            let every = dated.iter_mut().zip(&args.date);
+            every.for_each(|(is_used, own)| *is_used |= own.is_of(path, &recording));
+            let recording = match of {
+                Some(at) => recording.with_entered_day(Some(args.date[at].day)),
+                None => recording,
+            };
             set.push(Entry {
                 group,
                 ..Entry::new(recording, Role::Train)
             })?;
         }
+    }
+    if let Some(unused) = dated.iter().position(|is_used| !is_used) {
+        return Err(JobError::NoSuchDated {
+            name: args.date[unused].name.clone(),
+        });
     }
     let old = match &args.calibration {
         None => None,

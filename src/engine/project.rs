@@ -17,7 +17,7 @@ use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{
-    Axis, Entry, Identity, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange,
+    Axis, Day, Entry, Identity, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange,
     load_ranges,
 };
 
@@ -83,6 +83,9 @@ pub struct SessionFile {
     /// The groups that its recordings were put in, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
+    /// The days on which somebody said that its recordings were recorded, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub days: BTreeMap<String, Day>,
 }
 
 /// Everything that a session saves. Recordings are shared, so a copy costs little.
@@ -135,6 +138,8 @@ pub enum Edit {
     AllRoles(Role),
     /// The group of every recording, in their order; `None` leaves it to its name.
     Groups(Vec<Option<String>>),
+    /// The day on which somebody says that each was recorded; `None` leaves it to its file.
+    Days(Vec<Option<Day>>),
     /// What a gauge can show.
     GaugeRange(Option<(f64, f64)>),
     /// Close one recording.
@@ -223,6 +228,13 @@ impl Project {
                 for (at, group) in groups.into_iter().enumerate() {
                     set.set_group(at, group);
                 }
+            }
+            Edit::Days(days) => {
+                let set = Arc::make_mut(&mut self.recordings);
+                for (at, day) in days.into_iter().enumerate() {
+                    set.set_day(at, day);
+                }
+                self.keep_days_of_parts();
             }
             Edit::Remove(at) => self.remove(at),
             Edit::CloseAll => {
@@ -479,6 +491,23 @@ impl Project {
             self.settings.features.look_backs = vec![self.default_thresholds()];
         }
         refused
+    }
+
+    /// What is split knows the days of its parts.
+    fn keep_days_of_parts(&mut self) {
+        let Some(split) = &mut self.split else { return };
+        let whole = Arc::make_mut(&mut split.whole);
+        for at in 0..whole.entries().len() {
+            let own = &whole.entries()[at].recording;
+            let is_part = |part: &&Entry| {
+                let name = part.recording.name().strip_prefix(own.name());
+                let is_named = name.is_some_and(|rest| rest.is_empty() || rest.starts_with(" ("));
+                is_named && part.recording.source() == own.source()
+            };
+            if let Some(part) = self.recordings.entries().iter().find(is_part) {
+                whole.set_day(at, part.recording.entered_day());
+            }
+        }
     }
 
     fn group_by_map(&self, recording: &Recording) -> Option<String> {

@@ -191,6 +191,9 @@ impl Session {
             {
                 files[at].groups.insert(name.clone(), group.clone());
             }
+            if let Some(day) = entry.recording.entered_day() {
+                files[at].days.insert(name.clone(), day);
+            }
             files[at].roles.insert(name, entry.role);
         }
         // Whoever opens it again is asked for them again.
@@ -385,6 +388,17 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
         let groups = &file_of(recording)?.groups;
         groups.get(recording.name()).cloned()
     };
+    let dated = |recording: Recording| {
+        let day = file_of(&recording).and_then(|file| file.days.get(recording.name()).copied());
+        match day {
+            Some(_) => recording.with_entered_day(day),
+            None => recording,
+        }
+    };
+    let read = read
+        .into_iter()
+        .map(|file: Vec<Recording>| file.into_iter().map(dated).collect())
+        .collect();
     for refused in project.add_known(read, role_of, group_of) {
         say(Level::Error, refused);
     }
@@ -559,9 +573,11 @@ mod tests {
         for edit in [
             Edit::Role(1, Role::Off),
             Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
+            Edit::Days(vec!["2024-05-03".parse().ok(), None]),
             Edit::Settings(settings),
             Edit::Measuring(measuring),
             Edit::Split(0.25),
+            Edit::Days(vec!["2024-05-04".parse().ok(); 6]),
             Edit::Notes("oiled".to_owned()),
         ] {
             project.edit(edit).unwrap();
@@ -572,6 +588,8 @@ mod tests {
         let back = reopened(&text);
         assert_eq!(Session::of(&back, None), Session::of(&project, None));
         assert_eq!(back.recordings, project.recordings);
+        let day = back.recordings.entries()[0].recording.entered_day();
+        assert_eq!(day.unwrap().to_string(), "2024-05-04");
         assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
     }
 

@@ -288,6 +288,7 @@ mod tests {
             Edit::Role(0, Role::Test),
             Edit::AllRoles(Role::Train),
             Edit::Groups(vec![Some("monday".to_owned())]),
+            Edit::Days(vec!["2024-05-03".parse().ok()]),
             Edit::Remove(1),
             Edit::CloseAll,
             Edit::Replace(with_others()),
@@ -336,6 +337,7 @@ mod tests {
             Edit::Model(_) => 16,
             Edit::GaugeRange(_) => 17,
             Edit::Identity(_) => 18,
+            Edit::Days(_) => 19,
         }
     }
 

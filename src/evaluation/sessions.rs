@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::evaluation::Sensitivity;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::{LoadSpread, percent};
-use crate::recording::{Axis, RECORDING, Recording};
+use crate::recording::{Axis, DateSource, Day, RECORDING, Recording};
 
 /// A session is cut into so many parts, whose scatter says how sure its figures are.
 const PARTS: usize = 4;
@@ -23,6 +23,10 @@ pub struct Session {
     pub name: String,
     /// When it began (s since 1970), where its clock says so.
     pub started: Option<f64>,
+    /// The first day on which it was recorded, where that is known.
+    pub day: Option<Day>,
+    /// Where the days of its recordings come from, each once.
+    pub dated_by: Vec<DateSource>,
     /// Its recordings.
     pub recordings: Vec<String>,
     /// How many samples it has.
@@ -285,12 +289,31 @@ impl Drift {
         } else {
             self.refits.clear();
         }
-        self.sentences.push(
-            "nothing says which recordings are of another day: their clocks count from their own start, and nobody put them in groups; \
-             what moved between days cannot be told. Put the recordings of each day in a group (press its place in the list), or open \
-             files whose times are dates"
+        let dated = |own: &&Session| own.day.is_some();
+        let undated: Vec<&str> = self
+            .sessions
+            .iter()
+            .filter(|own| !dated(own))
+            .map(|own| &*own.name)
+            .collect();
+        self.sentences.push(match (undated.first(), self.sessions[0].day) {
+            (None, Some(day)) => format!(
+                "all recordings are of one day, {day}, so there is nothing between days to compare; where that is wrong, enter their \
+                 dates (right-click a recording)"
+            ),
+            (Some(first), _) if undated.len() < self.sessions.len() => format!(
+                "{first}{} no date, so what moved between days cannot be told; enter it (right-click a recording), or put the \
+                 recordings of each day in a group",
+                match undated.len() {
+                    1 => " has".to_owned(),
+                    n => format!(" and {} more have", n - 1),
+                }
+            ),
+            _ => "nothing says which recordings are of another day: their clocks count from their own start, neither header nor name has a \
+                  date, and nobody put them in groups; what moved between days cannot be told. Enter the dates of recordings, or put those \
+                  of each day in a group (right-click a recording in the list)"
                 .to_owned(),
-        );
+        });
         self
     }
 
@@ -440,6 +463,8 @@ mod tests {
         Session {
             name: "s".to_owned(),
             started: None,
+            day: None,
+            dated_by: Vec::new(),
             recordings: Vec::new(),
             n_samples: 400,
             gauges: gauge_states(&[recording]),

@@ -1,5 +1,7 @@
 //! Columns of numbers, and rows of cells as they are looked at one after the other.
 
+use crate::recording::Day;
+
 /// One of several parts of a file that could be the table.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
@@ -19,6 +21,8 @@ pub(crate) struct Columns {
     pub(crate) is_named: bool,
     /// Which column is the clock of the reference, where that is another than the gauges'.
     pub(crate) reference_time: Option<usize>,
+    /// The day of the recording, where the file itself says it.
+    pub(crate) day: Option<Day>,
     /// What else the file holds, and what it is.
     pub(crate) left_out: Vec<String>,
     /// Whether the file ends before it should.

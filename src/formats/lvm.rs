@@ -10,6 +10,7 @@ use super::columns::{Column, Columns};
 use super::error::FileError;
 use super::format::{COLUMN_LIMIT, Format, Source};
 use super::text::times::TimeForm;
+use crate::recording::Day;
 
 pub(super) const FORMAT: Format = Format {
     name: "LabVIEW measurement",
@@ -32,6 +33,7 @@ enum Times {
 /// What the header of a segment says of its channels, and of its start.
 #[derive(Clone, Debug, Default)]
 struct Segment {
+    day: Option<Day>,
     start_secs: Option<f64>,
     x0: f64,
     delta_x: f64,
@@ -80,6 +82,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 /// What the header of the file says about all of it.
 #[derive(Clone, Debug)]
 struct Header {
+    day: Option<Day>,
     separator: char,
     decimal: char,
     times: Times,
@@ -88,6 +91,7 @@ struct Header {
 impl Default for Header {
     fn default() -> Self {
         Self {
+            day: None,
             separator: '\t',
             decimal: '.',
             times: Times::OneColumn,
@@ -102,6 +106,7 @@ impl Header {
         };
         // A comma may be the value.
         match (key.trim(), value.trim()) {
+            ("Date", value) => self.day = Day::in_text(value),
             ("Separator", value) if value.starts_with("Comma") => self.separator = ',',
             ("Separator", value) if value.starts_with("Semicolon") => self.separator = ';',
             ("Decimal_Separator", value) => {
@@ -127,6 +132,8 @@ struct Table<'a> {
     header: &'a Header,
     segment: Segment,
     first_start_secs: Option<f64>,
+    /// The day on which the first segment starts.
+    first_day: Option<Day>,
     /// Whether rows of samples are expected, below a line of names.
     in_rows: bool,
     /// Where each channel stands, and where its time does.
@@ -145,6 +152,7 @@ impl<'a> Table<'a> {
             header,
             segment: Segment::default(),
             first_start_secs: None,
+            first_day: None,
             in_rows: false,
             places: Vec::new(),
             channels: Vec::new(),
@@ -183,7 +191,10 @@ impl<'a> Table<'a> {
                 let units = values.iter().map(|unit| unit.trim().to_owned());
                 self.segment.units = units.collect();
             }
-            "Date" => self.segment.start_secs = secs(first()),
+            "Date" => {
+                self.segment.start_secs = secs(first());
+                self.segment.day = Day::in_text(first());
+            }
             "Time" => {
                 let time = first().replace(',', ".");
                 let secs = secs(&time).zip(self.segment.start_secs);
@@ -198,6 +209,7 @@ impl<'a> Table<'a> {
         self.in_rows = true;
         self.n_in_segment = 0;
         self.first_start_secs = self.first_start_secs.or(self.segment.start_secs);
+        self.first_day = self.first_day.or(self.segment.day);
         self.places.clear();
         self.comment_at = None;
         let mut time_at = None;
@@ -271,6 +283,7 @@ impl<'a> Table<'a> {
         Columns {
             columns: [time].into_iter().chain(self.channels).collect(),
             is_named: true,
+            day: self.first_day.or(self.header.day),
             left_out,
             ..Columns::default()
         }

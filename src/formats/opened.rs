@@ -14,6 +14,7 @@ use super::format::{Format, Source};
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;
+use crate::recording::Day;
 
 /// Enough for a signature, and the name of an archive's first member.
 const SIGNATURE_BYTES: u64 = 512;
@@ -153,6 +154,14 @@ impl Opened {
             reference_time: table.reference_time,
             ..Head::default()
         })
+    }
+
+    /// The day of the recording, where the file says it above its table.
+    pub(crate) fn day(&self, head: &Head) -> Option<Day> {
+        match self {
+            Self::Text(text) => text.day(head),
+            Self::Columns { columns, .. } => columns.day,
+        }
     }
 
     /// Whether looking finds that the file is cut as a layout says.

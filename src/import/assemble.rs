@@ -144,6 +144,7 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
         path,
         plan,
         mut rows,
+        ..
     } = table;
     note_constant_gauges(&plan, &mut rows);
     let of = recording::load_cases(&rows.loads, &plan.axes);
@@ -194,6 +195,7 @@ pub(super) fn recordings(
         path,
         plan,
         mut rows,
+        ..
     } = table;
     note_constant_gauges(&plan, &mut rows);
     if let Some((row, [from_secs, to_secs])) = timeline::unwrap_counters(&mut rows.times, gap_secs)

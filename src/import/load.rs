@@ -13,7 +13,7 @@ use crate::formats::text::Decimal;
 use crate::formats::{self, Opened, Part};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap, WeightMap};
 use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::recording::{Day, Recording};
 
 /// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
 pub(super) const BLOCK_BYTES: usize = 1 << 18;
@@ -48,6 +48,8 @@ pub(super) struct Sides {
     /// `None` if there is only one clock.
     pub(super) reference: Option<Table>,
     map: ColumnMap,
+    /// The day that the file of the gauges, or that of the reference, says.
+    day: Option<Day>,
 }
 
 impl<'a> Reading<'a> {
@@ -69,7 +71,13 @@ impl<'a> Reading<'a> {
 
     /// Reads a file by a map; without one, by its names.
     pub(super) fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
-        let mut loaded = self.sides(path, map)?.joined()?;
+        let sides = self.sides(path, map)?;
+        let day = sides.day;
+        let mut loaded = sides.joined()?;
+        let dated = loaded.recordings.into_iter();
+        loaded.recordings = dated
+            .map(|recording| recording.with_file_day(day))
+            .collect();
         loaded.map = map.map(|map| Box::new(map.clone()));
         Ok(loaded)
     }
@@ -110,10 +118,14 @@ impl<'a> Reading<'a> {
         if reference.is_none() {
             assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
         }
+        let day = gauges
+            .day
+            .or_else(|| reference.as_ref().and_then(|own| own.day));
         Ok(Sides {
             gauges,
             reference,
             map,
+            day,
         })
     }
 
@@ -168,6 +180,7 @@ impl<'a> Reading<'a> {
             plan => plan,
         };
         let plan = plan.map_err(at(path, head.line))?;
+        let day = opened.day(&head);
         let mut rows = Rows::starting_after(head.n_lines);
         let parse = |part: Part<'_>| Rows::parse(part, &plan);
         let read = opened.read(&head, self.progress, parse, |parts, share| {
@@ -182,6 +195,7 @@ impl<'a> Reading<'a> {
             path: path.to_owned(),
             plan,
             rows,
+            day,
         })
     }
 }
@@ -236,6 +250,7 @@ impl Sides {
             mut gauges,
             reference,
             map,
+            ..
         } = self;
         if gauges.plan.is_static {
             let (recordings, warnings) = assemble::load_cases(gauges);

@@ -11,6 +11,7 @@ use super::warning::Finding;
 use super::{ReadError, TableError, timeline};
 use crate::import::join::{self, Series};
 use crate::import::map::{Join, ReferenceFile};
+use crate::recording::Day;
 
 /// One side of a recording, its times in seconds.
 #[derive(Debug)]
@@ -18,6 +19,8 @@ pub(super) struct Table {
     pub(super) path: PathBuf,
     pub(super) plan: Plan,
     pub(super) rows: Rows,
+    /// The day that its file says.
+    pub(super) day: Option<Day>,
 }
 
 /// Where the reference of the gauges in `path` is.

@@ -4,6 +4,7 @@
 
 mod auxiliary;
 mod axis;
+mod date;
 mod full_scale;
 pub mod gap;
 mod groups;
@@ -26,6 +27,7 @@ pub mod units;
 pub use auxiliary::AuxiliaryTable;
 pub(crate) use auxiliary::span;
 pub use axis::Axis;
+pub use date::{DateSource, Dated, Day};
 pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};

@@ -4,7 +4,7 @@
 //! back, axes in [`Axis`] order without repeats.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::median::median;
 use crate::recording::shared::Shared;
-use crate::recording::{AuxiliaryTable, Axis, LeftOut, Tare};
+use crate::recording::{AuxiliaryTable, Axis, DateSource, Dated, Day, LeftOut, Tare};
 
 /// So many samples, or numbers, are looked through by one thread at a time.
 const SAMPLES_A_THREAD: usize = 1 << 16;
@@ -65,6 +65,10 @@ pub struct Recording {
     /// What a tare took off the gauges; empty where there was none.
     offsets: Vec<f64>,
     pub(super) left_out: Option<LeftOut>,
+    /// The day that its file says.
+    file_day: Option<Day>,
+    /// The day that somebody entered.
+    entered_day: Option<Day>,
 }
 
 /// Why numbers do not make a recording.
@@ -163,6 +167,8 @@ impl Recording {
             earlier: None,
             offsets: Vec::new(),
             left_out: None,
+            file_day: None,
+            entered_day: None,
             auxiliary: AuxiliaryTable::default(),
             name,
             source,
@@ -425,6 +431,40 @@ impl Recording {
         (1e9..1e10).contains(&first).then_some(first)
     }
 
+    /// The recording with the day that its file says.
+    pub(crate) fn with_file_day(mut self, day: Option<Day>) -> Self {
+        self.file_day = day;
+        self
+    }
+
+    /// The recording with the day that somebody entered, or with none entered.
+    pub fn with_entered_day(mut self, day: Option<Day>) -> Self {
+        self.entered_day = day;
+        self
+    }
+
+    /// The day that somebody entered.
+    pub fn entered_day(&self) -> Option<Day> {
+        self.entered_day
+    }
+
+    /// The day on which it was recorded: as entered, else as its file says, else by its clock, else by the name of its file or of the
+    /// folder.
+    pub fn dated(&self) -> Option<Dated> {
+        let in_name = || {
+            let Source::File(path) = &self.source else {
+                return None;
+            };
+            let day = |name: Option<&std::ffi::OsStr>| Day::in_text(&name?.to_string_lossy());
+            day(path.file_stem()).or_else(|| day(path.parent().and_then(Path::file_name)))
+        };
+        let dated = |day: Option<Day>, from| day.map(|day| Dated { day, from });
+        dated(self.entered_day, DateSource::Entered)
+            .or_else(|| dated(self.file_day, DateSource::Header))
+            .or_else(|| dated(Day::of_clock(self.started()?), DateSource::Clock))
+            .or_else(|| dated(in_name(), DateSource::Name))
+    }
+
     /// Whether the load that was really applied is known.
     pub fn has_reference(&self) -> bool {
         !self.axes.is_empty()
@@ -566,6 +606,8 @@ impl Recording {
             earlier: None,
             offsets: self.offsets.clone(),
             left_out: self.left_out.clone(),
+            file_day: self.file_day,
+            entered_day: self.entered_day,
             times,
             gauge_names: self.gauge_names.clone(),
             gauge_units: self.gauge_units.clone(),

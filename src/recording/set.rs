@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::recording::median;
-use crate::recording::{Axis, Recording, Tare};
+use crate::recording::{Axis, Day, Recording, Tare};
 
 /// What a recording is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -232,6 +232,16 @@ impl RecordingSet {
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
             entry.group = group;
+        }
+    }
+
+    /// Says on which day recording `index` was recorded, or leaves it to its file; unknown indices change nothing.
+    pub fn set_day(&mut self, index: usize, day: Option<Day>) {
+        if let Some(entry) = self.entries.get_mut(index)
+            && entry.recording.entered_day() != day
+        {
+            let recording = Recording::clone(&entry.recording);
+            entry.recording = Arc::new(recording.with_entered_day(day));
         }
     }
 

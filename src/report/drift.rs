@@ -6,6 +6,7 @@ use super::figure::{Figure, Line, Scale, color};
 use super::table::{Cell, Column, Table};
 use crate::evaluation::sessions::{Drift, GaugeState, Session};
 use crate::evaluation::sufficiency::percent;
+use crate::recording::DateSource;
 
 /// Colours of the gauges, over and over.
 const COLORS: [[u8; 3]; 5] = [
@@ -130,11 +131,19 @@ fn sessions(of: &Drift) -> Table {
         let began = own
             .started
             .and_then(|secs| Timestamp::from_second(secs as i64).ok());
-        let began = began.map_or_else(
-            || "–".to_owned(),
-            |began| began.strftime("%Y-%m-%d %H:%M UTC").to_string(),
-        );
-        let mut row = vec![Cell::words(&own.name), Cell::words(began)];
+        // A clock that somebody corrected tells no time of day.
+        let is_by_clock = own.dated_by == [DateSource::Clock];
+        let began = match (began.filter(|_| is_by_clock), own.day) {
+            (Some(began), _) => began.strftime("%Y-%m-%d %H:%M UTC").to_string(),
+            (None, Some(day)) => day.to_string(),
+            (None, None) => "–".to_owned(),
+        };
+        let from: Vec<&str> = own.dated_by.iter().map(|from| from.words()).collect();
+        let from = match from.is_empty() {
+            true => "nothing says when".to_owned(),
+            false => from.join("; "),
+        };
+        let mut row = vec![Cell::words(&own.name), Cell::words(began).about(from)];
         row.push(Cell::number(
             own.n_samples as f64,
             own.n_samples.to_string(),
@@ -165,8 +174,12 @@ pub fn drift_figures(of: &Drift) -> Vec<Figure<'static>> {
     if of.changes.is_empty() || told.len() < 2 {
         return Vec::new();
     }
-    // Days where the clocks tell them, else the place in the row.
-    let starts: Option<Vec<f64>> = told.iter().map(|(own, _)| own.started).collect();
+    // Days where they are known, else the place in the row.
+    let begin = |own: &Session| match own.started {
+        Some(started) if own.dated_by == [DateSource::Clock] => Some(started),
+        _ => Some(86_400.0 * own.day?.since_1970()),
+    };
+    let starts: Option<Vec<f64>> = told.iter().map(|(own, _)| begin(own)).collect();
     let (across, label): (Vec<f64>, &str) = match starts {
         Some(starts) => (
             starts

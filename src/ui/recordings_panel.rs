@@ -7,7 +7,7 @@ use egui_extras::{Column, TableBuilder};
 use crate::analysis::{self, RecordingResult};
 use crate::engine::{Action, Edit, Engine};
 use crate::evaluation::metrics::Group;
-use crate::recording::{Axis, Entry, GroupPattern, Role, Tare};
+use crate::recording::{Axis, Day, Entry, GroupPattern, Role, Source, Tare};
 use crate::report::{self, Cell, Table};
 use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
@@ -35,6 +35,8 @@ pub struct View {
     split_percent: f64,
     /// The recording whose group is being said, and what is typed.
     group: (usize, String),
+    /// The recording whose date is being said, and what is typed.
+    day: (usize, String),
 }
 
 impl Default for View {
@@ -43,6 +45,7 @@ impl Default for View {
             open: String::new(),
             split_percent: 60.0,
             group: (usize::MAX, String::new()),
+            day: (usize::MAX, String::new()),
         }
     }
 }
@@ -386,6 +389,52 @@ fn group_menu(
     }
 }
 
+/// Says on which day the recordings of one file were recorded.
+fn day_menu(
+    ui: &mut egui::Ui,
+    engine: &Engine,
+    at: usize,
+    (of, text): &mut (usize, String),
+    out: &mut Vec<Command>,
+) {
+    let entries = engine.project().recordings.entries();
+    let recording = &entries[at].recording;
+    if *of != at {
+        *of = at;
+        *text = recording
+            .dated()
+            .map_or_else(String::new, |dated| dated.day.to_string());
+    }
+    let label = ui.label("Date of its file's recordings: days are compared by it");
+    let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets it");
+    let field = ui.add(field).labelled_by(label.id);
+    let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+    let day = text.trim().parse::<Day>();
+    if let (false, Err(error)) = (text.trim().is_empty(), &day) {
+        ui.colored_label(ui.visuals().warn_fg_color, error.to_string());
+    }
+    let cleared = ui
+        .button("As its file says")
+        .on_hover_text("By the file's header, its clock, or a date in its name")
+        .clicked();
+    let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
+        (true, _) => None,
+        (false, Ok(day)) if entered => Some(day),
+        _ => return,
+    };
+    let is_of_file = |other: usize| match recording.source() {
+        Source::File(_) => entries[other].recording.source() == recording.source(),
+        Source::Simulated => other == at,
+    };
+    let days = (0..entries.len()).map(|other| match is_of_file(other) {
+        true => chosen,
+        false => entries[other].recording.entered_day(),
+    });
+    out.push(Edit::Days(days.collect()).into());
+    *of = usize::MAX;
+    ui.close();
+}
+
 /// The list as a table, with the errors of every axis.
 fn as_table(engine: &Engine) -> Table {
     let axes = engine.project().axes();
@@ -474,12 +523,19 @@ fn name_button(
     let response = response.on_hover_ui(|ui| {
         ui.strong(recording.name());
         let source = match recording.source() {
-            crate::recording::Source::File(path) => path.display().to_string(),
-            crate::recording::Source::Simulated => "built-in simulated sensor".to_owned(),
+            Source::File(path) => path.display().to_string(),
+            Source::Simulated => "built-in simulated sensor".to_owned(),
         };
         ui.label(source);
         if let Some(group) = group_of(engine, at) {
             ui.label(format!("group: {group}"));
+        }
+        if let Some(dated) = recording.dated() {
+            ui.label(format!(
+                "recorded on {} ({})",
+                dated.day,
+                dated.from.words()
+            ));
         }
         if let Some(tare) = recording.tare() {
             ui.label(format!("tared over {tare}"));
@@ -516,6 +572,8 @@ fn name_button(
         let first = tare_menu(ui, at, recording.name(), out);
         ui.separator();
         group_menu(ui, engine, at, &mut fields.group, out);
+        ui.separator();
+        day_menu(ui, engine, at, &mut fields.day, out);
         first
     });
 }

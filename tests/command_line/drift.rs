@@ -114,3 +114,43 @@ fn the_first_session_gives_the_calibration_where_there_is_none() {
         stderr(&alone)
     );
 }
+
+#[test]
+fn dates_of_headers_and_of_arguments_tell_the_sessions() {
+    let workshop = Workshop::with_recordings();
+    moved(&workshop);
+    for (name, header) in [
+        ("a", "# date: 2024-05-03\n"),
+        ("b", "Date,2024/05/03\n\n"),
+        ("later_a", "# Recorded on 20 April 2024\n"),
+        ("later_b", "# date: 04/05/2024\n"),
+    ] {
+        let file = format!("{name}.csv");
+        workshop.write(&file, format!("{header}{}", workshop.read(&file)));
+    }
+    let files = ["drift", "a.csv", "b.csv", "later_a.csv", "later_b.csv"];
+    let ambiguous = json(&workshop, &files);
+    assert_eq!(ambiguous["by"], "recording", "two days are no day");
+    let given = ["--date", "later_b.csv=2024-04-20", "--look-back", "none"];
+    let found = json(&workshop, &[&files[..], &given].concat());
+    assert_eq!(found["by"], "day");
+    let sessions = found["sessions"].as_array().unwrap();
+    let told = sessions.iter().map(|own| (&own["name"], &own["dated_by"]));
+    let told: Vec<_> = told.collect();
+    let expected = [
+        (
+            &"2024-04-20".into(),
+            &serde_json::json!(["entered", "header"]),
+        ),
+        (&"2024-05-03".into(), &serde_json::json!(["header"])),
+    ];
+    assert_eq!(told, expected, "in order of time");
+    for (date, what) in [
+        ("later_b.csv=04/05/2024", "2024-05-03"),
+        ("x.csv=2024-04-20", "x.csv"),
+    ] {
+        let refused = run(workshop.path(), &[&files[..], &["--date", date]].concat());
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(stderr(&refused).contains(what), "{}", stderr(&refused));
+    }
+}

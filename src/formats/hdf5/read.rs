@@ -8,6 +8,7 @@ use super::super::error::FileError;
 use super::super::format::{COLUMN_LIMIT, Source, unpacked_limit};
 use super::super::npy::Number;
 use super::super::parts::{self, Group};
+use crate::recording::Day;
 
 /// Groups may hold each other in a circle.
 const DEPTH_LIMIT: usize = 6;
@@ -28,7 +29,20 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     let Reading {
         groups, left_out, ..
     } = reading;
-    parts::of_groups(groups, '/', left_out, source.parts).map(Some)
+    let columns = parts::of_groups(groups, '/', left_out, source.parts)?;
+    let day = day_of(&file.root());
+    Ok(Some(Columns { day, ..columns }))
+}
+
+/// The day that an attribute of the file names.
+fn day_of(root: &Node) -> Option<Day> {
+    let attributes = root.attrs().unwrap_or_default();
+    attributes.iter().find_map(|(name, value)| match value {
+        AttrValue::String(text) | AttrValue::AsciiString(text) => {
+            Day::in_header(&format!("{name}: {text}"))
+        }
+        _ => None,
+    })
 }
 
 fn damaged(error: Error) -> FileError {

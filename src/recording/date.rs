@@ -1,0 +1,353 @@
+//! The day on which something was recorded, and who says so.
+//!
+//! Guarantees: a text that fits two days is no day. Only a year that comes first, a month by name, or a number above 12 settles
+//! which number is the month.
+
+use std::fmt;
+use std::str::FromStr;
+
+use jiff::Timestamp;
+use jiff::civil::Date;
+use serde::{Deserialize, Serialize};
+
+/// Years that recordings are of.
+const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
+const MONTHS: [&str; 12] = [
+    "january",
+    "february",
+    "march",
+    "april",
+    "may",
+    "june",
+    "july",
+    "august",
+    "september",
+    "october",
+    "november",
+    "december",
+];
+/// What a header calls the day of its recording, in lower case without marks.
+const KEYS: [&str; 25] = [
+    "date",
+    "datum",
+    "day",
+    "date time",
+    "datetime",
+    "date and time",
+    "timestamp",
+    "recorded",
+    "recorded on",
+    "recorded at",
+    "date recorded",
+    "recording date",
+    "date of recording",
+    "start date",
+    "start time",
+    "started",
+    "started at",
+    "start",
+    "test date",
+    "date of test",
+    "measured",
+    "measured on",
+    "measurement date",
+    "date of measurement",
+    "acquisition date",
+];
+
+/// A day of the calendar, written as 2024-05-03.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub struct Day(Date);
+
+/// Where a day comes from; what comes first wins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names are the documentation")]
+pub enum DateSource {
+    Entered,
+    Header,
+    Clock,
+    Name,
+}
+
+/// A day, and who says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Dated {
+    /// The day.
+    pub day: Day,
+    /// Who says so.
+    pub from: DateSource,
+}
+
+/// A text that is no day.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no date, or may be two; write it as 2024-05-03")]
+pub struct NoDay(String);
+
+impl DateSource {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Entered => "entered",
+            Self::Header => "its file says so",
+            Self::Clock => "by its clock, UTC",
+            Self::Name => "by its name",
+        }
+    }
+}
+
+impl fmt::Display for Day {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+impl From<Day> for String {
+    fn from(day: Day) -> Self {
+        day.to_string()
+    }
+}
+
+impl TryFrom<String> for Day {
+    type Error = NoDay;
+
+    fn try_from(text: String) -> Result<Self, NoDay> {
+        text.parse()
+    }
+}
+
+impl FromStr for Day {
+    type Err = NoDay;
+
+    fn from_str(text: &str) -> Result<Self, NoDay> {
+        Self::in_text(text).ok_or_else(|| NoDay(text.to_owned()))
+    }
+}
+
+impl Day {
+    /// The day of a time (s since 1970), UTC.
+    pub(super) fn of_clock(secs: f64) -> Option<Self> {
+        let time = Timestamp::from_second(secs as i64).ok()?;
+        Some(Self(time.to_zoned(jiff::tz::TimeZone::UTC).date()))
+    }
+
+    /// Whole days since 1970.
+    pub fn since_1970(self) -> f64 {
+        let epoch = jiff::civil::date(1970, 1, 1);
+        (self.0.duration_since(epoch).as_hours() / 24) as f64
+    }
+
+    /// The one day that a text names.
+    pub(crate) fn in_text(text: &str) -> Option<Self> {
+        let words = words(text);
+        let mut found = (0..words.len()).filter_map(|at| day_at(&words, at));
+        let first = found.next()?;
+        found.all(|other| other == first).then_some(Self(first))
+    }
+
+    /// The day that a line of a file's header names as that of the recording.
+    pub(crate) fn in_header(line: &str) -> Option<Self> {
+        let line = line.trim_start_matches(['#', '%', '/', ';', '"', '\'', ' ', '\t', '\u{feff}']);
+        let is_end = |c: char| matches!(c, ':' | '=' | ',' | ';' | '\t') || c.is_ascii_digit();
+        let (key, value) = line.split_at(line.find(is_end)?);
+        let key = key.to_lowercase();
+        let key: Vec<&str> = key
+            .split(|c: char| !c.is_alphanumeric())
+            .filter(|word| !word.is_empty())
+            .collect();
+        KEYS.contains(&&*key.join(" ")).then_some(())?;
+        Self::in_text(value)
+    }
+}
+
+/// A run of digits or of letters, and what stands before it.
+struct Word<'a> {
+    before: &'a str,
+    text: &'a str,
+}
+
+impl Word<'_> {
+    fn number(&self) -> Option<i16> {
+        self.text.parse().ok()
+    }
+
+    fn year(&self) -> Option<i16> {
+        let is_year = self.text.len() == 4;
+        self.number().filter(|year| is_year && YEARS.contains(year))
+    }
+
+    /// A number of one or two digits.
+    fn part(&self) -> Option<i8> {
+        (self.text.len() <= 2)
+            .then(|| self.text.parse().ok())
+            .flatten()
+    }
+
+    fn month(&self) -> Option<i8> {
+        let name = self.text.to_lowercase();
+        let is_it = |month: &&str| {
+            **month == *name || [&month[..3], "sept"].contains(&&*name) && month.starts_with(&name)
+        };
+        let at = MONTHS.iter().position(|month| is_it(&month))?;
+        Some(at as i8 + 1)
+    }
+
+    /// Whether nothing but one mark of a date stands before it.
+    fn follows(&self) -> bool {
+        matches!(self.before, "-" | "/" | "." | "_")
+    }
+}
+
+fn words(text: &str) -> Vec<Word<'_>> {
+    let kind = |c: char| (c.is_ascii_digit(), c.is_alphabetic());
+    let mut words = Vec::new();
+    let mut end = 0;
+    while let Some(skipped) = text[end..].find(char::is_alphanumeric) {
+        let (from, start) = (end, end + skipped);
+        let of = text[start..].chars().next().map(kind);
+        let length = text[start..].find(|c| Some(kind(c)) != of);
+        end = length.map_or(text.len(), |length| start + length);
+        words.push(Word {
+            before: &text[from..start],
+            text: &text[start..end],
+        });
+    }
+    words
+}
+
+/// The date that begins with this word; one with the name of a month, that has it there.
+fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
+    let word = &words[at];
+    let next = |by: usize| words.get(at + by);
+    let follows = |by: usize| next(by).filter(|word| word.follows());
+    if let Some(month) = word.month() {
+        let before = at.checked_sub(1).map(|at| &words[at]);
+        let (first, second) = (before.and_then(Word::part), next(1).and_then(Word::part));
+        // 10:22:01 May 3 2024, 3 May 10:22 2024: the part of a time of day is no day.
+        let is_clock = |at: usize| {
+            words[at].before.ends_with(':')
+                || words
+                    .get(at + 1)
+                    .is_some_and(|own| own.before.starts_with(':'))
+        };
+        let first = first.filter(|_| !is_clock(at - 1));
+        let second = second.filter(|_| !is_clock(at + 1));
+        let day = match (first, second) {
+            (Some(day), None) | (None, Some(day)) => day,
+            _ => return None,
+        };
+        let year = match before.and_then(Word::year) {
+            Some(year) => year,
+            None => words[at + 1..].iter().find_map(Word::year)?,
+        };
+        return Date::new(year, month, day).ok();
+    }
+    if !word.text.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    if let Some(year) = word.year()
+        && let (Some(month), Some(day)) = (follows(1), follows(2))
+        && month.before == day.before
+    {
+        return Date::new(year, month.part()?, day.part()?).ok();
+    }
+    if word.text.len() == 8 && word.before != "." && next(1).is_none_or(|own| own.before != ".") {
+        let number: i32 = word.text.parse().ok()?;
+        let (year, rest) = ((number / 10_000) as i16, number % 10_000);
+        let date = Date::new(year, (rest / 100) as i8, (rest % 100) as i8);
+        return date.ok().filter(|date| YEARS.contains(&date.year()));
+    }
+    let (one, other, year) = (word.part()?, follows(1)?, follows(2)?);
+    if other.before != year.before {
+        return None;
+    }
+    let (other, year) = (other.part()?, year.year()?);
+    match (one, other) {
+        (13.., 1..=12) => Date::new(year, other, one).ok(),
+        (1..=12, 13..) => Date::new(year, one, other).ok(),
+        (one, other) if one == other => Date::new(year, one, one).ok(),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn day(text: &str) -> Option<String> {
+        Day::in_text(text).map(|day| day.to_string())
+    }
+
+    #[test]
+    fn a_day_is_known_however_it_is_written() {
+        for text in [
+            "2024-05-03",
+            "2024/5/3",
+            "2024.05.03 10:22:01",
+            "2024-05-03T10:22:01+02:00",
+            "20240503",
+            "run_20240503_2",
+            "press 2024_05_03b",
+            "3 May 2024",
+            "03-May-2024",
+            "May 3, 2024",
+            "Fri May  3 10:22:01 2024",
+            "2024-May-03",
+            "03MAY2024",
+        ] {
+            assert_eq!(day(text).as_deref(), Some("2024-05-03"), "{text}");
+        }
+        for text in ["13/05/2024", "05/13/2024", "13.05.2024"] {
+            assert_eq!(day(text).as_deref(), Some("2024-05-13"), "{text}");
+        }
+        assert_eq!(day("04/04/2024").as_deref(), Some("2024-04-04"));
+    }
+
+    #[test]
+    fn what_may_be_two_days_is_none() {
+        for text in [
+            "",
+            "03/05/2024",
+            "03.05.2024",
+            "13/05/24",
+            "2024-13-01",
+            "2023-02-29",
+            "12345678",
+            "99999999",
+            "0.20240503",
+            "run 2024",
+            "may 2024",
+            "2024-05-03 to 2024-05-04",
+            "192.168.10.12",
+            "10:22:01",
+        ] {
+            assert_eq!(day(text), None, "{text}");
+        }
+        assert!("03/05/2024".parse::<Day>().is_err());
+    }
+
+    #[test]
+    fn a_header_says_the_day_of_the_recording_and_not_another() {
+        let day = |line| Day::in_header(line).map(|day| day.to_string());
+        for line in [
+            "# date: 2024-05-03",
+            "Date,2024/05/03",
+            "Date\t2024/05/03\t2024/05/03",
+            "\"Start Time\";\"2024-05-03 10:22\"",
+            "// Recorded on 2024-05-03",
+            "% Date of test = 3 May 2024",
+        ] {
+            assert_eq!(day(line).as_deref(), Some("2024-05-03"), "{line}");
+        }
+        for line in [
+            "# calibration date: 2024-05-03",
+            "# next calibration due: 2024-05-03",
+            "date,S1,S2,Fz",
+            "# 2024-05-03",
+            "Date,03/05/2024",
+        ] {
+            assert_eq!(day(line), None, "{line}");
+        }
+    }
+}
