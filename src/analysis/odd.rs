@@ -93,3 +93,76 @@ impl Dataset {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::analysis::{Request, analyse};
+    use crate::calibration::FitSettings;
+    use crate::features::FeatureSettings;
+    use crate::progress::Progress;
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, Recording, RecordingSet, Source};
+
+    /// Four gauges that show three forces, which stand in the reference turned by so many degrees about z, times a factor.
+    fn recording(name: &str, turned: f64, factor: f64) -> Recording {
+        let mut random = Random::new(5, &[name.len() as u64, name.as_bytes()[0].into()]);
+        let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+        let (sin, cos) = turned.to_radians().sin_cos();
+        for k in 0..600 {
+            let t = 0.05 * f64::from(k) + f64::from(name.as_bytes()[0]);
+            let [x, y, z] = [(0.9 * t).sin(), (1.3 * t).cos(), (0.7 * t + 1.0).sin()]
+                .map(|load| 10.0 * factor * load);
+            for (a, b, c) in [
+                (1.0, 0.3, 0.5),
+                (-0.5, 1.0, 0.5),
+                (-0.5, -1.0, 0.5),
+                (0.1, 0.2, 1.0),
+            ] {
+                gauges.push(a * x + b * y + c * z + 0.05 * random.normal());
+            }
+            loads.extend([cos * x - sin * y, sin * x + cos * y, z]);
+        }
+        let times = (0..600).map(|k| 0.01 * f64::from(k)).collect();
+        let names = ["S1", "S2", "S3", "S4"].map(str::to_owned).to_vec();
+        let axes = vec![Axis::Fx, Axis::Fy, Axis::Fz];
+        Recording::new(name, Source::Simulated, times, names, gauges, axes, loads).unwrap()
+    }
+
+    fn odd(recordings: Vec<Recording>) -> Vec<OddRecording> {
+        let mut set = RecordingSet::default();
+        for recording in recordings {
+            set.push(Entry::new(recording, Role::Train)).unwrap();
+        }
+        let settings = FitSettings {
+            features: FeatureSettings::present(),
+            ..FitSettings::default()
+        };
+        let request = Request::fit(Arc::new(set), settings);
+        let analysis = analyse(&request, &Progress::default()).unwrap();
+        analysis.calibration.quality.odd.clone()
+    }
+
+    #[test]
+    fn a_recording_of_another_mounting_is_named_and_none_of_one() {
+        let good = |name: &str| recording(name, 0.0, 1.0);
+        assert_eq!(odd(["a", "b", "c", "d"].map(good).to_vec()), []);
+        let found = odd(vec![
+            good("a"),
+            good("b"),
+            recording("c", 20.0, 1.0),
+            good("d"),
+        ]);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].recording, "c");
+        assert!(found[0].error > 4.0 * found[0].others);
+        // Larger loads are predicted as well; with two nobody can say which is wrong.
+        assert_eq!(
+            odd(vec![good("a"), good("b"), recording("c", 0.0, 3.0)]),
+            []
+        );
+        assert_eq!(odd(vec![good("a"), recording("b", 20.0, 1.0)]), []);
+    }
+}

@@ -803,6 +803,28 @@ mod tests {
         );
     }
 
+    /// The worse it is, the less the rest of it says what it should show.
+    #[test]
+    fn a_channel_stuck_for_most_of_a_recording_is_found() {
+        for stuck in [200, 600, 1400, 1800] {
+            let (mut gauges, mut loads) = sensor(None);
+            for k in 100..100 + stuck {
+                gauges[3 * k] = gauges[300];
+            }
+            let found = words(&recording(gauges, loads.clone()));
+            assert_eq!(found, [format!("{stuck} stuck (S1)")]);
+            let (gauges, _) = sensor(None);
+            for k in 100..100 + stuck {
+                loads[2 * k] = loads[200];
+            }
+            let found = words(&recording(gauges, loads));
+            assert!(
+                found.iter().any(|own| own.contains("stuck (Fx)")),
+                "{found:?}"
+            );
+        }
+    }
+
     #[test]
     fn load_cases_of_a_table_are_judged_together() {
         let (gauges, loads) = sensor(Some(100.0));
