@@ -18,7 +18,8 @@ use crate::calibration::{
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdGrid, paired};
 use crate::features::{
-    BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
+    Auxiliary, BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial,
+    Thresholds,
 };
 use crate::progress::Progress;
 use crate::recording::{Entry, RECORDING, RecordingSet, Role};
@@ -109,6 +110,13 @@ pub const RECIPES: &[Recipe] = &[
         Regressor::HybridNetwork,
     ),
 ];
+
+/// Tried, too, where the recordings have auxiliary channels; from there on all candidates take them, and leave away what does not help.
+const AUXILIARY: Recipe = linear("Auxiliary channels", false, &[&Auxiliary]);
+/// How a gauge may follow them (s): at once, and more and more slowly.
+const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
+/// A lag must bring the squared error below this share of that without one.
+const LAG_HELPS: f64 = 0.9;
 
 /// What is asked.
 #[derive(Clone, Debug)]
@@ -312,15 +320,22 @@ pub fn find_best(
         decimation: thinned,
         ..Best::default()
     };
-    progress.add_total((RECIPES.len() * (folds.len() + 1)) as u64);
     let mut whole = Side::new(Arc::clone(&search.recordings), &common);
+    whole.settle_auxiliary(progress)?;
     let mut folds: Vec<Side> = (folds.into_iter())
-        .map(|set| Side::new(Arc::new(set), &common))
+        .map(|set| Side {
+            auxiliary: whole.auxiliary.clone(),
+            ..Side::new(Arc::new(set), &common)
+        })
         .collect();
-    for (at, recipe) in RECIPES.iter().enumerate() {
+    let (first, others) = RECIPES.split_at(1);
+    let with_auxiliary = (!whole.auxiliary.is_empty()).then_some(&AUXILIARY);
+    let recipes: Vec<&Recipe> = first.iter().chain(with_auxiliary).chain(others).collect();
+    progress.add_total((recipes.len() * (folds.len() + 1)) as u64);
+    for (at, &recipe) in recipes.iter().enumerate() {
         progress.check()?;
         if at > 0 && start.elapsed() > search.time_limit {
-            best.n_left = RECIPES.len() - at;
+            best.n_left = recipes.len() - at;
             break;
         }
         let since = Instant::now();
@@ -441,6 +456,8 @@ fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let alone = |look_backs: &[Thresholds], blocks: Blocks| FeatureSettings {
         look_backs: look_backs.to_vec(),
         blocks,
+        // What they are called by.
+        auxiliary: calibration.features.auxiliary.clone(),
         ..features.clone()
     };
     let mut kept = alone(&[], Blocks::default());
@@ -453,6 +470,7 @@ fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
             kept.blocks.set(block, values.to_vec());
         }
     }
+    kept.auxiliary.clone_from(&features.auxiliary);
     *features = kept;
 }
 
@@ -465,6 +483,8 @@ struct Side {
     look_back: Option<FeatureSettings>,
     /// The values of blocks that were looked for.
     values: Vec<(&'static dyn Block, Vec<f64>)>,
+    /// Those of the auxiliary channels; empty where there are none.
+    auxiliary: Vec<f64>,
 }
 
 impl Side {
@@ -475,7 +495,31 @@ impl Side {
             datasets: Datasets::default(),
             look_back: None,
             values: Vec::new(),
+            auxiliary: Vec::new(),
         }
+    }
+
+    /// Finds with which lags the auxiliary channels do best, if there are any.
+    fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
+        let mut best = None;
+        for lags in AUXILIARY_LAGS {
+            let mut settings = self.settings.clone();
+            settings.features.blocks.set(&Auxiliary, lags.to_vec());
+            let calibration = self.fit(settings, progress)?;
+            if calibration.features.auxiliary.is_empty() {
+                return Ok(());
+            }
+            let scores = &calibration.quality.compensated;
+            let errors = scores.cv_rmse.as_ref().or(scores.train_rmse.as_ref());
+            let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
+            let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
+            let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
+            if best.is_none_or(|least| square < LAG_HELPS * least) {
+                best = Some(square);
+                self.auxiliary = lags.to_vec();
+            }
+        }
+        Ok(())
     }
 
     /// The settings of a recipe with the numbers that the training recordings ask for.
@@ -489,9 +533,13 @@ impl Side {
             false => self.settings.features.clone(),
         };
         for &block in BLOCKS {
-            if recipe.blocks.contains(&block) {
+            if recipe.blocks.contains(&block) && block != (&Auxiliary as &dyn Block) {
                 features.blocks.set(block, self.values(block, progress)?);
             }
+        }
+        // The first is the conventional calibration.
+        if !self.auxiliary.is_empty() && recipe.name != RECIPES[0].name {
+            features.blocks.set(&Auxiliary, self.auxiliary.clone());
         }
         let n_gauges = self.recordings.layout().gauge_names.len();
         features
@@ -632,6 +680,60 @@ fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), Analy
 mod tests {
     use super::*;
     use crate::recording::{Axis, simulated};
+
+    /// A sensor whose zero follows a temperature slowly.
+    #[test]
+    fn auxiliary_channels_are_tried_where_there_are_some() {
+        let mut set = RecordingSet::default();
+        for at in 0..4 {
+            let (mut gauges, mut loads, mut warmth) = (Vec::new(), Vec::new(), Vec::new());
+            let mut slow = 20.0;
+            for k in 0..600 {
+                let t = f64::from(k) + 700.0 * f64::from(at);
+                let warm = 20.0 + 10.0 * (0.03 * t).sin();
+                slow += (warm - slow) / 20.0;
+                let load = [10.0 * (0.7 * t).sin(), 8.0 * (0.9 * t).cos()];
+                let noise = 0.01 * (1e3 * t).sin();
+                gauges.extend([load[0] + 0.2 * slow + noise, load[1] - 0.1 * slow - noise]);
+                loads.extend(load);
+                warmth.push(warm);
+            }
+            let recording = crate::recording::Recording::new(
+                format!("r{at}"),
+                crate::recording::Source::Simulated,
+                (0..600).map(f64::from).collect(),
+                vec!["S1".to_owned(), "S2".to_owned()],
+                gauges,
+                vec![Axis::Fx, Axis::Fy],
+                loads,
+            );
+            let names = (vec!["T".to_owned()], vec!["°C".to_owned()]);
+            let recording = recording.unwrap().with_auxiliary(names.0, names.1, warmth);
+            set.push(Entry::new(recording.unwrap(), Role::Train))
+                .unwrap();
+        }
+        let search = Search {
+            recordings: Arc::new(set),
+            settings: FitSettings::default(),
+            time_limit: Duration::from_millis(1),
+        };
+        let best = find_best(&search, &Progress::default(), &|_| {}).unwrap();
+        assert_eq!(best.tried[0].name, "Conventional");
+        assert_eq!(best.n_left, RECIPES.len(), "the time allowed one");
+        let patient = Search {
+            time_limit: Duration::from_secs(3),
+            ..search
+        };
+        let best = find_best(&patient, &Progress::default(), &|_| {}).unwrap();
+        let own = &best.tried[1];
+        assert_eq!(own.name, "Auxiliary channels");
+        assert!(own.relative < 0.2, "{}", own.relative);
+        assert_eq!(
+            own.model.settings.features.blocks.of(&Auxiliary),
+            [0.0, 20.0]
+        );
+        assert!(best.proposed().unwrap().relative < 0.2);
+    }
 
     fn of_lengths(n: usize) -> RecordingSet {
         let mut set = RecordingSet::default();

@@ -9,9 +9,24 @@ use crate::recording::units::{
 };
 
 /// What may follow a gauge's name without brackets; gauges keep whatever unit they have.
-const GAUGE_UNITS: [&str; 19] = [
-    "mv/v", "uv/v", "v/v", "v", "mv", "uv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms",
-    "strain", "ustrain", "pf", "um/m", "µm/m", "μm/m",
+const GAUGE_UNITS: [&str; 13] = [
+    "v", "mv", "uv", "µv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms", "strain", "pf",
+];
+/// Units that nothing but a gauge has, whatever it is called.
+const OF_GAUGES_ALONE: [&str; 13] = [
+    "mv/v",
+    "uv/v",
+    "µv/v",
+    "μv/v",
+    "v/v",
+    "um/m",
+    "µm/m",
+    "μm/m",
+    "ustrain",
+    "µstrain",
+    "µε",
+    "με",
+    "microstrain",
 ];
 /// No name that is understood is longer (bytes).
 const LONGEST: usize = 64;
@@ -72,6 +87,7 @@ impl ColumnName {
             name: name.to_owned(),
             kind: kind
                 .or_else(|| unit.is_some_and(is_time).then_some(Kind::Time))
+                .or_else(|| unit.is_some_and(is_of_gauges_alone).then_some(Kind::Gauge))
                 .and_then(|kind| kind.with_unit(unit)),
             unit: unit.map(str::to_owned),
             source: path.map_or_else(String::new, |path| path.source),
@@ -191,6 +207,10 @@ pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
+fn is_of_gauges_alone(unit: &str) -> bool {
+    OF_GAUGES_ALONE.contains(&unit.trim().to_lowercase().as_str())
+}
+
 /// Whether this is a unit of any kind of column.
 pub(crate) fn is_known_unit(unit: &str) -> bool {
     [
@@ -213,7 +233,10 @@ pub(crate) fn is_load_unit(unit: &str) -> bool {
 fn is_unit_of(kind: Kind, suffix: &str) -> bool {
     match kind {
         Kind::Time => TimeUnit::from_name(suffix).is_some(),
-        Kind::Gauge => GAUGE_UNITS.contains(&suffix.trim().to_lowercase().as_str()),
+        Kind::Gauge => {
+            let suffix = suffix.trim().to_lowercase();
+            GAUGE_UNITS.contains(&suffix.as_str()) || is_of_gauges_alone(&suffix)
+        }
         Kind::Load(axis) if axis.is_force() => force_in_newtons(suffix).is_some(),
         Kind::Load(_) => moment_in_newton_metres(suffix).is_some(),
     }
@@ -289,7 +312,7 @@ mod tests {
 
     #[test]
     fn loads_are_understood_in_other_languages() {
-        let fx = "Kraft X [N]|Kraft x|X-Kraft|Kraft in X-Richtung|Kraft Fx [kN]|Force X|Fuerza X|Fuerza eje X|Forza X|\
+        let fx = "Applied Force X|true Fx [N]|Kraft X [N]|Kraft x|X-Kraft|Kraft in X-Richtung|Kraft Fx [kN]|Force X|Fuerza X|Fuerza eje X|Forza X|\
             Força X|力X|力_X [N]|X方向力|X轴力|力 X|ref Kraft x|荷重X|Force axe X|X force|Referenz Fx";
         assert_all(
             &fx.split('|').collect::<Vec<_>>(),
@@ -301,7 +324,7 @@ mod tests {
             &mz.split('|').collect::<Vec<_>>(),
             Some(Kind::Load(Axis::Mz)),
         );
-        let gauges = "DMS 1|DMS_2 [mV/V]|Kanal 3|Jauge 1|Voie 2|Galga 4|Canal 1|Canale 2|通道1|应变片 3|ひずみ1|Dehnung 2";
+        let gauges = "Bridge 1 [mV/V]|Brücke 2 [µV/V]|ε1 [µm/m]|Voltage_0|A [mV/V]|Left arm (µε)|pont 3|DMS 1|DMS_2 [mV/V]|Kanal 3|Jauge 1|Voie 2|Galga 4|Canal 1|Canale 2|通道1|应变片 3|ひずみ1|Dehnung 2";
         assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
         let times = "Zeit [s]|Zeitstempel|Tiempo|Tempo (ms)|时间|時間 [s]|Temps [s]";
         assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));

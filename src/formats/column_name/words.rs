@@ -24,7 +24,7 @@ const TIMES: [&str; 18] = [
     "時刻",
 ];
 /// What stands before a gauge's number, in small letters.
-const GAUGES: [&str; 34] = [
+const GAUGES: [&str; 43] = [
     "s",
     "sg",
     "stg",
@@ -59,9 +59,18 @@ const GAUGES: [&str; 34] = [
     "应变片",
     "ひずみ",
     "チャンネル",
+    "bridge",
+    "brücke",
+    "bruecke",
+    "messbrücke",
+    "pont",
+    "puente",
+    "ponte",
+    "voltage",
+    "strain gauge",
 ];
 /// What may stand before an axis of the reference.
-const REFERENCES: [&str; 4] = ["ati", "reference", "referenz", "ref"];
+const REFERENCES: [&str; 6] = ["ati", "reference", "referenz", "ref", "applied", "true"];
 /// What a force is called, in small letters.
 const FORCES: [&str; 9] = [
     "f", "force", "kraft", "fuerza", "forza", "força", "forca", "力", "荷重",
