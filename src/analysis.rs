@@ -19,6 +19,7 @@ mod learning;
 mod left_out_fits;
 pub mod loops;
 mod models;
+mod odd;
 mod report;
 mod study;
 mod sufficiency;

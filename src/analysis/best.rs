@@ -7,7 +7,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::analysis::models::{Mark, Model, ModelRow, model_table, weights};
@@ -358,8 +357,18 @@ fn try_one(
         progress.advance(1);
         Ok::<_, AnalysisError>((settings, calibration))
     };
-    let fitted: Vec<(FitSettings, Calibration)> =
-        folds.par_iter_mut().map(run).collect::<Result<_, _>>()?;
+    // Each has a thread of its own: a fold takes long, and what a window asks for waits for the threads that all share.
+    let run = &run;
+    let fitted: Vec<(FitSettings, Calibration)> = std::thread::scope(|scope| {
+        let begun: Vec<_> = (folds.iter_mut())
+            .map(|side| scope.spawn(move || run(side)))
+            .collect();
+        let ended = begun.into_iter().map(|fold| match fold.join() {
+            Ok(fitted) => fitted,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        ended.collect::<Result<_, _>>()
+    })?;
     let n_axes = fitted[0].1.axes.len();
     let mut squares = Vec::new();
     let mut fold_samples = Vec::new();

@@ -6,11 +6,11 @@ use std::collections::BTreeSet;
 
 use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
-use crate::calibration::{Calibration, GridEdge, Undetermined};
+use crate::calibration::{Calibration, GridEdge, OddRecording, Undetermined};
 use crate::evaluation::coverage::{Outside, largest};
 use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
-use crate::evaluation::sufficiency::percent;
+use crate::evaluation::sufficiency::{is_far_outside, percent};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::progress::Progress;
 use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
@@ -19,6 +19,13 @@ use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 const STANDS_STILL: f64 = 0.02;
 /// Fewer load cases than so many for each feature leave the fit to chance.
 const CASES_PER_FEATURE: usize = 2;
+
+/// A test error so many times that of cross-validation says that the recordings are of another kind ...
+const FAR_OFF: f64 = 4.0;
+/// ... where it is more than this share of full scale.
+const FAR_OFF_MATTERS: f64 = 0.02;
+/// So many recordings that contradict the others are named.
+const ODD_NAMED: usize = 3;
 
 /// One thing to know beside the scores.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +60,12 @@ pub enum Caution {
     Auxiliary(Vec<String>),
     /// Auxiliary channels of recordings that were not trained show what was not trained.
     AuxiliaryBeyond(Vec<String>),
+    /// The recordings have auxiliary channels that change, and the model does not use them.
+    AuxiliaryLeft(Vec<String>),
+    /// Training recordings that contradict the others.
+    Odd(Vec<OddRecording>),
+    /// The axis on which the test errs far more than the cross-validation, by how much, and by how much that does.
+    FarOff(Axis, f64, f64),
     /// The axes on which the test says that compensating does harm.
     Worse(Vec<Axis>),
 }
@@ -94,6 +107,7 @@ impl Dataset {
         if fitted {
             found.extend(calibration.undetermined().map(Caution::Undetermined));
             found.extend(self.unused_auxiliary(calibration).map(Caution::Auxiliary));
+            found.extend(self.left_auxiliary(calibration).map(Caution::AuxiliaryLeft));
         }
         let shown = self
             .entries
@@ -122,7 +136,10 @@ impl Dataset {
             }
             found.extend(self.groups.unused.clone().map(Caution::Groups));
             found.extend(self.groups.lone.clone().map(Caution::Lone));
+            let odd = &calibration.quality.odd;
+            found.extend((!odd.is_empty()).then(|| Caution::Odd(odd.clone())));
             self.note_loads(calibration, &mut found);
+            found.extend(far_off(calibration, &found));
             let (rank, n_features) = (calibration.quality.rank, calibration.columns().len());
             if rank < n_features && calibration.learned.is_none() {
                 found.push(Caution::Rank(rank, n_features));
@@ -141,6 +158,28 @@ impl Dataset {
             found.extend((!worse.is_empty()).then_some(Caution::Worse(worse)));
         }
         found
+    }
+
+    /// Auxiliary channels that change and that nobody asked for.
+    fn left_auxiliary(&self, calibration: &Calibration) -> Option<Vec<String>> {
+        if !calibration.features.blocks.of(&Auxiliary).is_empty() {
+            return None;
+        }
+        let training = self.entries.iter().filter(|own| own.role == Role::Train);
+        let ranges = training.map(|own| own.recording.auxiliary().ranges());
+        let ranges: Vec<Vec<(f64, f64)>> = ranges.collect();
+        let first = self.entries.iter().find(|own| own.role == Role::Train)?;
+        let names = first.recording.auxiliary().names().iter();
+        let changes = names.enumerate().filter(|(at, name)| {
+            let own = ranges.iter().filter_map(|ranges| ranges.get(*at));
+            let ends = own.fold((f64::INFINITY, f64::NEG_INFINITY), |all, own| {
+                (all.0.min(own.0), all.1.max(own.1))
+            });
+            let is_usable = self.auxiliary.channels.iter().any(|own| own.name == **name);
+            is_usable && ends.1 > ends.0
+        });
+        let names: Vec<String> = changes.map(|(_, name)| name.clone()).collect();
+        (!names.is_empty()).then_some(names)
     }
 
     /// Why auxiliary channels that were asked for are not used.
@@ -178,6 +217,26 @@ impl Dataset {
     }
 }
 
+/// Where the test says that its recordings are of another kind, and they are not known to load what was not trained.
+fn far_off(calibration: &Calibration, found: &[Caution]) -> Option<Caution> {
+    let scores = &calibration.quality.compensated;
+    let (test, left_out) = (scores.test_rmse.as_ref()?, scores.cv_rmse.as_ref()?);
+    let is_outside = |axis: Axis| {
+        let own = |caution: &Caution| matches!(caution, Caution::Outside(of, _, outside) if *of == axis && is_far_outside(outside));
+        found.iter().any(own)
+    };
+    let axes = calibration.axes.iter().zip(&calibration.full_scale);
+    let axes = axes.zip(test.iter().zip(left_out));
+    let far = axes.filter(|((axis, full_scale), (test, left_out))| {
+        **test > FAR_OFF * **left_out
+            && **test > FAR_OFF_MATTERS * **full_scale
+            && !is_outside(**axis)
+    });
+    let times = |own: &((&Axis, &f64), (&f64, &f64))| own.1.0 / own.1.1;
+    let worst = far.max_by(|a, b| times(a).total_cmp(&times(b)));
+    worst.map(|((axis, _), (test, left_out))| Caution::FarOff(*axis, *test, *left_out))
+}
+
 impl Caution {
     /// In a few words, for where there is little room.
     pub fn short(&self) -> String {
@@ -213,6 +272,13 @@ impl Caution {
                 format!("{} not used", counted(reasons.len(), "auxiliary channel"))
             }
             Self::AuxiliaryBeyond(_) => "auxiliary channels beyond what was trained".to_owned(),
+            Self::AuxiliaryLeft(names) => format!("{} not used", names.join(", ")),
+            Self::Odd(odd) => format!("{} contradicts the others", odd[0].recording),
+            Self::FarOff(axis, test, left_out) => format!(
+                "{} on test {} times the cross-validation",
+                axis.symbol(),
+                significant(test / left_out, 2)
+            ),
             Self::Worse(axes) => format!("worse on test: {}", symbols(axes)),
         }
     }
@@ -324,6 +390,41 @@ impl std::fmt::Display for Caution {
                 f,
                 "{}: the effect is carried on in a straight line there",
                 beyond.join("; ")
+            ),
+            Self::AuxiliaryLeft(names) => write!(
+                f,
+                "{} changed meanwhile, and the model does not use it: where the sensor depends on it, add the auxiliary channels",
+                names.join(", "),
+            ),
+            Self::Odd(odd) => {
+                let one = |own: &OddRecording| {
+                    format!(
+                        "{} ({} by {}, {} times what the same fit leaves on the others)",
+                        own.recording,
+                        own.axis.symbol(),
+                        load(&own.axis, own.error),
+                        significant(own.error / own.others, 2),
+                    )
+                };
+                let all: Vec<String> = odd.iter().take(ODD_NAMED).map(one).collect();
+                let more = match odd.len().saturating_sub(ODD_NAMED) {
+                    0 => String::new(),
+                    n_more => format!("; and {n_more} more"),
+                };
+                write!(
+                    f,
+                    "left out, the others do not predict {}{more}: another mounting or sensor, a wrong or late reference, a gauge that \
+                     changed, or loads of another kind; look at it, or take it out of training",
+                    all.join("; "),
+                )
+            }
+            Self::FarOff(axis, test, left_out) => write!(
+                f,
+                "on the test recordings {} errs by {}, {} times the cross-validation error: they are of another mounting, sensor or \
+                 reference, or of loads of another kind; find out which before you trust either figure",
+                axis.symbol(),
+                load(axis, *test),
+                significant(test / left_out, 2),
             ),
             Self::Worse(axes) => write!(
                 f,

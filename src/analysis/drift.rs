@@ -14,10 +14,12 @@ use crate::calibration::{
 };
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::metrics::root_mean;
-use crate::evaluation::sessions::{Drift, Refit, RefitScores, Session, changes, gauge_states};
+use crate::evaluation::sessions::{
+    Drift, Refit, RefitScores, Session, changes, gauge_states, latest,
+};
 use crate::features::ColumnKind;
 use crate::progress::Progress;
-use crate::recording::{DateSource, Day, Entry, Recording, RecordingSet, Role, Source};
+use crate::recording::{DateSource, Day, Entry, RECORDING, Recording, RecordingSet, Role, Source};
 
 /// What changed, and the calibrations that go on from here, where there is one.
 #[derive(Clone, Debug)]
@@ -86,19 +88,20 @@ pub fn drift(
             });
         }
     }
-    let new: Vec<usize> = match calibration {
-        Some(_) => (0..used.len()).collect(),
-        None => sessions[1..]
-            .iter()
-            .flat_map(|(_, own)| own.iter().copied())
-            .collect(),
-    };
     progress.check()?;
     let states = sessions
         .iter()
         .map(|(name, own)| session(name, own.iter().map(|at| &used[*at]), old));
     let states: Vec<Session> = states.collect();
     progress.check()?;
+    // The fit to the first session knows it.
+    let first = usize::from(calibration.is_none());
+    let since = match by {
+        RECORDING => first,
+        _ => latest(&states, &old.full_scale).max(first),
+    };
+    let newest = sessions.iter().skip(since);
+    let new: Vec<usize> = newest.flat_map(|(_, own)| own.iter().copied()).collect();
     let fitted_to = Arc::new(set_of(new.iter().map(|at| &used[*at])));
     let (refits, calibrations, left_out) = match new.is_empty() {
         true => (Vec::new(), Vec::new(), None),
@@ -113,6 +116,7 @@ pub fn drift(
     };
     let found = Drift {
         by,
+        refitted_from: since,
         changes: changes(&states, &old.gauges, &old.axes, &old.full_scale),
         sessions: states,
         axes: old.axes.clone(),
@@ -203,7 +207,7 @@ fn sessions(recordings: &RecordingSet, used: &[Entry]) -> Sessions {
                 .iter()
                 .enumerate()
                 .map(|(at, entry)| (named(entry), vec![at]));
-            ("recording", own.collect())
+            (RECORDING, own.collect())
         }
     };
     // In the order in which they were loaded, but for what dates and clocks tell.

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
+use crate::analysis::left_out_fits::coefficients_left_out;
 use crate::calibration::{
     BlockRidge, Calibration, CoefficientUncertainty, CrossValidation, LinearMap, MOST_FEATURES,
     NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
@@ -227,9 +228,11 @@ impl Dataset {
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
-        let coefficients = (left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES)
-            .then(|| self.maps_left_out(&design, parts, terms(&all), &shares))
-            .and_then(|maps| CoefficientUncertainty::of(self.cross_validation(), &maps));
+        let each = (left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES)
+            .then(|| coefficients_left_out(parts, terms(&all), &shares))
+            .unwrap_or_default();
+        let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();
+        let coefficients = CoefficientUncertainty::of(self.cross_validation(), &maps);
         let left_out_present = left_out(parts, &present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
@@ -247,6 +250,7 @@ impl Dataset {
             ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
             coefficients,
+            odd: self.odd_recordings(sums, &each, calibration),
             ..Quality::default()
         };
         let errors = of_recordings

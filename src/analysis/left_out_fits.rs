@@ -71,19 +71,30 @@ impl Dataset {
         terms: Terms<'_>,
         shares: &[Vec<f64>],
     ) -> Vec<LinearMap> {
-        let fits = NormalEquations::each_without(
-            parts,
-            |_| true,
-            |_, rest| fit_targets(rest, terms, shares),
-        );
-        let map = |coefficients: &[f64]| LinearMap {
-            columns: design.columns(),
-            matrix: self.map.corrected(design, coefficients),
-        };
+        let fits = coefficients_left_out(parts, terms, shares);
         fits.iter()
-            .map(|(_, found)| map(&found.coefficients))
+            .map(|found| self.map_of(design, found))
             .collect()
     }
+
+    /// The map with these coefficients beside the conventional ones.
+    pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
+        LinearMap {
+            columns: design.columns(),
+            matrix: self.map.corrected(design, coefficients),
+        }
+    }
+}
+
+/// The coefficients of fits to all parts but one, each in turn.
+pub(super) fn coefficients_left_out(
+    parts: &[NormalEquations],
+    terms: Terms<'_>,
+    shares: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let fit = |_, rest: &NormalEquations| fit_targets(rest, terms, shares).coefficients;
+    let fits = NormalEquations::each_without(parts, |_| true, fit).into_iter();
+    fits.map(|(_, coefficients)| coefficients).collect()
 }
 
 impl LeftOutFits {

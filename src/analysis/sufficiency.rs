@@ -187,6 +187,9 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
             Caution::Rank(..) | Caution::Auxiliary(_) | Caution::AuxiliaryBeyond(_) => {
                 ("undetermined", Enough)
             }
+            Caution::AuxiliaryLeft(_) => ("auxiliary", Enough),
+            Caution::Odd(_) => ("odd", Doubtful),
+            Caution::FarOff(..) => ("test", Doubtful),
             Caution::Worse(_) => ("error", Doubtful),
             Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {
                 return None;

@@ -85,6 +85,22 @@ pub struct Quality {
     /// How certain the coefficients of the compensated matrix are, where parts were left out and it has not too many.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<CoefficientUncertainty>,
+    /// Training recordings that contradict the others, right after the fit; no file keeps it.
+    #[serde(skip)]
+    pub odd: Vec<OddRecording>,
+}
+
+/// A training recording that the fit without it predicts far worse than it fits the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OddRecording {
+    /// Its name.
+    pub recording: String,
+    /// The axis where it is farthest off.
+    pub axis: Axis,
+    /// The error on it, left out.
+    pub error: f64,
+    /// The error of the same fit on the others.
+    pub others: f64,
 }
 
 impl Quality {

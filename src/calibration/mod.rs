@@ -28,8 +28,8 @@ pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
 pub use calibration::CrossValidation;
 pub use calibration::{AppliedLoads, Calibration};
 pub(crate) use calibration::{
-    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, Quality, Scores, Undetermined, VERSION,
-    history_step_by_rate,
+    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, OddRecording, Quality, Scores, Undetermined,
+    VERSION, history_step_by_rate,
 };
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub use coefficient_uncertainty::CoefficientUncertainty;

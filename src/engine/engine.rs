@@ -3,6 +3,7 @@
 //! Guarantees: only [`Engine::act`] changes the document, and each edit is one step of undo; what is shown follows the document
 //! by itself ([`Engine::follow`]); wrong files lose nothing that is loaded.
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
@@ -35,7 +36,19 @@ use crate::evaluation::numbers::{file_size, significant};
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
+use crate::import::map::ColumnMap;
 use crate::recording::{Identity, Item, RecordingSet, Role, Tare};
+
+/// Files with the maps that they are read by.
+type Files = Vec<(PathBuf, Option<ColumnMap>)>;
+
+/// A task that was begun.
+struct Begun {
+    is_seen: bool,
+    /// The files that it opens.
+    reads: Files,
+    lane: Lane<Task>,
+}
 
 /// More notices than this are forgotten, oldest first.
 pub(super) const MAX_NOTICES: usize = 200;
@@ -202,7 +215,9 @@ pub struct Engine {
     /// What a file is followed with.
     current: Current,
     preview: Lane<Preview>,
-    tasks: Vec<(bool, Lane<Task>)>,
+    tasks: Vec<Begun>,
+    /// Files to read after those that are being read: many long ones at once would not be in memory.
+    to_read: VecDeque<Files>,
     /// What questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
@@ -250,6 +265,7 @@ impl Engine {
             current: Current::default(),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
+            to_read: VecDeque::new(),
             datasets: Datasets::default(),
             notify,
         }
@@ -343,8 +359,8 @@ impl Engine {
 
     /// What else runs and is worth a word.
     pub fn running(&self) -> Vec<Running> {
-        let seen = self.tasks.iter().filter(|(is_seen, _)| *is_seen);
-        let tasks = seen.filter_map(|(_, task)| task.running());
+        let seen = self.tasks.iter().filter(|task| task.is_seen);
+        let tasks = seen.filter_map(|task| task.lane.running());
         let others = [
             self.training.running(),
             self.comparing.running(),
@@ -755,7 +771,22 @@ impl Engine {
         let mut lane = Lane::new(&self.notify);
         let is_seen = task.is_seen();
         lane.ask_again(task);
-        self.tasks.push((is_seen, lane));
+        self.tasks.push(Begun {
+            is_seen,
+            reads: Files::new(),
+            lane,
+        });
+    }
+
+    /// Reads the next files, where none are being read.
+    fn read_next(&mut self) {
+        if self.tasks.iter().any(|task| !task.reads.is_empty()) {
+            return;
+        }
+        if let Some(files) = self.to_read.pop_front() {
+            self.start(Task::Open(files.clone(), self.preferences.maps.clone()));
+            self.tasks.last_mut().expect("it began").reads = files;
+        }
     }
 
     /// Does something; what takes its time goes on beside.
@@ -874,8 +905,9 @@ impl Engine {
             Action::Cancel => {
                 self.lanes().iter().for_each(|lane| lane.cancel());
                 // Nobody waits for what cannot be stopped.
-                let seen = self.tasks.iter().filter(|(is_seen, _)| *is_seen);
-                seen.for_each(|(_, task)| task.cancel());
+                let seen = self.tasks.iter().filter(|task| task.is_seen);
+                seen.for_each(|task| task.lane.cancel());
+                self.to_read.clear();
             }
             Action::Tell(notice) => self.say(notice),
             Action::Dismiss(at) => {
@@ -940,7 +972,7 @@ impl Engine {
 
     fn take_tasks(&mut self) {
         let mut ended = Vec::new();
-        self.tasks.retain_mut(|(_, task)| {
+        self.tasks.retain_mut(|Begun { lane: task, .. }| {
             let is_idle = task.is_idle();
             task.take();
             if is_idle {
@@ -954,6 +986,7 @@ impl Engine {
                 .for_each(|problem| self.tell(Level::Error, problem));
             done.into_iter().for_each(|done| self.finish(done));
         }
+        self.read_next();
     }
 
     pub(super) fn finish(&mut self, done: Done) {
@@ -1055,15 +1088,18 @@ impl Engine {
     }
 
     fn open(&mut self, paths: Vec<PathBuf>) {
-        if paths.is_empty() {
-            return;
-        }
         let files = paths.into_iter().map(|path| {
             let map = self.project.maps.get(&path).cloned();
             (path, map)
         });
-        let task = Task::Open(files.collect(), self.preferences.maps.clone());
-        self.start(task);
+        // What is opened again while it is read or waits is meant once.
+        let awaited = (self.tasks.iter().map(|task| &task.reads)).chain(&self.to_read);
+        let awaited: Vec<_> = awaited.flatten().collect();
+        let files: Files = files.filter(|file| !awaited.contains(&file)).collect();
+        if !files.is_empty() {
+            self.to_read.push_back(files);
+            self.read_next();
+        }
     }
 
     fn take_files(&mut self, files: Vec<OpenedFile>) {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::View;
-use crate::calibration::{Calibration, FitSettings};
+use crate::calibration::FitSettings;
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
 use crate::evaluation::faults::faults_of;
@@ -148,7 +148,7 @@ pub struct OpenedSession {
     /// Its files.
     pub parts: Vec<SessionPart>,
     /// The calibration that it applies.
-    pub calibration: Option<Result<Arc<Calibration>, String>>,
+    pub calibration: Option<Result<FromFile, String>>,
 }
 
 impl Session {
@@ -249,6 +249,24 @@ impl Session {
     }
 }
 
+/// Where a file is that a session in `folder` names: if no longer there, in the folder as it stood in one above it, so that a session
+/// can move with what it is of.
+fn found_again(path: &Path, folder: &Path) -> PathBuf {
+    let there = folder.join(path);
+    let moved = path
+        .ancestors()
+        .skip(1)
+        .collect::<Vec<_>>()
+        .into_iter()
+        .rev();
+    let inside = moved.filter_map(|root| path.strip_prefix(root).ok());
+    let mut places = inside.map(|inside| folder.join(inside));
+    match there.is_file() {
+        true => there,
+        false => places.find(|place| place.is_file()).unwrap_or(there),
+    }
+}
+
 fn text_of(path: &Path) -> io::Result<Vec<u8>> {
     read_small(path, "a session", BYTES_LIMIT)
 }
@@ -268,8 +286,10 @@ impl OpenedSession {
         let parts = session.files.iter();
         let parts = parts.map(|file| SessionPart::read(file, folder, progress));
         let calibration = session.calibration.as_ref().map(|path| {
-            let read = read_calibration(&folder.join(path));
-            read.map(Arc::new).map_err(|error| error.to_string())
+            let path = found_again(path, folder);
+            let read = read_calibration(&path).map(Arc::new);
+            read.map(|calibration| FromFile { path, calibration })
+                .map_err(|error| format!("{error}; open the calibration to apply it again"))
         });
         Ok(Self {
             parts: parts.collect(),
@@ -309,12 +329,10 @@ impl OpenedSession {
             let shown = entries.position(|entry| entry.recording.name() == name);
             View::One(shown.unwrap_or(0))
         });
-        match (session.calibration, self.calibration) {
-            (Some(path), Some(Ok(calibration))) => {
-                project.applied = Some(FromFile { path, calibration });
-            }
-            (_, Some(Err(error))) => say(Level::Error, error),
-            _ => {}
+        match self.calibration {
+            Some(Ok(applied)) => project.applied = Some(applied),
+            Some(Err(error)) => say(Level::Error, error),
+            None => {}
         }
         (project, notices)
     }
@@ -515,6 +533,23 @@ mod tests {
         let (project, notices) = opened.into_project();
         assert!(notices.is_empty(), "{notices:?}");
         project
+    }
+
+    #[test]
+    fn a_calibration_is_found_again_that_moved_with_the_session() {
+        let folder = tempfile::tempdir().unwrap();
+        let now = folder.path();
+        let old = Path::new("/elsewhere/sensors/17/calibration.json");
+        assert_eq!(found_again(old, now), old, "nowhere: as it was called");
+        std::fs::write(now.join("calibration.json"), "").unwrap();
+        assert_eq!(found_again(old, now), now.join("calibration.json"));
+        std::fs::create_dir(now.join("17")).unwrap();
+        let inside = now.join("17/calibration.json");
+        std::fs::write(&inside, "").unwrap();
+        assert_eq!(found_again(old, now), inside, "as much as is alike");
+        let there = now.join("other.json");
+        std::fs::write(&there, "").unwrap();
+        assert_eq!(found_again(&there, &now.join("17")), there);
     }
 
     #[test]

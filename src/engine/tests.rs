@@ -781,6 +781,30 @@ fn files_are_read_and_nothing_asks_for_nothing() {
     assert_eq!(names(engine.project()), ["a", "b"], "all of a folder");
 }
 
+/// Somebody who drops a long file again and again must not have it read as often at the same time.
+#[test]
+fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut engine = engine();
+    let files = ["b", "a"].map(|name| write_recording(folder.path(), name, true));
+    for _ in 0..3 {
+        for file in &files {
+            engine.act(Action::Open(vec![file.clone()]));
+        }
+    }
+    assert_eq!(engine.running().len(), 1, "at a time");
+    settle(&mut engine);
+    assert_eq!(names(engine.project()), ["b", "a"]);
+    assert!(engine.notices.is_empty(), "{:?}", engine.notices);
+    edit(&mut engine, Edit::CloseAll);
+    engine.act(Action::Open(vec![files[0].clone()]));
+    engine.act(Action::Open(vec![files[1].clone()]));
+    engine.act(Action::Cancel);
+    settle(&mut engine);
+    let read = names(engine.project());
+    assert!(!read.contains(&"a"), "what waits is forgotten: {read:?}");
+}
+
 #[test]
 fn a_gesture_is_one_step_also_where_files_are_opened_meanwhile() {
     let mut engine = engine_with_files();

@@ -314,6 +314,8 @@ struct Own {
     resolution: f64,
     /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
     piles_up: Vec<f64>,
+    /// Where it repeats one value, whatever the others do.
+    flat: Vec<Range<usize>>,
 }
 
 impl Own {
@@ -322,8 +324,17 @@ impl Own {
         let value = |k: usize| channel.of(recording, k);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut resolution = f64::INFINITY;
+        let least = match recording.is_static() {
+            true => STUCK_CASES,
+            false => STUCK_SAMPLES,
+        };
+        let (mut flat, mut start) = (Vec::new(), 0);
         for k in 0..n {
             let own = value(k);
+            if own != value(start) {
+                flat.extend((k - start >= least).then_some(start..k));
+                start = k;
+            }
             (low, high) = (low.min(own), high.max(own));
             let step = if k > 0 {
                 (own - value(k - 1)).abs()
@@ -334,6 +345,7 @@ impl Own {
                 resolution = resolution.min(step);
             }
         }
+        flat.extend((n - start >= least).then_some(start..n));
         let looked_at = looked_at(n);
         let mut values: Vec<f64> = looked_at.clone().map(value).collect();
         let [low_share, high_share] =
@@ -359,6 +371,7 @@ impl Own {
             low,
             high,
             piles_up: piles_up.map(|(extreme, _)| extreme).collect(),
+            flat,
             span: high_share - low_share,
             step: steps.unwrap_or(0.0),
             resolution,
@@ -384,17 +397,14 @@ impl Expected {
     /// By least squares, three times: each time without what is far from the one before.
     fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
-        // Of a few load cases those that may be stuck are too many to be told as what is far off.
-        let repeated = match recording.is_static() {
-            true => repeats(recording, own.channel),
-            false => Vec::new(),
+        let is_flat = |k: usize| {
+            let at = own.flat.partition_point(|run| run.end <= k);
+            own.flat.get(at).is_some_and(|run| run.start <= k)
         };
-        let is_inside = |k: &usize| {
-            let is_repeated = repeated.iter().any(|run| run.contains(k));
-            !is_repeated && !own.piles_up.contains(&own.channel.of(recording, *k))
-        };
+        let is_inside =
+            |k: &usize| !own.piles_up.contains(&own.channel.of(recording, *k)) && !is_flat(*k);
         let fewest = 2 * (by.len() + 1);
-        // What may be clipped would bend the line.
+        // What may be clipped or stuck would bend the line.
         let mut samples: Vec<usize> = all().filter(is_inside).collect();
         if samples.len() < fewest {
             samples = all().collect();
@@ -483,25 +493,6 @@ impl Expected {
             false => 0.0,
         }
     }
-}
-
-/// Where a channel repeats one value for so long that it may be stuck.
-fn repeats(recording: &Recording, channel: Channel) -> Vec<Range<usize>> {
-    let least = match recording.is_static() {
-        true => STUCK_CASES,
-        false => STUCK_SAMPLES,
-    };
-    let n = recording.n_samples();
-    let value = |k: usize| channel.of(recording, k);
-    let (mut runs, mut start) = (Vec::new(), 0);
-    for k in 1..=n {
-        if k < n && value(k) == value(start) {
-            continue;
-        }
-        runs.extend((k - start >= least).then_some(start..k));
-        start = k;
-    }
-    runs
 }
 
 /// A channel that is looked at.
@@ -593,13 +584,13 @@ impl Watched<'_> {
 
     /// Finds where it repeats one value though the others say that it moves.
     fn stuck(&self, found: &mut Vec<Fault>) {
-        for run in repeats(self.recording, self.own.channel) {
+        for run in &self.own.flat {
             let known = |fault: &Fault| {
                 let is_own = fault.channel == self.own.channel;
                 is_own && fault.samples.start <= run.start && run.end <= fault.samples.end
             };
             if !found.iter().any(known) && self.should_move(run.clone()) {
-                found.push(self.fault(FaultKind::Stuck, run));
+                found.push(self.fault(FaultKind::Stuck, run.clone()));
             }
         }
     }
@@ -858,6 +849,28 @@ mod tests {
             words(&dead).last().unwrap(),
             "S2 dead: one value throughout"
         );
+    }
+
+    /// The worse it is, the less the rest of it says what it should show.
+    #[test]
+    fn a_channel_stuck_for_most_of_a_recording_is_found() {
+        for stuck in [200, 600, 1400, 1800] {
+            let (mut gauges, mut loads) = sensor(None);
+            for k in 100..100 + stuck {
+                gauges[3 * k] = gauges[300];
+            }
+            let found = words(&recording(gauges, loads.clone()));
+            assert_eq!(found, [format!("{stuck} stuck (S1)")]);
+            let (gauges, _) = sensor(None);
+            for k in 100..100 + stuck {
+                loads[2 * k] = loads[200];
+            }
+            let found = words(&recording(gauges, loads));
+            assert!(
+                found.iter().any(|own| own.contains("stuck (Fx)")),
+                "{found:?}"
+            );
+        }
     }
 
     #[test]

@@ -13,6 +13,8 @@ const PARTS: usize = 4;
 const SURE: f64 = 3.0;
 /// Nor is one below this share, however sure.
 const MATTERS: f64 = 0.002;
+/// Sessions in which a calibration errs by no more than so many times as much are alike.
+const ALIKE: f64 = 1.5;
 /// The simplest refit within this share of the best is enough.
 const AS_GOOD: f64 = 1.1;
 
@@ -140,6 +142,8 @@ pub struct Drift {
     pub by: &'static str,
     /// In order of time.
     pub sessions: Vec<Session>,
+    /// From which of them on refits are fitted and judged: that in which the old calibration began to err as in the last.
+    pub refitted_from: usize,
     /// Axes of the calibration.
     pub axes: Vec<Axis>,
     /// Their full scales.
@@ -270,6 +274,29 @@ pub fn changes(
         .collect()
 }
 
+/// From which session on an old calibration errs as it does in the last one; what was good before says nothing against a refit.
+pub fn latest(sessions: &[Session], full_scale: &[f64]) -> usize {
+    let errors: Vec<f64> = sessions
+        .iter()
+        .map(|own| of_full_scale(&own.rmse, full_scale))
+        .collect();
+    let Some(last) = errors.last() else {
+        return 0;
+    };
+    let is_alike = |error: &&f64| **error <= ALIKE * last && *last <= ALIKE * **error;
+    errors.len() - errors.iter().rev().take_while(is_alike).count().max(1)
+}
+
+/// Errors over full scale, all axes together.
+fn of_full_scale(errors: &[f64], full_scale: &[f64]) -> f64 {
+    let errors = errors.iter().zip(full_scale);
+    let squares: Vec<f64> = errors
+        .filter(|(_, scale)| **scale > 0.0)
+        .map(|(error, scale)| (error / scale).powi(2))
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
 impl Drift {
     /// Whether somebody or the clocks say that these are other sessions; else recordings may be of one day, and differ in what they load.
     pub fn is_between_sessions(&self) -> bool {
@@ -330,6 +357,18 @@ impl Drift {
     }
 
     fn tell_gauges(&self, said: &mut Vec<String>) {
+        let days: Vec<Option<Day>> = self.sessions.iter().map(|own| own.day).collect();
+        if self.by == RECORDING
+            && days.len() > 1
+            && days[0].is_some()
+            && days.iter().all(|day| *day == days[0])
+        {
+            said.push(
+                "all recordings are of one day, so they do not tell which gauge moved since the calibration was made; its errors do"
+                    .to_owned(),
+            );
+            return;
+        }
         if self.changes.is_empty() {
             if self.sessions.len() > 1 {
                 said.push(
@@ -380,12 +419,9 @@ impl Drift {
     /// The left-out error of a way over full scale, all axes together.
     fn error(&self, refit: Refit) -> Option<f64> {
         let own = self.refits.iter().find(|own| own.refit == refit)?;
-        let errors = own.left_out_rmse.as_ref()?.iter().zip(&self.full_scale);
-        let squares: Vec<f64> = errors
-            .filter(|(_, scale)| **scale > 0.0)
-            .map(|(error, scale)| (error / scale).powi(2))
-            .collect();
-        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+        let moves = self.full_scale.iter().any(|scale| *scale > 0.0);
+        let errors = own.left_out_rmse.as_ref().filter(|_| moves)?;
+        Some(of_full_scale(errors, &self.full_scale))
     }
 
     fn tell_refits(&self, said: &mut Vec<String>) {
@@ -396,10 +432,27 @@ impl Drift {
             .iter()
             .filter_map(|refit| Some((*refit, self.error(*refit)?)));
         let others: Vec<(Refit, f64)> = others.collect();
-        said.push(format!(
-            "on the new recordings the old calibration errs by {} of full scale",
-            percent(old)
-        ));
+        let before = &self.sessions[..self.refitted_from.min(self.sessions.len())];
+        let named: Vec<&str> = self.sessions[before.len()..]
+            .iter()
+            .map(|own| &*own.name)
+            .collect();
+        let of_before = before
+            .iter()
+            .map(|own| of_full_scale(&own.rmse, &self.full_scale));
+        let of_before = of_before.fold(0.0, f64::max);
+        said.push(match before.len() {
+            0 | 1 => format!(
+                "on the new recordings the old calibration errs by {} of full scale",
+                percent(old)
+            ),
+            n_before => format!(
+                "in {} the old calibration errs by {} of full scale, in the {n_before} sessions before by {} at most",
+                named.join(", "),
+                percent(old),
+                percent(of_before),
+            ),
+        });
         let Some(best) = others
             .iter()
             .map(|(_, error)| *error)
@@ -474,6 +527,24 @@ mod tests {
     }
 
     #[test]
+    fn a_refit_is_to_the_sessions_that_are_as_the_last() {
+        let of = |errors: &[f64]| {
+            let one = |error: &f64| Session {
+                rmse: vec![*error, 0.0],
+                ..session(&recording(1.0, 2.0, 0.01))
+            };
+            let sessions: Vec<Session> = errors.iter().map(one).collect();
+            latest(&sessions, &[10.0, 0.0])
+        };
+        assert_eq!(of(&[0.1, 0.12, 0.1, 3.0]), 3, "the last alone changed");
+        assert_eq!(of(&[0.1, 3.1, 2.9, 3.0]), 1, "since then");
+        assert_eq!(of(&[3.0, 0.1, 0.1]), 1, "it is good again");
+        assert_eq!(of(&[0.1, 0.11, 0.1]), 0);
+        assert_eq!(of(&[0.0, 0.0]), 0);
+        assert_eq!(of(&[]), 0);
+    }
+
+    #[test]
     fn recordings_of_unknown_days_do_not_drift() {
         let sessions = [1.0, 2.0].map(|zero| session(&recording(zero, 2.0, 0.01)));
         let refit = |refit| RefitScores {
@@ -484,6 +555,7 @@ mod tests {
         };
         let drift = Drift {
             by: RECORDING,
+            refitted_from: 1,
             sessions: sessions.to_vec(),
             axes: vec![Axis::Fz],
             full_scale: vec![10.0],

@@ -82,7 +82,7 @@ pub struct Sufficiency {
     pub verdict: Verdict,
     /// Coefficients and load cases in words.
     pub summary: String,
-    /// The gravest first.
+    /// What is wrong with recordings, then the gravest first.
     pub reasons: Vec<Reason>,
     /// Training samples.
     pub n_samples: u64,
@@ -423,7 +423,15 @@ impl Sufficiency {
             );
             say("outside", Enough, text);
         }
-        found.sort_by_key(|reason| std::cmp::Reverse(reason.verdict));
+        // What is wrong with a recording comes before what that makes of the errors.
+        let is_cause = |reason: &Reason| matches!(reason.about, "odd" | "faults");
+        found.sort_by_key(|reason| {
+            let grave = reason.verdict > Enough;
+            (
+                !(grave && is_cause(reason)),
+                std::cmp::Reverse(reason.verdict),
+            )
+        });
         self.verdict = found.iter().map(|own| own.verdict).max().unwrap_or(Enough);
         self.reasons = found;
         self

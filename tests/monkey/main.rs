@@ -239,7 +239,7 @@ struct Watch {
 }
 
 impl Watch {
-    fn new(choices: &Choices, world: Rc<RefCell<World>>) -> Self {
+    fn new(choices: &Choices, world: Rc<RefCell<World>>, curve: Curve) -> Self {
         let dialogs = AnyFile(Rc::clone(&world));
         let (files, recovery) = {
             let world = world.borrow();
@@ -273,7 +273,7 @@ impl Watch {
             window,
             world,
             textures,
-            curve: Curve::new(Duration::from_secs_f64(choices.every)),
+            curve,
             start: Instant::now(),
             frames: 0,
             actions: 0,
@@ -322,12 +322,9 @@ impl Watch {
             }
             self.restarts += 1;
         }
-        let recordings = self.window.state().as_ref().map_or(0, |shell| {
-            let project = shell.engine().project();
-            project.recordings.entries().len()
-        });
+        let engine = self.window.state().as_ref().map(Shell::engine);
         self.curve
-            .follow(self.start.elapsed(), &self.textures, recordings);
+            .follow(self.start.elapsed(), &self.textures, engine);
     }
 
     /// Waits for the answers, at most so long.
@@ -469,10 +466,12 @@ fn prepare(choices: &Choices, folder: &Path) -> std::io::Result<World> {
 fn main() -> ExitCode {
     let choices = Choices::parse();
     let folder = tempfile::tempdir().expect("a folder");
-    // What is typed into a field for a path is written here.
-    let here = std::env::current_dir().expect("a folder");
-    let curve = choices.memory.as_ref().map(|path| here.join(path));
+    let file = choices.memory.as_ref().map(std::fs::File::create);
+    let curve = (file.transpose())
+        .and_then(|file| Curve::new(Duration::from_secs_f64(choices.every), file))
+        .unwrap_or_else(|error| panic!("monkey: {error}"));
     let world = prepare(&choices, folder.path()).unwrap_or_else(|error| panic!("monkey: {error}"));
+    // What is typed into a field for a path is written there.
     std::env::set_current_dir(folder.path()).expect("it is there");
 
     let panics = Arc::new(Mutex::new(Vec::new()));
@@ -491,7 +490,7 @@ fn main() -> ExitCode {
             .push(said);
     }));
 
-    let mut watch = Watch::new(&choices, Rc::new(RefCell::new(world)));
+    let mut watch = Watch::new(&choices, Rc::new(RefCell::new(world)), curve);
     watch.last.guard(choices.ceiling, choices.seed);
     let ended = catch_unwind(AssertUnwindSafe(|| match choices.soak {
         Some(moves) => watch.soak(choices.seed, moves),
@@ -515,12 +514,6 @@ fn main() -> ExitCode {
         );
     }
     let grows = watch.curve.tell();
-    if let Some(path) = curve {
-        watch
-            .curve
-            .write(&path)
-            .unwrap_or_else(|error| eprintln!("{}: {error}", path.display()));
-    }
     let is_frozen = watch
         .longest
         .first()

@@ -2,12 +2,14 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::path::Path;
+use std::fs::File;
+use std::io::Write as _;
 use std::rc::Rc;
 use std::time::Duration;
 
 use egui::{TextureId, TexturesDelta};
 use egui_kittest::TestRenderer;
+use loopscope::engine::Engine;
 
 /// Rows of the table that is printed.
 const ROWS: usize = 12;
@@ -46,6 +48,8 @@ struct Point {
     threads: usize,
     textures: (usize, usize),
     recordings: usize,
+    /// MB of their numbers.
+    loaded: f64,
 }
 
 /// Points of it.
@@ -53,49 +57,86 @@ pub struct Curve {
     every: Duration,
     next: Duration,
     points: Vec<Point>,
+    /// Where each is written at once, so that it is there however this ends.
+    file: Option<File>,
 }
 
 impl Curve {
     /// A point each so often.
-    pub fn new(every: Duration) -> Self {
-        Self {
+    pub fn new(every: Duration, mut file: Option<File>) -> std::io::Result<Self> {
+        if let Some(file) = &mut file {
+            writeln!(
+                file,
+                "secs,resident_mb,threads,textures,texture_mb,recordings,loaded_mb,running"
+            )?;
+        }
+        Ok(Self {
             every,
             next: Duration::ZERO,
             points: Vec::new(),
-        }
+            file,
+        })
     }
 
-    /// Takes a point where it is time for one.
-    pub fn follow(&mut self, now: Duration, textures: &Textures, recordings: usize) {
+    /// Takes a point of a window with these recordings where it is time for one.
+    pub fn follow(&mut self, now: Duration, textures: &Textures, engine: Option<&Engine>) {
         if now < self.next {
             return;
         }
         self.next = now + self.every;
-        self.points.push(Point {
+        let entries = engine.map_or(&[][..], |engine| engine.project().recordings.entries());
+        let numbers = entries.iter().map(|entry| {
+            let own = &entry.recording;
+            own.n_samples() * (1 + own.n_gauges() + own.axes().len())
+        });
+        let point = Point {
             secs: now.as_secs_f64(),
             resident: resident(),
             threads: status("Threads:") as usize,
             textures: textures.count_and_bytes(),
-            recordings,
-        });
+            recordings: entries.len(),
+            loaded: mb(8 * numbers.sum::<usize>()),
+        };
+        if let Some(file) = &mut self.file {
+            let (count, bytes) = point.textures;
+            let running = engine.map(Engine::running).unwrap_or_default();
+            let running: Vec<String> = running.into_iter().map(|own| own.title).collect();
+            let written = writeln!(
+                file,
+                "{:.2},{:.2},{},{count},{:.2},{},{:.2},{}",
+                point.secs,
+                point.resident,
+                point.threads,
+                mb(bytes),
+                point.recordings,
+                point.loaded,
+                running.join("+").replace(',', ";")
+            );
+            if let Err(error) = written {
+                eprintln!("the curve: {error}");
+                self.file = None;
+            }
+        }
+        self.points.push(point);
     }
 
     /// Prints it, and whether it grows.
     pub fn tell(&self) -> bool {
-        println!("memory:  secs  MB resident  threads  textures (MB)  recordings");
+        println!("memory:  secs  MB resident  threads  textures (MB)  recordings (MB)");
         for point in self
             .points
             .iter()
             .step_by(self.points.len().div_ceil(ROWS).max(1))
         {
             println!(
-                "{:13.0}  {:11.1}  {:7}  {:5} ({:5.1})  {:10}",
+                "{:13.0}  {:11.1}  {:7}  {:5} ({:5.1})  {:4} ({:7.1})",
                 point.secs,
                 point.resident,
                 point.threads,
                 point.textures.0,
-                point.textures.1 as f64 / 1048576.0,
-                point.recordings
+                mb(point.textures.1),
+                point.recordings,
+                point.loaded
             );
         }
         let half = &self.points[self.points.len() / 2..];
@@ -120,23 +161,10 @@ impl Curve {
         );
         grows
     }
+}
 
-    /// Writes all of it as CSV.
-    pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        let mut text = "secs,resident_mb,threads,textures,texture_mb,recordings\n".to_owned();
-        for point in &self.points {
-            let (count, bytes) = point.textures;
-            text.push_str(&format!(
-                "{:.2},{:.2},{},{count},{:.2},{}\n",
-                point.secs,
-                point.resident,
-                point.threads,
-                bytes as f64 / 1048576.0,
-                point.recordings
-            ));
-        }
-        std::fs::write(path, text)
-    }
+fn mb(bytes: usize) -> f64 {
+    bytes as f64 / 1048576.0
 }
 
 /// MB of it; Linux says.
