@@ -50,7 +50,7 @@ pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
-pub use drift::{Drifted, drift};
+pub use drift::{Drifted, OnStep, drift};
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
 pub use learning::TrainingStep;

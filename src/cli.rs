@@ -47,8 +47,10 @@ use crate::import::map::{ColumnMap, MapFileError};
 use crate::import::{self, LoadWarning, ReadError};
 use crate::progress::Progress;
 use crate::recording::Item;
-use crate::recording::identity::SensorFileError;
-use crate::recording::{LayoutError, Recording, Tare, TareError, ValidRange, simulated};
+use crate::recording::identity::{SensorFile, SensorFileError};
+use crate::recording::{
+    Axis, GaugeRange, LayoutError, Recording, Tare, TareError, ValidRange, simulated,
+};
 use crate::shown::{self, printable};
 
 pub use compare::CompareArgs;
@@ -201,10 +203,11 @@ pub struct ReadArgs {
     /// quiet half second. What a calibration made so is applied to must be tared, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     tare: Option<Tare>,
-    /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped.
-    #[arg(long, value_name = "LOW:HIGH", value_parser = gauge_range, allow_hyphen_values = true)]
-    gauge_range: Option<(f64, f64)>,
-    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes. Exported code then says where a gauge is clipped.
+    /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped. One for all, or one for each
+    /// gauge in their order, with nothing between the commas where it is not known.
+    #[arg(long, value_name = "LOW:HIGH,…", value_parser = gauge_range, allow_hyphen_values = true)]
+    gauge_range: Option<GaugeRange>,
+    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, beyond rated loads. Exported code then says where a gauge is clipped.
     #[arg(long)]
     leave_out_faulty: bool,
     /// Go on without files that cannot be read; the exit code is 1 then.
@@ -215,12 +218,73 @@ pub struct ReadArgs {
 /// Of more recordings of a file that look faulty the others are counted.
 const LISTED_FAULTY: usize = 8;
 
-fn gauge_range(text: &str) -> Result<(f64, f64), String> {
-    let ends = text.split_once(':').and_then(|(low, high)| {
-        let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
-        (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
-    });
-    ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
+fn gauge_range(text: &str) -> Result<GaugeRange, String> {
+    let ends = |text: &str| {
+        let ends = text.split_once(':').and_then(|(low, high)| {
+            let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
+            (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
+        });
+        ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
+    };
+    if !text.contains(',') {
+        return ends(text).map(GaugeRange::All);
+    }
+    let own = |text: &str| match text.trim() {
+        "" => Ok(None),
+        text => ends(text).map(Some),
+    };
+    let all: Result<_, String> = text.split(',').map(own).collect();
+    all.map(GaugeRange::Each)
+}
+
+/// The rated loads that arguments and files name; what comes first wins.
+#[derive(Debug, Default)]
+struct Rated {
+    /// In the order of the recordings' axes.
+    full_scale: Vec<f64>,
+    by_axis: Vec<SensorFile>,
+}
+
+impl Rated {
+    /// Those of `--full-scale`.
+    fn of(full_scale: &[f64]) -> Self {
+        Self {
+            full_scale: full_scale.to_vec(),
+            ..Self::default()
+        }
+    }
+
+    /// They, then those of a sensor's file.
+    fn and(mut self, sensor: &SensorFile) -> Self {
+        self.by_axis.push(sensor.clone());
+        self
+    }
+
+    /// They, then those that a calibration knows.
+    fn and_of(self, calibration: Option<&Calibration>) -> Self {
+        let Some(own) = calibration else { return self };
+        let all = own.axes.iter().zip(&own.full_scale).zip(&own.rated);
+        let rated_loads = all
+            .filter(|(_, is_rated)| **is_rated)
+            .map(|((axis, scale), _)| (*axis, *scale));
+        self.and(&SensorFile {
+            rated_loads: rated_loads.collect(),
+            ..SensorFile::default()
+        })
+    }
+
+    /// One for each of these axes; what is no load, or one too many, is told elsewhere.
+    fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
+        let is_of_them = self.full_scale.len() <= axes.len();
+        let own = self.full_scale.iter().filter(|_| is_of_them);
+        let mut rated: Vec<Option<f64>> = own
+            .map(|load| Some(*load).filter(|load| *load > 0.0))
+            .collect();
+        for sensor in &self.by_axis {
+            sensor.rate(axes, &mut rated);
+        }
+        rated
+    }
 }
 
 impl ReadArgs {
@@ -243,10 +307,24 @@ impl ReadArgs {
 
     /// Recordings of a file as they are wanted, in parts where what is left out is long; what was done, or looks wrong, goes to
     /// standard error.
-    fn prepared(&self, recordings: Vec<Recording>) -> Result<Vec<Recording>, JobError> {
+    fn prepared(
+        &self,
+        recordings: Vec<Recording>,
+        rated: &Rated,
+    ) -> Result<Vec<Recording>, JobError> {
+        let first = recordings.first();
+        let n_gauges = first.map_or(0, Recording::n_gauges);
+        if let Some(GaugeRange::Each(ranges)) = &self.gauge_range
+            && ranges.len() != n_gauges
+        {
+            return Err(JobError::GaugeRanges {
+                given: ranges.len(),
+                n_gauges,
+            });
+        }
         let range = ValidRange {
-            gauges: self.gauge_range,
-            rated: Vec::new(),
+            gauges: self.gauge_range.clone(),
+            rated: rated.on(first.map_or(&[], |own| own.axes())),
         };
         let all: Vec<&Recording> = recordings.iter().collect();
         let found = faults_of(&all, &range);
@@ -428,6 +506,10 @@ pub enum JobError {
         "{recording}: what {pattern:?} stands for is not in its name, nor in that of its folder"
     )]
     NoGroup { recording: String, pattern: String },
+    #[error(
+        "--gauge-range has {given} ranges where there are {n_gauges} gauges; write one for all, or one for each"
+    )]
+    GaugeRanges { given: usize, n_gauges: usize },
     #[error("--date {name}=…: no file and no recording is called {name}")]
     NoSuchDated { name: String },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
@@ -484,6 +566,7 @@ impl JobError {
                 | Self::TareLive
                 | Self::NoGroup { .. }
                 | Self::NoSuchDated { .. }
+                | Self::GaugeRanges { .. }
                 | Self::NoSensors { .. }
                 | Self::EmptyFolder { .. }
                 | Self::InFolder { .. }
@@ -750,14 +833,19 @@ fn check_distinct<'a>(files: impl Iterator<Item = &'a PathBuf>) -> Result<(), Jo
 }
 
 /// Reads files one after another, warnings to standard error.
-fn read_all(files: &[PathBuf], args: &ReadArgs) -> Result<Vec<Vec<Recording>>, JobError> {
-    read_hearing(files, args, &mut |_| {})
+fn read_all(
+    files: &[PathBuf],
+    args: &ReadArgs,
+    rated: &Rated,
+) -> Result<Vec<Vec<Recording>>, JobError> {
+    read_hearing(files, args, rated, &mut |_| {})
 }
 
 /// [`read_all`], with an ear for the warnings.
 fn read_hearing(
     files: &[PathBuf],
     args: &ReadArgs,
+    rated: &Rated,
     hear: &mut dyn FnMut(&LoadWarning),
 ) -> Result<Vec<Vec<Recording>>, JobError> {
     let map = args.columns.as_deref().map(ColumnMap::read).transpose()?;
@@ -769,7 +857,7 @@ fn read_hearing(
                 let loaded = import::read(path, map.as_ref(), &[], &progress)?;
                 print_warnings(&loaded.warnings);
                 loaded.warnings.iter().for_each(&mut *hear);
-                args.prepared(loaded.recordings)
+                args.prepared(loaded.recordings, rated)
             };
             args.or_left_out(read())
         })
@@ -810,8 +898,9 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     }
     check_targets(inputs, &written, args.force)?;
     let mut all = Vec::new();
+    let rated = Rated::default().and_of(Some(&calibration));
     for (at, path) in args.files.iter().enumerate() {
-        for recordings in read_all(std::slice::from_ref(path), &args.read)? {
+        for recordings in read_all(std::slice::from_ref(path), &args.read, &rated)? {
             if let Some(recording) = recordings.first()
                 && !names_gauges
             {

@@ -80,7 +80,7 @@ mod tests {
 
     use crate::analysis::{Analysis, Request, analyse, train};
     use crate::calibration::{Calibration, Estimator, FitSettings, Regressor, RidgeChoice, Taken};
-    use crate::features::{Auxiliary, Blocks, Creep, FeatureSettings, Polynomial};
+    use crate::features::{Auxiliary, Blocks, Column, Creep, FeatureSettings, Polynomial};
     use crate::progress::Progress;
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
@@ -183,6 +183,38 @@ mod tests {
         let said: Vec<String> = with.cautions.iter().map(ToString::to_string).collect();
         assert!(
             said.iter().any(|text| text.contains("U stands at 5")),
+            "{said:?}"
+        );
+    }
+
+    /// At 30 °C the load is `(3 + 0.02 · 10) s₁ − 2 s₂ + 0.4 · 10`.
+    #[test]
+    fn matrix_and_offset_are_those_at_the_reference_that_was_entered() {
+        let recordings = set(drifting(30.0));
+        let with = |reference: Option<f64>| {
+            fitted(&recordings, |settings| {
+                let entered = reference.map(|value| ("T".to_owned(), value));
+                settings.auxiliary_references = entered.into_iter().collect();
+            })
+        };
+        let (mean, entered) = (with(None), with(Some(30.0)));
+        let map = entered.calibration.compensated.as_ref().unwrap();
+        let of = |kind: &dyn Fn(&Column) -> bool| {
+            let at = map.columns.iter().position(kind).unwrap();
+            map.matrix[0][at]
+        };
+        assert!((of(&|column| *column == Column::Gauge(0)) - 3.2).abs() < 1e-3);
+        assert!((of(&|column| *column == Column::Offset) - 4.0).abs() < 0.1);
+        let tested = &recordings.entries()[4].recording;
+        let [a, b] =
+            [&mean, &entered].map(|own| own.calibration.apply(tested).unwrap().compensated);
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-7));
+        assert!(entered.cautions.len() == mean.cautions.len());
+        let far = with(Some(-20.0));
+        let said: Vec<String> = far.cautions.iter().map(ToString::to_string).collect();
+        assert!(
+            said.iter()
+                .any(|text| text.contains("T counts from -20 °C")),
             "{said:?}"
         );
     }

@@ -11,7 +11,7 @@ use crate::evaluation::coverage::{Outside, largest};
 use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::{is_far_outside, percent};
-use crate::features::Auxiliary;
+use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::progress::Progress;
 use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 
@@ -113,8 +113,11 @@ impl Dataset {
             .entries
             .iter()
             .filter(|entry| entry.role != Role::Train || !fitted);
+        let channels = calibration.features.auxiliary.iter();
+        let counted = channels.filter_map(AuxiliaryChannel::reference_beyond);
         let beyond: Vec<String> = shown
             .flat_map(|entry| calibration.auxiliary_beyond(&entry.recording))
+            .chain(counted)
             .collect();
         found.extend((!beyond.is_empty()).then_some(Caution::AuxiliaryBeyond(beyond)));
         found.extend(calibration.why_not_left_out().map(Caution::NotLeftOut));

@@ -287,6 +287,10 @@ impl Dataset {
             [] => Vec::new(),
             _ => self.auxiliary.channels.clone(),
         };
+        for channel in &mut features.auxiliary {
+            let entered = settings.auxiliary_references.get(&channel.name);
+            channel.reference = entered.copied().unwrap_or(channel.reference);
+        }
         features
             .check_columns(layout.gauge_names.len())
             .map_err(crate::calibration::SettingsError::from)?;

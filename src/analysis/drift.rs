@@ -5,10 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::analysis::dataset::{Dataset, Key};
+use crate::analysis::learning::TrainingStep;
+use crate::analysis::training::train;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
-    Calibration, CannotFold, FitSettings, NormalEquations, OutputChange, Ridge, RidgeChoice,
-    Scores, Terms, fit,
+    Calibration, CannotFold, FitSettings, Learned, NormalEquations, OutputChange, Ridge,
+    RidgeChoice, Scores, Terms, fit,
 };
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::metrics::root_mean;
@@ -28,12 +30,22 @@ pub struct Drifted {
     pub calibrations: Vec<(Refit, Arc<Calibration>)>,
     /// What they were fitted to.
     pub fitted_to: Arc<RecordingSet>,
+    /// Whether the old calibration has learned something, which can be trained again.
+    pub is_learned: bool,
 }
 
 /// The sessions that recordings are of: what they are told apart by, and for each, in order of time, its name and recordings.
 type Sessions = (&'static str, Vec<(String, Vec<usize>)>);
 
-/// Compares the sessions of recordings, and a calibration on all of them (or the fit to the first, on the others) with refits.
+/// What hears how far a network or kernel is.
+pub type OnStep<'a> = &'a mut dyn FnMut(TrainingStep);
+
+/// Why what was learned is not fitted again.
+const NOT_TRAINED: &str = "a network or a kernel is trained again only where that is asked for (Train again); it is scored on parts that \
+                           it has not seen, which takes several times as long as training it";
+
+/// Compares the sessions of recordings, and a calibration on all of them (or the fit to the first, on the others) with refits. Networks
+/// and kernels are trained where somebody hears of their steps; else the fit to the first session is linear.
 ///
 /// # Errors
 /// [`AnalysisError`] where there is no recording with a reference that is not off, or the calibration has other gauges.
@@ -41,6 +53,7 @@ pub fn drift(
     recordings: &RecordingSet,
     calibration: Option<&Calibration>,
     settings: &FitSettings,
+    mut training: Option<OnStep<'_>>,
     progress: &Progress,
 ) -> Result<Drifted, AnalysisError> {
     let is_used = |entry: &&Entry| entry.role != Role::Off && entry.recording.has_reference();
@@ -54,7 +67,14 @@ pub fn drift(
         Some(_) => None,
         None => {
             let first = set_of(sessions[0].1.iter().map(|at| &used[*at]));
-            Some(fitted(first, settings, progress)?)
+            Some(match (settings.regressor.learner(), &mut training) {
+                (Some(_), Some(on_step)) => train(
+                    &Request::fit(Arc::new(first), settings.clone()),
+                    progress,
+                    on_step,
+                )?,
+                _ => fitted(first, settings, progress)?,
+            })
         }
     };
     let old = calibration
@@ -85,7 +105,14 @@ pub fn drift(
     let fitted_to = Arc::new(set_of(new.iter().map(|at| &used[*at])));
     let (refits, calibrations, left_out) = match new.is_empty() {
         true => (Vec::new(), Vec::new(), None),
-        false => refits(&fitted_to, old, settings, calibration.is_none(), progress)?,
+        false => refits(
+            &fitted_to,
+            old,
+            settings,
+            calibration.is_none(),
+            training,
+            progress,
+        )?,
     };
     let found = Drift {
         by,
@@ -107,6 +134,7 @@ pub fn drift(
         found: found.told(),
         calibrations,
         fitted_to,
+        is_learned: old.learned.is_some(),
     })
 }
 
@@ -269,7 +297,25 @@ fn settings_of(calibration: &Calibration, settings: &FitSettings) -> FitSettings
     let is_rated = |at: usize| calibration.rated.get(at) == Some(&true);
     let full_scale = calibration.full_scale.iter().enumerate();
     let strengths = &calibration.quality.ridge;
+    let (mut network, mut kernel) = (settings.network.clone(), settings.kernel.clone());
+    match &calibration.learned {
+        Some(Learned::Network(own)) => {
+            let hidden = own
+                .layers
+                .split_last()
+                .map_or(&[][..], |(_, hidden)| hidden);
+            network.hidden = hidden.iter().map(|layer| layer.biases.len()).collect();
+        }
+        Some(Learned::Kernel(own)) => kernel.landmarks = own.landmarks.len(),
+        None => {}
+    }
     FitSettings {
+        regressor: calibration.regressor,
+        network,
+        kernel,
+        auxiliary_references: (calibration.features.auxiliary.iter())
+            .map(|channel| (channel.name.clone(), channel.reference))
+            .collect(),
         features: calibration.features.clone(),
         offset: calibration.offset,
         decimation: calibration.decimation,
@@ -296,13 +342,16 @@ fn refits(
     old: &Calibration,
     settings: &FitSettings,
     is_ours: bool,
+    training: Option<OnStep<'_>>,
     progress: &Progress,
 ) -> Result<Refits, AnalysisError> {
-    let settings = if is_ours {
+    let mut settings = if is_ours {
         settings.clone()
     } else {
         settings_of(old, settings)
     };
+    // As honest as what it stands beside.
+    settings.network.cross_validate = true;
     let request = Request::fit(Arc::clone(new), settings.clone());
     let data = Dataset::prepare(&Key::of(&request), progress)?;
     let n_axes = old.axes.len();
@@ -361,9 +410,23 @@ fn refits(
         ));
     }
     if old.learned.is_some() {
-        let problem = "what a network or a kernel learned is trained anew by fit, or in the window"
-            .to_owned();
-        found.push(scored(Refit::All, None, None, Some(problem)));
+        let trained = match training {
+            None => Err(NOT_TRAINED.to_owned()),
+            Some(on_step) => match train(&request, progress, on_step) {
+                Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
+                trained => trained.map_err(|error| error.to_string()),
+            },
+        };
+        // A network that is cancelled is the best so far, and unscored.
+        progress.check()?;
+        match trained {
+            Err(problem) => found.push(scored(Refit::All, None, None, Some(problem))),
+            Ok(own) => {
+                let scores = own.quality.compensated.clone();
+                found.push(scored(Refit::All, scores.train_rmse, scores.cv_rmse, None));
+                calibrations.push((Refit::All, Arc::new(own)));
+            }
+        }
     } else {
         let mut own = data.blank_calibration(&settings)?;
         let past = data.past(&own, progress)?;
@@ -477,6 +540,7 @@ fn change(parts: &[NormalEquations], refit: Refit, n_axes: usize) -> Changed {
 mod tests {
     use super::*;
     use crate::analysis::analyse;
+    use crate::calibration::{KernelSettings, Regressor};
     use crate::features::FeatureSettings;
     use crate::random::Random;
     use crate::recording::Axis;
@@ -525,7 +589,7 @@ mod tests {
     }
 
     fn of(set: &RecordingSet) -> Drifted {
-        drift(set, None, &linear(), &Progress::default()).unwrap()
+        drift(set, None, &linear(), None, &Progress::default()).unwrap()
     }
 
     fn left_out(drifted: &Drifted, refit: Refit) -> &[f64] {
@@ -580,6 +644,44 @@ mod tests {
             gained.found.sentences
         );
         assert!((gained.found.changes[0].sensitivity_share - 0.1).abs() < 5e-3);
+    }
+
+    #[test]
+    fn what_was_learned_is_trained_again_where_that_is_asked() {
+        let mut set = RecordingSet::default();
+        day(&mut set, 0, 0.0, [1.0; 2]);
+        day(&mut set, 3, 4.0, [1.1; 2]);
+        let settings = FitSettings {
+            regressor: Regressor::HybridKernel,
+            kernel: KernelSettings {
+                landmarks: 20,
+                ..KernelSettings::default()
+            },
+            ..linear()
+        };
+        let progress = Progress::default();
+        let first = Request::fit(Arc::new(set_of(set.entries()[..3].iter())), settings);
+        let old = train(&first, &progress, &mut |_| {}).unwrap();
+        let of = |training: Option<OnStep<'_>>| {
+            let drifted = drift(&set, Some(&old), &linear(), training, &progress).unwrap();
+            let all = drifted.found.refits.last().unwrap().clone();
+            (drifted, all)
+        };
+        let (drifted, all) = of(None);
+        assert!(all.left_out_rmse.is_none() && all.problem.unwrap().contains("Train again"));
+        assert_eq!(drifted.calibrations.len(), 1, "no matrix of a kernel");
+        let (drifted, all) = of(Some(&mut |_| {}));
+        let (refit, own) = drifted.calibrations.last().unwrap();
+        assert_eq!(
+            (*refit, own.regressor),
+            (Refit::All, Regressor::HybridKernel)
+        );
+        let errors = all.left_out_rmse.unwrap();
+        let offset = left_out(&drifted, Refit::Offset);
+        assert!(
+            errors.iter().zip(offset).all(|(all, offset)| all < offset),
+            "{errors:?} {offset:?}"
+        );
     }
 
     #[test]

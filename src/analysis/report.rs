@@ -465,7 +465,7 @@ fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>>
     let end = traces.times.last().copied().unwrap_or(0.0);
     Some(Figure {
         title: symbol.to_owned(),
-        across: Scale::new("time [s]", (0.0, end)),
+        across: Scale::new(traces.across(), (0.0, end)),
         up: Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN),
         lines,
         ..Figure::default()

@@ -10,6 +10,7 @@ use crate::analysis::factory::Factory;
 use crate::analysis::trace_values::{Column, Columns, Made, MadeAxis, Segment, Table};
 use crate::calibration::{Calibration, Past};
 use crate::evaluation::Series;
+use crate::evaluation::numbers::significant;
 use crate::evaluation::series::Values;
 use crate::features::{Distance, Thresholds};
 use crate::progress::{Cancelled, Progress};
@@ -97,6 +98,8 @@ pub struct TraceSet {
     pub segments: Arc<[Segment]>,
     /// Time on the axis of each sample (s): the first recording starts at zero, each next follows after one step.
     pub times: Arc<Vec<f64>>,
+    /// Whether they are load cases, whose times only count their rows.
+    pub is_static: bool,
     /// By recording; see [`Self::past_of`].
     past: Arc<Vec<Past>>,
     /// Each of these past samples stands for so many samples: more than one in a preview.
@@ -114,6 +117,23 @@ pub struct TraceSet {
 }
 
 impl TraceSet {
+    /// What its times are, on an axis.
+    pub fn across(&self) -> &'static str {
+        match self.is_static {
+            true => "row",
+            false => "time [s]",
+        }
+    }
+
+    /// When sample `k` was, written with so many digits.
+    pub fn when(&self, k: usize, digits: usize) -> String {
+        let time = significant(self.times[k], digits);
+        match self.is_static {
+            true => format!("row {time}"),
+            false => format!("{time} s"),
+        }
+    }
+
     /// The segment that sample `k` belongs to.
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
         let at = self
@@ -191,6 +211,7 @@ impl TraceSet {
 #[derive(Debug)]
 pub(super) struct FixedTraces {
     view: View,
+    is_static: bool,
     segments: Arc<[Segment]>,
     times: Arc<Vec<f64>>,
     axes: Vec<FixedAxis>,
@@ -290,6 +311,7 @@ impl FixedTraces {
             .collect();
         Ok(Self {
             view,
+            is_static: shown.clone().any(|at| entries[at].recording.is_static()),
             segments,
             times,
             axes,
@@ -442,6 +464,7 @@ impl FixedTraces {
             view: self.view,
             segments: Arc::clone(&self.segments),
             times: Arc::clone(&self.times),
+            is_static: self.is_static,
             without_past: match thresholds {
                 Some(_) => stretches_without_past(past, each, &self.segments),
                 None => Arc::new([]),

@@ -1,5 +1,7 @@
 //! What a person chooses about a fit.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{KernelError, KernelSettings};
@@ -76,6 +78,10 @@ pub struct FitSettings {
     pub history_rate_hz: f64,
     /// Full scale per axis, in axis order; missing or `None` entries are measured.
     pub full_scale: Vec<Option<f64>>,
+    /// What the effect of an auxiliary channel counts from, by the channel's name; of others, and by default, its mean over the
+    /// training recordings. Gauge matrix and offset are those at this value.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub auxiliary_references: BTreeMap<String, f64>,
 }
 
 impl Default for FitSettings {
@@ -90,6 +96,7 @@ impl Default for FitSettings {
             decimation: DECIMATION.number() as usize,
             history_rate_hz: HISTORY_RATE.number(),
             full_scale: Vec::new(),
+            auxiliary_references: BTreeMap::new(),
         }
     }
 }
@@ -217,6 +224,8 @@ pub enum SettingsError {
     OutOfRange(#[from] OutOfRange),
     #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
     FullScale { position: usize, value: f64 },
+    #[error("the effect of {name} counts from {value}; it must be a number")]
+    AuxiliaryReference { name: String, value: f64 },
 }
 
 impl FitSettings {
@@ -240,6 +249,11 @@ impl FitSettings {
                 let position = at + 1;
                 return Err(SettingsError::FullScale { position, value });
             }
+        }
+        let mut references = self.auxiliary_references.iter();
+        if let Some((name, value)) = references.find(|(_, value)| !value.is_finite()) {
+            let (name, value) = (name.clone(), *value);
+            return Err(SettingsError::AuxiliaryReference { name, value });
         }
         Ok(())
     }

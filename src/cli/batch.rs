@@ -429,7 +429,7 @@ impl Batch<'_> {
             split: args.split,
             group: args.group.clone(),
         };
-        let recordings = recordings.read()?;
+        let recordings = recordings.read(&args.model.rated().and(&own).and(&self.common))?;
         let mut settings = args.model.settings(&recordings);
         let axes = recordings.layout().axes.clone();
         own.rate(&axes, &mut settings.full_scale);

@@ -60,7 +60,7 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
     if !(args.minutes >= 0.0 && args.minutes.is_finite()) {
         return Err(JobError::Minutes(args.minutes));
     }
-    let recordings = Arc::new(args.recordings.read()?);
+    let recordings = Arc::new(args.recordings.read(&args.common.rated())?);
     let search = Search {
         settings: args.common.settings(&recordings, args.decimate),
         recordings: Arc::clone(&recordings),

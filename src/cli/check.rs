@@ -61,7 +61,7 @@ pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
         json,
     } = args;
     recordings.train.extend(files);
-    let set = recordings.read()?;
+    let set = recordings.read(&model.rated())?;
     let settings = model.settings(&set);
     let features = settings.features.describe();
     let simulated = set.is_simulated();

@@ -1,12 +1,13 @@
 //! The arguments that several jobs share: which recordings, which blocks, which regressor.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
-use super::{JobError, ReadArgs, check_distinct, named_file, read_hearing};
+use super::{JobError, Rated, ReadArgs, check_distinct, named_file, read_hearing, tell};
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
     LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
@@ -53,13 +54,14 @@ impl RecordingArgs {
     }
 
     /// Reads them; warnings go to standard error.
-    pub fn read(&self) -> Result<RecordingSet, JobError> {
-        self.read_hearing(&mut |_| {})
+    pub fn read(&self, rated: &Rated) -> Result<RecordingSet, JobError> {
+        self.read_hearing(rated, &mut |_| {})
     }
 
     /// [`read`](Self::read), with an ear for the warnings.
     pub fn read_hearing(
         &self,
+        rated: &Rated,
         hear: &mut dyn FnMut(&LoadWarning),
     ) -> Result<RecordingSet, JobError> {
         check_distinct(self.train.iter().chain(&self.test))?;
@@ -74,7 +76,10 @@ impl RecordingArgs {
         let map = self.read.columns.as_deref().map(ColumnMap::read);
         let by_map = map.transpose()?.and_then(|map| map.group);
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
-            for (path, recordings) in files.iter().zip(read_hearing(files, &self.read, hear)?) {
+            for (path, recordings) in files
+                .iter()
+                .zip(read_hearing(files, &self.read, rated, hear)?)
+            {
                 for recording in recordings {
                     if !recording.has_reference() {
                         return Err(JobError::NoReference { path: path.clone() });
@@ -269,6 +274,11 @@ pub struct CommonArgs {
 }
 
 impl CommonArgs {
+    /// The rated loads.
+    pub fn rated(&self) -> Rated {
+        Rated::of(self.full_scale.as_ref().map_or(&[], |list| &list.0))
+    }
+
     /// The settings of a conventional calibration that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
         let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
@@ -297,9 +307,48 @@ pub struct BlockArgs {
     pub common: CommonArgs,
     #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
     pub ridge: Option<RidgeChoice>,
+    /// What the effect of an auxiliary channel counts from, as in T=22; again for each. The gauges' matrix and the offset are those
+    /// there [default: the mean over the training recordings].
+    #[arg(long, value_name = "NAME=VALUE", help_heading = HEADING)]
+    pub auxiliary_reference: Vec<AuxiliaryReference>,
+}
+
+/// A channel and what its effect counts from.
+#[derive(Clone, Debug)]
+pub struct AuxiliaryReference(String, f64);
+
+impl FromStr for AuxiliaryReference {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.rsplit_once('=').and_then(|(name, value)| {
+            let value: f64 = value.trim().parse().ok()?;
+            let name = name.trim();
+            (!name.is_empty() && value.is_finite()).then(|| Self(name.to_owned(), value))
+        });
+        parts.ok_or_else(|| format!("{text:?} is not NAME=VALUE, as in T=22"))
+    }
 }
 
 impl BlockArgs {
+    fn auxiliary_references(&self, recordings: &RecordingSet) -> BTreeMap<String, f64> {
+        let names = recordings.entries().first();
+        let names = names.map_or(&[][..], |entry| entry.recording.auxiliary().names());
+        let given = self.auxiliary_reference.iter();
+        for AuxiliaryReference(name, _) in given.clone().filter(|own| !names.contains(&own.0)) {
+            let known = match names {
+                [] => "there is none".to_owned(),
+                names => format!("there are {}", names.join(" ")),
+            };
+            tell(&format_args!(
+                "note: --auxiliary-reference {name}: no auxiliary channel has this name; {known}"
+            ));
+        }
+        given
+            .map(|AuxiliaryReference(name, value)| (name.clone(), *value))
+            .collect()
+    }
+
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
     pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
         let common = self.common.settings(recordings, decimation);
@@ -309,6 +358,7 @@ impl BlockArgs {
                 ..common.features
             },
             ridge: self.ridge.unwrap_or_default(),
+            auxiliary_references: self.auxiliary_references(recordings),
             ..common
         }
     }
@@ -412,6 +462,11 @@ pub struct ModelArgs {
 }
 
 impl ModelArgs {
+    /// The rated loads.
+    pub fn rated(&self) -> Rated {
+        self.choices.blocks.common.rated()
+    }
+
     /// The settings that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
         self.choices
@@ -506,6 +561,9 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     let full_scale: Option<Vec<f64>> = settings.full_scale.iter().copied().collect();
     if let Some(full_scale) = full_scale.filter(|list| !list.is_empty()) {
         option("full-scale", listed(&full_scale, ","));
+    }
+    for (name, value) in &settings.auxiliary_references {
+        option("auxiliary-reference", format!("{name}={value}"));
     }
     if !settings.offset {
         words.push(format!("--{}", OFFSET.option));

@@ -50,7 +50,7 @@ pub struct CompareArgs {
 
 pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
     check_targets(args.recordings.inputs(), args.csv.as_slice(), args.force)?;
-    let recordings = Arc::new(args.recordings.read()?);
+    let recordings = Arc::new(args.recordings.read(&args.choices.blocks.common.rated())?);
     let regressors = match &args.regressors[..] {
         [] => &Regressor::ALL,
         named => named,

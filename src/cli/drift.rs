@@ -9,9 +9,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::{ModelArgs, one_of};
-use super::fit::warn_of;
+use super::fit::{step_text, warn_of};
+use super::progress_line::ProgressLine;
 use super::{JobError, ReadArgs, check_distinct, named_file, print_notes, print_path, read_all};
-use crate::analysis::drift;
+use crate::analysis::{OnStep, cross_validation_cost, drift};
 use crate::evaluation::sessions::{Drift, Refit};
 use crate::export::{
     Together, add_calibration, check_targets, name_gauges, names_gauges, read_with_notes,
@@ -104,9 +105,22 @@ pub(super) fn run(args: &DriftArgs) -> Result<(), JobError> {
         .chain(&args.read.columns);
     check_targets(inputs, &outputs, args.force)?;
     check_distinct(args.files.iter())?;
+    let mut old = match &args.calibration {
+        None => None,
+        Some(path) => {
+            let (calibration, notes) = read_with_notes(path)?;
+            print_notes(&notes);
+            Some(calibration)
+        }
+    };
+    let rated = args.model.rated().and_of(old.as_ref());
     let mut set = RecordingSet::default();
     let mut dated = vec![false; args.date.len()];
-    for (path, recordings) in args.files.iter().zip(read_all(&args.files, &args.read)?) {
+    for (path, recordings) in args
+        .files
+        .iter()
+        .zip(read_all(&args.files, &args.read, &rated)?)
+    {
         for recording in recordings {
             if !recording.has_reference() {
                 return Err(JobError::NoReference { path: path.clone() });
@@ -145,19 +159,23 @@ pub(super) fn run(args: &DriftArgs) -> Result<(), JobError> {
             name: args.date[unused].name.clone(),
         });
     }
-    let old = match &args.calibration {
-        None => None,
-        Some(path) => {
-            let (mut calibration, notes) = read_with_notes(path)?;
-            print_notes(&notes);
-            if !names_gauges(path) {
-                name_gauges(&mut calibration, &set.layout().gauge_names);
-            }
-            Some(calibration)
-        }
-    };
+    if let (Some(calibration), Some(path)) = (&mut old, &args.calibration)
+        && !names_gauges(path)
+    {
+        name_gauges(calibration, &set.layout().gauge_names);
+    }
     let settings = args.model.settings(&set);
-    let drifted = drift(&set, old.as_ref(), &settings, &Progress::default())?;
+    let mut line = ProgressLine::default();
+    let cost = cross_validation_cost(&settings);
+    let on_step: OnStep<'_> = &mut |step| line.say(&step_text(&step, cost));
+    let drifted = drift(
+        &set,
+        old.as_ref(),
+        &settings,
+        Some(on_step),
+        &Progress::default(),
+    )?;
+    line.end();
     if let (Some(path), Some(refit)) = (&args.out, args.refit) {
         let calibration = drifted.calibrations.iter().find(|(own, _)| *own == refit);
         let Some((_, calibration)) = calibration else {

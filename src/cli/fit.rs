@@ -74,7 +74,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     let inputs = args.recordings.inputs().chain(&args.factory);
     check_targets(inputs.chain(args.sensor.input()), &outputs, args.force)?;
     let sensor = args.sensor.read()?;
-    let recordings = args.recordings.read()?;
+    let recordings = args.recordings.read(&args.model.rated().and(&sensor))?;
     let n_recordings = recordings.entries().len();
     let mut settings = args.model.settings(&recordings);
     sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
@@ -248,7 +248,7 @@ fn factory_scores(
 }
 
 /// How far a training is; its cross-validation, if any, takes `cost` times as long.
-fn step_text(step: &TrainingStep, cost: f64) -> String {
+pub(super) fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
         return format!(

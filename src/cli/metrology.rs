@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::{JobError, ReadArgs, check_distinct, named_file, print_notes, read_all};
+use super::{JobError, Rated, ReadArgs, check_distinct, named_file, print_notes, read_all};
 use crate::analysis::loops::TableOf;
 use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
@@ -145,8 +145,11 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
     };
     let (calibration, notes) = read_with_notes(path)?;
     print_notes(&notes);
+    let rated = Rated::of(&args.full_scale).and_of(Some(&calibration));
     let calibration = Arc::new(calibration);
-    let recordings = read_all(&args.files, &args.read)?.into_iter().flatten();
+    let recordings = read_all(&args.files, &args.read, &rated)?
+        .into_iter()
+        .flatten();
     let recordings: Vec<Arc<Recording>> = recordings.map(Arc::new).collect();
     Ok(Subject {
         extents: extents_of(recordings.iter().map(|own| &**own), &calibration.axes),
@@ -162,10 +165,7 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
         let set = simulated::demonstration(simulated::DEFAULT_SEED);
         (set, "its training recordings, measured on the others")
     } else {
-        (
-            training_set(&args.files, &args.read)?,
-            "the recordings it is measured on",
-        )
+        (training_set(args)?, "the recordings it is measured on")
     };
     let distance = Distance::default().effective(&set.layout().axes);
     let settings = FitSettings {
@@ -193,9 +193,10 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
     })
 }
 
-fn training_set(files: &[PathBuf], read: &ReadArgs) -> Result<RecordingSet, JobError> {
+fn training_set(args: &MetrologyArgs) -> Result<RecordingSet, JobError> {
+    let (files, rated) = (&args.files, Rated::of(&args.full_scale));
     let mut set = RecordingSet::default();
-    for (path, recordings) in files.iter().zip(read_all(files, read)?) {
+    for (path, recordings) in files.iter().zip(read_all(files, &args.read, &rated)?) {
         for recording in recordings {
             if !recording.has_reference() {
                 return Err(JobError::NoReference { path: path.clone() });

@@ -67,9 +67,10 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
         false => Told::Notebook,
     };
     let mut heard = Vec::new();
+    let rated = args.model.rated().and(&sensor);
     let mut recordings = args
         .recordings
-        .read_hearing(&mut |warning| heard.push(warning.to_string()))?;
+        .read_hearing(&rated, &mut |warning| heard.push(warning.to_string()))?;
     if recordings.is_simulated() {
         for entry in simulated::bench(simulated::DEFAULT_SEED) {
             recordings.push(entry)?;

@@ -228,7 +228,7 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
     if let Some(f_ths) = &given {
         ThresholdGrid::new(f_ths.clone(), t_ths_secs.clone()).map_err(AnalysisError::from)?;
     }
-    let recordings = Arc::new(args.recordings.read()?);
+    let recordings = Arc::new(args.recordings.read(&args.blocks.common.rated())?);
     let settings = args.blocks.settings(&recordings, args.decimate);
     let progress = Progress::default();
     let study = Study::prepare(

@@ -82,6 +82,8 @@ pub enum Action {
     Train,
     /// Stop training; a network keeps the best it had.
     StopTraining,
+    /// Train again what was learned, to compare days by it, or stop doing so.
+    TrainDays(bool),
     /// Choose a block's numbers by cross-validation; whose errors count, if that was chosen.
     ChooseBlock(HistoryBlock, Option<Measure>),
     /// Try sensible models and propose one; begin none after this time.
@@ -707,12 +709,27 @@ impl Engine {
             .applied
             .as_ref()
             .map(|own| Arc::clone(&own.calibration));
-        let settings = project.settings.clone();
-        self.drift.ask(CompareDays {
+        let mut question = CompareDays {
             recordings,
             calibration,
-            settings,
-        });
+            settings: project.settings.clone(),
+            trains: false,
+        };
+        // What somebody asked to train stays so until something changes.
+        let asked = self.drift.asked();
+        question.trains = asked.is_some_and(|asked| asked.trains && asked.is_of_same(&question));
+        self.drift.ask(question);
+    }
+
+    /// Trains again what was learned, or stops doing so.
+    fn train_drift(&mut self, trains: bool) {
+        let asked = self.drift.asked().cloned();
+        if let Some(question) = asked.filter(|asked| asked.trains != trains) {
+            if !trains {
+                self.drift.cancel();
+            }
+            self.drift.ask_again(CompareDays { trains, ..question });
+        }
     }
 
     /// Changes the document, as one step of undo.
@@ -817,6 +834,7 @@ impl Engine {
                 }
             }
             Action::StopTraining => self.training.cancel(),
+            Action::TrainDays(trains) => self.train_drift(trains),
             Action::ChooseBlock(block, measure) => {
                 if self.choice.is_idle() {
                     self.choice.ask_again(ChooseBlock {

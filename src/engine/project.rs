@@ -17,8 +17,8 @@ use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::recording::{
-    Axis, Day, Entry, Identity, Judged, Recording, RecordingSet, Role, Source, Tare, ValidRange,
-    load_ranges,
+    Axis, Day, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
+    ValidRange, load_ranges,
 };
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
@@ -100,7 +100,7 @@ pub struct Project {
     /// How loops, dwells and figures are measured, whoever shows them.
     pub measuring: MetrologySettings,
     /// The least and the greatest value that a gauge can have, as the logger writes it, where somebody knows.
-    pub gauge_range: Option<(f64, f64)>,
+    pub gauge_range: Option<GaugeRange>,
     /// Axes that are not shown.
     pub hidden_axes: Vec<Axis>,
     /// A calibration that is applied instead of fitted.
@@ -141,7 +141,7 @@ pub enum Edit {
     /// The day on which somebody says that each was recorded; `None` leaves it to its file.
     Days(Vec<Option<Day>>),
     /// What a gauge can show.
-    GaugeRange(Option<(f64, f64)>),
+    GaugeRange(Option<GaugeRange>),
     /// Close one recording.
     Remove(usize),
     /// Close all recordings.
@@ -317,7 +317,7 @@ impl Project {
     /// What is known of the sensor's channels.
     pub fn valid_range(&self) -> ValidRange {
         ValidRange {
-            gauges: self.gauge_range,
+            gauges: self.gauge_range.clone(),
             rated: self.settings.full_scale.clone(),
         }
     }

@@ -17,6 +17,7 @@ use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::evaluation::uncertainty::Uncertainty;
 use crate::features::Thresholds;
+use crate::progress::Progress;
 use crate::recording::{Identity, Recording, RecordingSet, ValidRange};
 
 /// The map has so many F_th, and so many t_th.
@@ -220,6 +221,32 @@ pub struct CompareDays {
     pub calibration: Option<Arc<Calibration>>,
     /// What is fitted.
     pub settings: FitSettings,
+    /// Whether networks and kernels are trained.
+    pub trains: bool,
+}
+
+impl CompareDays {
+    /// Whether the other is of the same recordings and settings.
+    pub fn is_of_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && is_same_one(self.calibration.as_ref(), other.calibration.as_ref())
+            && self.settings == other.settings
+    }
+
+    fn answer(&self, trains: bool, progress: &Progress) -> Result<Drifted, AnalysisError> {
+        let calibration = self.calibration.as_deref();
+        let (settings, on_step) = (&self.settings, &mut |_| {});
+        let training = trains.then_some(on_step as &mut dyn FnMut(TrainingStep));
+        let mut drifted = drift(&self.recordings, calibration, settings, training, progress)?;
+        // Whoever gives files to the command line says that they are sessions; recordings that are open need not be.
+        if !drifted.found.is_between_sessions() {
+            drifted.found = drifted.found.of_unknown_days(calibration.is_some());
+            if calibration.is_none() {
+                drifted.calibrations.clear();
+            }
+        }
+        Ok(drifted)
+    }
 }
 
 impl Query for CompareDays {
@@ -231,23 +258,14 @@ impl Query for CompareDays {
     }
 
     fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings)
-            && is_same_one(self.calibration.as_ref(), other.calibration.as_ref())
-            && self.settings == other.settings
+        self.trains == other.trains && self.is_of_same(other)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let calibration = self.calibration.as_deref();
-        let settings = &self.settings;
-        let mut drifted = drift(&self.recordings, calibration, settings, work.progress)?;
-        // Whoever gives files to the command line says that they are sessions; recordings that are open need not be.
-        if !drifted.found.is_between_sessions() {
-            drifted.found = drifted.found.of_unknown_days(calibration.is_some());
-            if calibration.is_none() {
-                drifted.calibrations.clear();
-            }
+        if self.trains {
+            (work.show)(self.answer(false, work.progress)?);
         }
-        Ok(drifted)
+        Ok(self.answer(self.trains, work.progress)?)
     }
 }
 

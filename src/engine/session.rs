@@ -20,7 +20,7 @@ use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{read_calibration, sha256};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Identity, Recording, Source, Tare, ValidRange};
+use crate::recording::{Axis, GaugeRange, Identity, Recording, Source, Tare, ValidRange};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
@@ -40,7 +40,7 @@ const BYTES_LIMIT: u64 = 256 << 20;
 /// | `calibration` | the file of a calibration that is applied instead of fitted |
 /// | `settings` | the choices of the fit |
 /// | `measuring` | how loops, dwells and figures are measured |
-/// | `gauge_range` | the least and the greatest value that a gauge can have, where somebody said so |
+/// | `gauge_range` | the least and the greatest value that a gauge can have, where somebody said so; a list of them has one for each |
 /// | `on_screen` | the name of the recording on screen; absent: all of them |
 /// | `hidden_axes` | axes that are not shown |
 /// | `layout` | where the panes stand |
@@ -62,7 +62,7 @@ pub struct Session {
     pub settings: FitSettings,
     pub measuring: MetrologySettings,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gauge_range: Option<(f64, f64)>,
+    pub gauge_range: Option<GaugeRange>,
     pub on_screen: Option<String>,
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
@@ -214,7 +214,7 @@ impl Session {
             calibration: project.applied.as_ref().map(|own| own.path.clone()),
             settings: project.settings.clone(),
             measuring: project.measuring.clone(),
-            gauge_range: project.gauge_range,
+            gauge_range: project.gauge_range.clone(),
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             hidden_axes: project.hidden_axes.clone(),
             layout,

@@ -29,7 +29,7 @@ use crate::features::{Creep, Play, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::import::{Finding, LoadWarning, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source, Tare};
+use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Source, Tare};
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
 pub(super) const GAUGES: [&str; 3] = ["S1", "S2", "S3"];
@@ -1721,7 +1721,10 @@ fn a_saved_session_opens_again_as_it_was() {
     settle(&mut engine);
     let greatest = engine.project().recordings.entries()[0].recording.gauges();
     let greatest = greatest.iter().copied().fold(0.0, f64::max);
-    edit(&mut engine, Edit::GaugeRange(Some((-1e3, greatest))));
+    edit(
+        &mut engine,
+        Edit::GaugeRange(Some(GaugeRange::All((-1e3, greatest)))),
+    );
     engine.act(Action::LeaveOutFaulty);
     settle(&mut engine);
     let first = &engine.project().recordings.entries()[0].recording;

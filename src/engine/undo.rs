@@ -103,7 +103,7 @@ mod tests {
     use crate::evaluation::metrology::MetrologySettings;
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
-    use crate::recording::{Axis, Identity, Item, Role};
+    use crate::recording::{Axis, GaugeRange, Identity, Item, Role};
 
     #[test]
     fn steps_that_hold_too_many_numbers_are_forgotten_but_for_the_newest() {
@@ -297,7 +297,7 @@ mod tests {
             Edit::ShowAxis(Axis::Fx, false),
             Edit::Notes("oiled".to_owned()),
             Edit::Identity(identity()),
-            Edit::GaugeRange(Some((-10.0, 10.0))),
+            Edit::GaugeRange(Some(GaugeRange::All((-10.0, 10.0)))),
             Edit::Apply(Some(calibration())),
             Edit::Apply(None),
             Edit::Compare(Some(calibration())),

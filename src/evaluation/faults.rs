@@ -13,7 +13,7 @@ use faer::linalg::solvers::SolveLstsq as _;
 use rayon::prelude::*;
 
 use crate::evaluation::quantile::quantile;
-use crate::recording::{Judged, LeftOut, Recording, ValidRange, median};
+use crate::recording::{GaugeRange, Judged, LeftOut, Recording, ValidRange, median};
 
 /// Samples that say what to expect of a channel; of more, as many spread evenly.
 const LOOKED_AT: usize = 4096;
@@ -22,6 +22,8 @@ const LOOKED_AT: usize = 4096;
 const MOVES: (f64, f64) = (0.1, 6.0);
 /// So many equal values in a row are stuck, if the others move.
 const STUCK_SAMPLES: usize = 10;
+/// Of load cases, which differ, so many.
+const STUCK_CASES: usize = 4;
 /// A jump is so many times the usual step, and this share of the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
 /// Of a jump that is real, the others show at least this share.
@@ -232,7 +234,13 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
     // More than noise does: then a channel of one value is no resting one.
-    let something_moves = own.iter().any(|own| own.span > SIGNAL * own.step);
+    let something_moves = match recording.is_static() {
+        // From one load case to the next a step is no noise: they differ where a load does.
+        true => own
+            .iter()
+            .any(|own| matches!(own.channel, Channel::Load(_)) && moves(&own)),
+        false => own.iter().any(|own| own.span > SIGNAL * own.step),
+    };
     let of_channel = |own: &Own| {
         let mut found: Vec<Fault> = Vec::new();
         if !moves(&own) {
@@ -262,10 +270,10 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             own,
             expected: expected.as_ref(),
         };
-        let unclipped = channel.clipped(range.gauges, &mut found);
-        // The order of load cases is none.
+        let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
+        channel.stuck(&mut found);
+        // The order of load cases is none, so nothing jumps.
         if !recording.is_static() {
-            channel.stuck(&mut found);
             channel.jumps(&mut found);
         }
         (found, unclipped)
@@ -316,11 +324,15 @@ impl Own {
         let value = |k: usize| channel.of(recording, k);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut resolution = f64::INFINITY;
+        let least = match recording.is_static() {
+            true => STUCK_CASES,
+            false => STUCK_SAMPLES,
+        };
         let (mut flat, mut start) = (Vec::new(), 0);
         for k in 0..n {
             let own = value(k);
             if own != value(start) {
-                flat.extend((k - start >= STUCK_SAMPLES).then_some(start..k));
+                flat.extend((k - start >= least).then_some(start..k));
                 start = k;
             }
             (low, high) = (low.min(own), high.max(own));
@@ -333,7 +345,7 @@ impl Own {
                 resolution = resolution.min(step);
             }
         }
-        flat.extend((n - start >= STUCK_SAMPLES).then_some(start..n));
+        flat.extend((n - start >= least).then_some(start..n));
         let looked_at = looked_at(n);
         let mut values: Vec<f64> = looked_at.clone().map(value).collect();
         let [low_share, high_share] =
@@ -513,12 +525,13 @@ impl Watched<'_> {
     /// Finds where the logger could not write more, and says between which values (as the logger writes them) it could.
     fn clipped(
         &self,
-        entered: Option<(f64, f64)>,
+        entered: Option<&GaugeRange>,
         found: &mut Vec<Fault>,
     ) -> (Option<f64>, Option<f64>) {
         let Channel::Gauge(gauge) = self.own.channel else {
             return (None, None);
         };
+        let entered = entered.and_then(|range| range.of(gauge));
         let tared_by = self.recording.tared_by(gauge);
         let limits = match entered {
             Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
@@ -753,7 +766,7 @@ mod tests {
     fn limits_that_were_entered_are_those_of_the_logger_whatever_was_tared() {
         let (gauges, loads) = sensor(None);
         let range = ValidRange {
-            gauges: Some((-12.0, 12.0)),
+            gauges: Some(GaugeRange::All((-12.0, 12.0))),
             rated: vec![Some(19.0), None],
         };
         let recording = recording(gauges.clone(), loads.clone());
@@ -766,6 +779,41 @@ mod tests {
         assert!(found.in_words(&recording)[1].contains("overloaded (Fx)"));
         let tared = recording.tared("0:1".parse().unwrap()).unwrap().0;
         assert_eq!(faults(&tared, &range), found);
+    }
+
+    #[test]
+    fn a_gauge_that_stands_still_over_load_cases_is_told() {
+        let table = |change: &dyn Fn(usize, &mut [f64])| {
+            let mut random = Random::new(8, &[]);
+            let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+            for case in 0..24_usize {
+                let load = [(case % 5) as f64 - 2.0, (case * 7 % 9) as f64 - 4.0];
+                let mut row = [(1.0, 0.5), (-0.4, 2.0), (0.7, -1.5)]
+                    .map(|(a, b)| (1e3 * (a * load[0] + b * load[1]) + random.normal()).round());
+                change(case, &mut row);
+                gauges.extend(row);
+                loads.extend(load);
+            }
+            let recording = Recording::new(
+                "cases",
+                Source::Simulated,
+                (0..24).map(f64::from).collect(),
+                ["S1", "S2", "S3"].map(str::to_owned).to_vec(),
+                gauges,
+                vec![Axis::Fx, Axis::Fz],
+                loads,
+            );
+            words(&recording.unwrap().without_times())
+        };
+        assert_eq!(table(&|_, _| {}), Vec::<String>::new());
+        let dead = table(&|_, row| row[1] = 512.0);
+        assert_eq!(dead, ["S2 dead: one value throughout"]);
+        let stuck = table(&|case, row| {
+            if (10..16).contains(&case) {
+                row[1] = 512.0;
+            }
+        });
+        assert_eq!(stuck, ["6 stuck (S2)"]);
     }
 
     #[test]

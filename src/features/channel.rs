@@ -21,7 +21,7 @@ pub struct AuxiliaryChannel {
     pub name: String,
     /// The unit that it is given in; empty where none is known.
     pub unit: String,
-    /// What its effect counts from: its mean over the training recordings.
+    /// What its effect counts from: what somebody entered, else its mean over the training recordings.
     pub reference: f64,
     /// One over its standard deviation there.
     pub inverse_scale: f64,
@@ -91,6 +91,15 @@ impl AuxiliaryChannel {
     pub fn limits(&self) -> (f64, f64) {
         let margin = BEYOND_RANGE * (self.max - self.min);
         (self.min - margin, self.max + margin)
+    }
+
+    /// That what its effect counts from was not trained, where it was not.
+    pub fn reference_beyond(&self) -> Option<String> {
+        let (low, high) = self.limits();
+        let is_beyond = self.reference < low || self.reference > high;
+        let range = span((self.min, self.max), &self.unit);
+        let words = format!("{} counts from {} {}", self.name, self.reference, self.unit);
+        is_beyond.then(|| format!("{}, but was trained from {range}", words.trim_end()))
     }
 
     /// As `name [unit], trained from min to max unit`.

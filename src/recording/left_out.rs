@@ -12,10 +12,39 @@ use super::{Recording, Tare};
 pub struct ValidRange {
     /// The least and the greatest value that a gauge can have, as the logger writes it; what reaches them is clipped.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gauges: Option<(f64, f64)>,
+    pub gauges: Option<GaugeRange>,
     /// The rated load of each axis; missing where nobody entered it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<Option<f64>>,
+}
+
+/// The least and the greatest value that gauges can have, as the logger writes them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum GaugeRange {
+    /// The same for all.
+    All((f64, f64)),
+    /// One for each gauge, in their order; missing where nobody knows.
+    Each(Vec<Option<(f64, f64)>>),
+}
+
+impl GaugeRange {
+    /// That of one gauge, where it is known.
+    pub fn of(&self, gauge: usize) -> Option<(f64, f64)> {
+        match self {
+            Self::All(range) => Some(*range),
+            Self::Each(ranges) => ranges.get(gauge).copied().flatten(),
+        }
+    }
+
+    /// Whether all of them rise.
+    pub fn rises(&self) -> bool {
+        let rises = |(low, high): &(f64, f64)| low < high;
+        match self {
+            Self::All(range) => rises(range),
+            Self::Each(ranges) => ranges.iter().flatten().all(rises),
+        }
+    }
 }
 
 /// By what a recording was judged, beside itself.

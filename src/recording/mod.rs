@@ -32,7 +32,7 @@ pub use full_scale::full_scale_of;
 pub(crate) use groups::RECORDING;
 pub use groups::{GroupPattern, Groups, LoneGroup, UnusedGroups};
 pub use identity::{Identity, Item};
-pub use left_out::{Judged, LeftOut, ValidRange};
+pub use left_out::{GaugeRange, Judged, LeftOut, ValidRange};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;

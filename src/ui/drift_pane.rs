@@ -6,8 +6,10 @@ use crate::engine::{Action, Engine, Existing, FileContent};
 use crate::evaluation::sessions::Refit;
 use crate::report::{Table, drift_figures, drift_tables};
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::numbers::duration;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots::{self, Zoom};
+use crate::ui::status_line::busy;
 use crate::ui::table;
 
 /// Height of a figure.
@@ -43,6 +45,39 @@ impl PaneView for View {
         self.draw(ui, cx.engine, cx.out);
         // Asked only where it is on screen.
         cx.engine.ask_drift();
+    }
+}
+
+/// Trains again what was learned, or says how far it is.
+fn train_button(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let trains = engine.drift.asked().is_some_and(|asked| asked.trains);
+    let Some(running) = engine.drift.running().filter(|_| trains) else {
+        let button = ui.add_enabled(!trains, egui::Button::new("Train again"));
+        let button = button
+            .on_hover_text(
+                "Trains the network or kernel again on the new recordings, with the settings of now, and scores it on parts that it has \
+                 not seen. It can be stopped at any time",
+            )
+            .on_disabled_hover_text("It was trained again on these recordings");
+        if button.clicked() {
+            out.push(Action::TrainDays(true).into());
+        }
+        return;
+    };
+    busy(ui);
+    let done = running.progress.fraction().unwrap_or(0.0);
+    let left = running.time_left();
+    let left = left.map_or_else(String::new, |left| format!(", {} left", duration(left)));
+    ui.label(format!("training again: {:.0} %{left}", 100.0 * done));
+    let stop = ui.add_enabled(
+        !running.progress.is_cancelled(),
+        egui::Button::new("Stop training"),
+    );
+    if stop
+        .on_hover_text("Goes back to what is there without it")
+        .clicked()
+    {
+        out.push(Action::TrainDays(false).into());
     }
 }
 
@@ -88,6 +123,9 @@ impl View {
                     );
                     out.push(Action::Save(content, self.path.trim().into(), Existing::Ask).into());
                 }
+            }
+            if drifted.is_some_and(|own| own.is_learned) {
+                train_button(ui, engine, out);
             }
             ui.separator();
             table::copy_button(ui, &tables);

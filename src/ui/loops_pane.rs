@@ -125,6 +125,14 @@ impl Default for LoopsPane {
     }
 }
 
+/// Says why nothing can be set.
+fn no_times(ui: &mut egui::Ui) {
+    ui.weak("No times: no loops and no dwells").on_hover_text(
+        "The recordings are load cases, whose rows do not follow one another in time; dead band and dwells count again for recordings \
+         over time",
+    );
+}
+
 impl PaneView for LoopsPane {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let Cx { engine, time, out } = cx;
@@ -255,7 +263,9 @@ impl LoopsPane {
                     _ => None,
                 };
                 let axes = engine.project().axes();
-                if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
+                if engine.project().recordings.is_static() {
+                    no_times(ui);
+                } else if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
                     dead_band(ui, "Dead band", (axes, at), measuring, used);
                 }
             }
@@ -266,7 +276,10 @@ impl LoopsPane {
             }
             Mode::Dwells => {
                 self.axis_choice(ui, engine);
-                dwell_secs(ui, "at least", measuring);
+                match engine.project().recordings.is_static() {
+                    true => no_times(ui),
+                    false => dwell_secs(ui, "at least", measuring),
+                }
             }
         }
         let after = (

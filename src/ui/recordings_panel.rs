@@ -5,9 +5,9 @@ use egui::containers::menu::{MenuButton, MenuConfig};
 use egui_extras::{Column, TableBuilder};
 
 use crate::analysis::{self, RecordingResult};
-use crate::engine::{Action, Edit, Engine};
+use crate::engine::{Action, Edit, Engine, Project};
 use crate::evaluation::metrics::Group;
-use crate::recording::{Axis, Day, Entry, GroupPattern, Role, Source, Tare};
+use crate::recording::{Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare};
 use crate::report::{self, Cell, Table};
 use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
@@ -151,24 +151,19 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
 fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
-        let mut entered = project.gauge_range;
+        let mut entered = project.gauge_range.clone();
         let mut knows = entered.is_some();
         let limits = ui.checkbox(&mut knows, "Gauge limits").on_hover_text(
             "What the logger can write at least and at most, such as -32768 and 32767: a gauge that reaches it is clipped. Without \
              them limits are found where a gauge stands at its extreme while the load goes on",
         );
         if limits.changed() {
-            entered = knows.then(|| gauge_extremes(project.recordings.entries()));
+            let extremes = || gauge_extremes(project.recordings.entries(), None);
+            entered = knows.then(|| GaugeRange::All(extremes()));
         }
-        if let Some((low, high)) = &mut entered {
-            for (value, what) in [(low, "Least value"), (high, "Greatest value")] {
-                let speed = (0.001 * value.abs()).max(1e-6);
-                let field = egui::DragValue::new(value).speed(speed);
-                ui.add(field).on_hover_text(format!("{what} of a gauge"));
-            }
-        }
+        gauge_range(ui, project, &mut entered);
         if entered != project.gauge_range {
-            out.push(Edit::GaugeRange(entered.filter(|(low, high)| low < high)).into());
+            out.push(Edit::GaugeRange(entered.filter(GaugeRange::rises)).into());
         }
         let entries = project.recordings.entries();
         let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
@@ -204,8 +199,77 @@ fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     });
 }
 
-fn gauge_extremes(entries: &[Entry]) -> (f64, f64) {
-    let gauges = entries.iter().flat_map(|entry| entry.recording.gauges());
+/// The ends of what gauges can show: of all, or of each.
+fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeRange>) {
+    let Some(range) = entered else { return };
+    let names = &project.recordings.layout().gauge_names;
+    let ends = |ui: &mut egui::Ui, (low, high): &mut (f64, f64), of: &str| {
+        for (value, what) in [(low, "Least value"), (high, "Greatest value")] {
+            let speed = (0.001 * value.abs()).max(1e-6);
+            let field = egui::DragValue::new(value).speed(speed);
+            ui.add(field).on_hover_text(format!("{what} of {of}"));
+        }
+    };
+    if let GaugeRange::All(range) = range {
+        ends(ui, range, "a gauge");
+    }
+    let mut by_gauge = matches!(range, GaugeRange::Each(_));
+    let switch = ui.checkbox(&mut by_gauge, "by gauge").on_hover_text(
+        "Limits of its own for each gauge, where they are wired to other amplifiers",
+    );
+    if switch.changed() {
+        let own = |gauge: usize| range.of(gauge);
+        *range = match by_gauge {
+            true => GaugeRange::Each((0..names.len()).map(own).collect()),
+            false => GaugeRange::All(
+                (0..names.len())
+                    .filter_map(own)
+                    .reduce(|all, own| (all.0.min(own.0), all.1.max(own.1)))
+                    .unwrap_or_else(|| gauge_extremes(project.recordings.entries(), None)),
+            ),
+        };
+    }
+    let GaugeRange::Each(ranges) = range else {
+        return;
+    };
+    ranges.resize(names.len(), None);
+    let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+    let known = ranges.iter().flatten().count();
+    let button = egui::Button::new(format!("{known} of {}", names.len()));
+    let menu = MenuButton::from_button(button).config(stays);
+    let (response, _) = menu.ui(ui, |ui| {
+        egui::ScrollArea::vertical()
+            .max_height(320.0)
+            .show(ui, |ui| {
+                egui::Grid::new("limits of gauges").show(ui, |ui| {
+                    for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
+                        let mut knows = own.is_some();
+                        let tick = ui.checkbox(&mut knows, printable(name));
+                        let tick = tick.on_hover_text("Whether its limits are known");
+                        if tick.changed() {
+                            let entries = project.recordings.entries();
+                            *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
+                        }
+                        if let Some(own) = own {
+                            ends(ui, own, name);
+                        }
+                        ui.end_row();
+                    }
+                });
+            });
+    });
+    response.on_hover_text("The limits of each gauge; those without are found");
+}
+
+/// The least and the greatest value of all gauges, or of one, and nought.
+fn gauge_extremes(entries: &[Entry], gauge: Option<usize>) -> (f64, f64) {
+    let gauges = entries.iter().flat_map(|entry| {
+        let (start, every) = match gauge {
+            Some(gauge) => (gauge, entry.recording.n_gauges()),
+            None => (0, 1),
+        };
+        entry.recording.gauges().iter().skip(start).step_by(every)
+    });
     gauges.fold((0.0, 0.0), |(low, high): (f64, f64), gauge| {
         (low.min(*gauge), high.max(*gauge))
     })

@@ -6,8 +6,9 @@ use crate::calibration::{DECIMATION, FitSettings, OFFSET};
 use crate::engine::{Edit, Engine};
 use crate::export::ShownFTh;
 use crate::features::{
-    BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
+    Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
 };
+use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
@@ -67,6 +68,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         }
         ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
         blocks_panel::blocks(ui, &mut settings.features, is_static);
+        auxiliary_references(ui, engine, &mut settings);
         regressor_panel::regressor(ui, engine, &mut settings, out);
         switch(ui, &OFFSET, &mut settings.offset);
         ui.horizontal(|ui| {
@@ -279,6 +281,41 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
             }
         }
     });
+}
+
+/// What the effects of the auxiliary channels count from.
+fn auxiliary_references(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
+    let explanation = "What the effect of this channel counts from: the gauges' matrix and the offset are those at this value, such \
+                       as the temperature that a calibration is stated at. From data: its mean over the training recordings";
+    let Some(analysis) = engine.analysis().filter(|own| own.fitted) else {
+        return;
+    };
+    if settings.features.blocks.of(&Auxiliary).is_empty() {
+        return;
+    }
+    for channel in &analysis.calibration.features.auxiliary {
+        ui.horizontal_wrapped(|ui| {
+            let entered = settings.auxiliary_references.get(&channel.name).copied();
+            let mut value = entered.unwrap_or(channel.reference);
+            let label = ui.label(format!("{} counts from", printable(&channel.name)));
+            let label = label.on_hover_text(explanation);
+            let field = egui::DragValue::new(&mut value)
+                .speed(0.1)
+                .max_decimals(3)
+                .suffix(format!(" {}", printable(&channel.unit)));
+            let typed = ui.add(field).labelled_by(label.id);
+            let typed = typed.on_hover_text(explanation).changed();
+            let mut from_data = entered.is_none() && !typed;
+            let tick = ui.checkbox(&mut from_data, "from data");
+            let ticked = tick.on_hover_text(explanation).changed();
+            let references = &mut settings.auxiliary_references;
+            match (ticked && from_data, typed || ticked) {
+                (true, _) => drop(references.remove(&channel.name)),
+                (false, true) => drop(references.insert(channel.name.clone(), value)),
+                (false, false) => {}
+            }
+        });
+    }
 }
 
 fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {

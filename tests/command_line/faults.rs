@@ -82,3 +82,53 @@ fn where_nothing_is_wrong_nothing_is_said_and_a_range_must_be_one() {
     let told = stderr(&run(workshop.path(), &all));
     assert!(told.contains("none would be left"), "{told}");
 }
+
+#[test]
+fn each_gauge_has_a_range_of_its_own() {
+    let workshop = Workshop::new();
+    workshop.write("press.csv", clipped());
+    let fit = ["fit", "--train", "press.csv", "--leave-out-faulty"];
+    let export = ["--export", "c.json", "--force"];
+    let given = [&fit[..], &["--gauge-range=,-50:28.5"], &export].concat();
+    succeed(workshop.path(), &given);
+    let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    let limits = serde_json::json!([[null, 30.0], [-50.0, 28.5]]);
+    assert_eq!(
+        calibration["gauge_limits"], limits,
+        "what is not given is found"
+    );
+    let wrong = run(
+        workshop.path(),
+        &[&fit[..], &["--gauge-range=-1:1,-1:1,-1:1"]].concat(),
+    );
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(stderr(&wrong).contains("3 ranges where there are 2 gauges"));
+}
+
+#[test]
+fn overload_is_judged_against_rated_loads_wherever_they_are_given() {
+    let workshop = Workshop::new();
+    workshop.write("press.csv", clipped());
+    workshop.write("sensor.toml", "serial = 4711\n[rated_loads]\nFz = 15\n");
+    let told = |arguments: &[&str]| stderr(&run(workshop.path(), arguments));
+    let fit = ["fit", "--train", "press.csv"];
+    assert!(!told(&fit).contains("overload"));
+    let by_file = told(&[&fit[..], &["--sensor", "sensor.toml"]].concat());
+    assert!(by_file.contains("overloaded (Fz)"), "{by_file}");
+    let scale = ["--full-scale", "15"];
+    for arguments in [&fit[..], &["check", "press.csv"], &["drift", "press.csv"]] {
+        let told = told(&[arguments, &scale].concat());
+        assert!(told.contains("overloaded (Fz)"), "{arguments:?}: {told}");
+    }
+    // What is entered beats the file; what is left out is not trained on.
+    let both = ["--sensor", "sensor.toml", "--full-scale", "30"];
+    assert!(!told(&[&fit[..], &both].concat()).contains("overload"));
+    let without = ["--leave-out-faulty", "--export", "c.json", "--force"];
+    let left_out = told(&[&fit[..], &scale, &without].concat());
+    assert!(left_out.contains("samples left out"), "{left_out}");
+    let applied = ["apply", "c.json", "press.csv", "--out", "loads"];
+    assert!(
+        told(&applied).contains("overloaded (Fz)"),
+        "a calibration knows them"
+    );
+}

@@ -267,7 +267,8 @@ mod tests {
             elapsed_time|Elapsed Time|t_ms|time [s]|timestamp_ns|t/s|Time (µs)|time_stamp_us| t ";
         assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));
         let gauges = "S1|SG0|STG3|G0|gauge 7|ch0|Chan-2|channel_12|ai0|u1|v2|raw_1|strain1|Sensor 1|\
-            adc0|a3|CoinFT_raw_1|S1 [mV/V]|S1_mV/V|ch1 (V)|ch1_V|ai0/V|s_1 counts";
+            adc0|a3|CoinFT_raw_1|S1 [mV/V]|S1_mV/V|ch1 (V)|ch1_V|ai0/V|s_1 counts|\
+            field.data0|field.data12";
         assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
         let fx =
             "Fx|FX|f_x|force_x|Force x|ATI_Fx|ref_Fx|ref_force_x|Fx_N|Fx [kN]|Fx/lbf|Fx [stone]";
@@ -334,7 +335,7 @@ mod tests {
     #[test]
     fn a_load_is_no_gauge_and_a_gauge_is_no_load() {
         let none = "/wrench/data[0]|/ft/data[2]|/ft_raw/data[0]|/force_sensor/data[1]|/force_gauge/data[0]|data[0]|\
-            field.data0|/ati/ch1|/wrench/raw_1|/temperature/data[0]|/gauges/temperature/data[0]|Kanal 1 [N]|S1 [N]|\
+            field.layout.dim0.size|field.layout.data_offset|/ati/ch1|/wrench/raw_1|/temperature/data[0]|/gauges/temperature/data[0]|Kanal 1 [N]|S1 [N]|\
             ch2 (N·m)|Kraft|Kraft [N]|Kraftsensor 1|Kraftaufnehmer 2|Moment|Couple [N·m]|Drehmomentsensor 1|\
             /imu/linear_acceleration/x|position.x|/pose/position/z|wrench.force_std.x|/ft/bias/force/x|\
             /cmd_wrench/force/x|/ft/wrench/covariance/force/x|wrench.force|header.frame_id|field.header.seq|Fx.1|\

@@ -99,7 +99,9 @@ pub(super) fn understood(name: &str) -> Option<Path> {
         unit,
     };
     if is_element {
-        let is_gauge = is_gauges(&all) && !has_word(&NO_LOADS);
+        // A message that is nothing but an array, as `rostopic echo -p` writes it: gauges are published so.
+        let is_bare = all == ["field", "data"];
+        let is_gauge = (is_bare || is_gauges(&all)) && !has_word(&NO_LOADS);
         return is_gauge.then(|| path(Kind::Gauge, all.len(), None));
     }
     let n_telling = all.iter().rposition(|segment| !NEUTRAL.contains(segment))? + 1;

@@ -204,17 +204,20 @@ impl Cursors {
             .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
             .show(ui.ctx(), |ui| {
                 let figures = table(span, a, b);
-                let time = |k: usize| significant(traces.times[k], 7);
+                let time = |k: usize| traces.when(k, 7);
                 ui.horizontal_wrapped(|ui| {
                     ui.label(match b {
+                        Some(b) if traces.is_static => {
+                            format!("A {}, B {}, {} rows", time(a), time(b), span.samples.len())
+                        }
                         Some(b) => format!(
-                            "A {} s, B {} s, Δt {} s, {} samples",
+                            "A {}, B {}, Δt {} s, {} samples",
                             time(a),
                             time(b),
                             significant(traces.times[b] - traces.times[a], 6),
                             span.samples.len()
                         ),
-                        None => format!("A {} s; Shift and click puts cursor B", time(a)),
+                        None => format!("A {}; Shift and click puts cursor B", time(a)),
                     });
                     if ui
                         .button("Copy table")

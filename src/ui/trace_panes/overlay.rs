@@ -108,11 +108,7 @@ pub fn tooltip(
     .gap(18.0)
     .show(|ui| {
         let name = traces.segment_of(k).map_or("", |segment| &segment.name);
-        ui.strong(format!(
-            "{} at {} s",
-            axis.axis.symbol(),
-            significant(traces.times[k], 6)
-        ));
+        ui.strong(format!("{} at {}", axis.axis.symbol(), traces.when(k, 6)));
         ui.weak(elided(name, NAME_LENGTH));
         egui::Grid::new("values").num_columns(3).show(ui, |ui| {
             for (trace, load, error) in loads(axis, k) {
@@ -151,8 +147,8 @@ pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     let look_back = traces.thresholds;
     let look_back = look_back.map(|thresholds| look_back_words(traces, thresholds, k));
     let all: Vec<String> = loads.chain(look_back).collect();
-    let time = significant(traces.times[k], 6);
-    format!("{} at {time} s: {}", axis.axis.symbol(), all.join(", "))
+    let when = traces.when(k, 6);
+    format!("{} at {when}: {}", axis.axis.symbol(), all.join(", "))
 }
 
 /// Draws the rule as it is: the distance d(k, j) to the present load going back from sample `k` to t_th ago, the line F_th, and the

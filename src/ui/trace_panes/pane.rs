@@ -94,7 +94,7 @@ fn pane(
     let visuals = ui.visuals().clone();
     let title = title(axis.axis, kind);
     let plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error));
-    let plot = plots::scales(plot, time_axis.then_some("time [s]"), &title);
+    let plot = plots::scales(plot, time_axis.then_some(traces.across()), &title);
     let plot = plots::moving(plot, height)
         .allow_zoom([true, false])
         .allow_drag([true, false]);
@@ -132,7 +132,7 @@ fn pane(
             Kind::Load => title.clone(),
             Kind::Error => format!("{} {title}", axis.axis.symbol()),
         },
-        across: Scale::new("time [s]", visible.time),
+        across: Scale::new(traces.across(), visible.time),
         up: Scale::new(&title, values),
         lines: lines(
             &shown,
@@ -148,7 +148,7 @@ fn pane(
         Some(k) => overlay::spoken(traces, axis, k),
         None => format!(
             "{}, {}",
-            plots::range(visible.time, "time [s]"),
+            plots::range(visible.time, traces.across()),
             plots::range(values, &title)
         ),
     });
