@@ -16,7 +16,7 @@ use crate::progress::Progress;
 use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
-const STANDS_STILL: f64 = 0.02;
+pub(super) const STANDS_STILL: f64 = 0.02;
 /// Fewer load cases than so many for each feature leave the fit to chance.
 const CASES_PER_FEATURE: usize = 2;
 

@@ -1,8 +1,10 @@
 //! How far readings may be off: what the recordings tell of it, gathered for [`Evidence`].
 
+use crate::analysis::cautions::STANDS_STILL;
 use crate::analysis::dataset::{Dataset, Key};
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{AppliedLoads, Calibration};
+use crate::evaluation::coverage::largest;
 use crate::evaluation::metrology::{
     Dwell, Figure, Metrology, Quantity, Rules, Run, dwells, extents_of_set, table_by,
 };
@@ -11,8 +13,14 @@ use crate::evaluation::uncertainty::{
     AxisUncertainty, Evidence, GroupErrors, Part, Source, StepFigures, Uncertainty, step_figures,
 };
 use crate::progress::Progress;
-use crate::recording::{Entry, Identity, Recording, Role};
+use crate::recording::{Entry, Identity, Item, Recording, Role};
 
+/// What groups are of which each is a mounting of its own; what somebody set may be.
+const MOUNTINGS: [&str; 6] = [
+    "mounting", "mount", "setup", "rotation", "position", "group",
+];
+/// A load that stays below this share of full scale does not reach it.
+const REACHED: f64 = 0.8;
 /// The sizes of so many errors of a recording are kept.
 const KEPT: usize = 200_000;
 
@@ -146,54 +154,67 @@ pub fn uncertainty(
     let groups = groups(&data, &unseen, fitted);
     let measured = Measured::of(request, &data, &unseen, calibration)?;
     progress.check()?;
-    let reference = identity.reference_uncertainty(&calibration.axes, &calibration.full_scale);
-    if let Err(problem) = &reference {
-        notes.push(problem.clone());
-    }
-    let temperature = temperature(&data);
-    let axes = (0..calibration.axes.len()).filter_map(|at| {
-        let reference = match &reference {
-            Ok(all) => all[at]
-                .map(|expanded| expanded / 2.0)
-                .ok_or_else(|| "not entered".to_owned()),
-            Err(_) => Err("not understood".to_owned()),
-        };
+    let reference = identity
+        .reference_uncertainty(&calibration.axes, &calibration.full_scale)
+        .map_err(AnalysisError::Measuring)?;
+    let temperature = temperature(&data, identity);
+    let ranges = ranges(&data, &unseen, calibration.axes.len());
+    let spans: Vec<f64> = ranges
+        .iter()
+        .map(|(low, high)| (high - low).max(0.0))
+        .collect();
+    let (mut axes, mut not_stated) = (Vec::<AxisUncertainty>::new(), Vec::new());
+    for (at, axis) in calibration.axes.iter().enumerate() {
+        let most = largest(&calibration.axes, &spans, *axis).max(2.0 * calibration.full_scale[at]);
+        if spans[at] <= STANDS_STILL * most {
+            let reason = format!(
+                "{} hardly moves in the recordings: they say nothing of readings of it",
+                axis.symbol()
+            );
+            notes.push(reason.clone());
+            not_stated.push((*axis, reason));
+            continue;
+        }
         let evidence = Evidence {
             at,
-            axis: calibration.axes[at],
+            axis: *axis,
             full_scale: calibration.full_scale[at],
+            range: ranges[at],
             groups: &groups,
             tests: &tests,
             added: vec![
-                (Source::Reference, reference),
+                (
+                    Source::Reference,
+                    reference[at]
+                        .map(|expanded| expanded / 2.0)
+                        .ok_or_else(|| "not entered".to_owned()),
+                ),
                 (Source::Temperature, Err(temperature.clone())),
             ],
             within: measured.parts(at, &data, calibration),
         };
-        evidence.combined()
-    });
-    let axes: Vec<AxisUncertainty> = axes.collect();
-    if identity
-        .reference_uncertainty(&calibration.axes, &calibration.full_scale)
-        .is_ok_and(|all| all.contains(&None))
-    {
+        axes.extend(evidence.combined());
+    }
+    if reference.contains(&None) {
         notes.push(
             "The uncertainty of the reference is not entered for every axis: U does not hold it"
                 .to_owned(),
         );
     }
+    notes.extend(short_of_full_scale(&axes));
     notes.extend(few_groups(&axes, groups.len()));
     Ok(Uncertainty {
         of,
         n_groups: groups.len(),
         axes,
+        not_stated,
         steps: measured.steps,
         notes,
     })
 }
 
 /// What is known of the temperature: within what the recordings span its effects are in their errors.
-fn temperature(data: &Dataset) -> String {
+fn temperature(data: &Dataset, identity: &Identity) -> String {
     let used = data.entries.iter().filter(|entry| entry.role != Role::Off);
     let values = used.flat_map(|entry| {
         let channels = entry.recording.auxiliary();
@@ -205,7 +226,10 @@ fn temperature(data: &Dataset) -> String {
         .map(|own| (*own, *own))
         .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     match span {
-        None => "no temperature is known".to_owned(),
+        None => match identity.get(Item::Temperature).trim() {
+            "" => "no temperature is known".to_owned(),
+            entered => format!("at {entered}, as entered; what other temperatures do is not known"),
+        },
         Some((low, high)) => format!(
             "the recordings span {} to {} °C; what other temperatures do is not known",
             significant(low, 3),
@@ -214,15 +238,57 @@ fn temperature(data: &Dataset) -> String {
     }
 }
 
+/// From which load to which each axis goes where its errors are known.
+fn ranges(data: &Dataset, unseen: &[Unseen], n_axes: usize) -> Vec<(f64, f64)> {
+    let mut all = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
+    for own in unseen {
+        let loads = data.entries[own.at].recording.load_ranges();
+        for (all, own) in all.iter_mut().zip(loads) {
+            *all = (all.0.min(own.0), all.1.max(own.1));
+        }
+    }
+    all
+}
+
+/// The axes whose loads do not reach what they are rated for.
+fn short_of_full_scale(axes: &[AxisUncertainty]) -> Option<String> {
+    let short = axes.iter().filter_map(|own| {
+        let (low, high) = own.range;
+        let share = low.abs().max(high.abs()) / own.full_scale;
+        (share < REACHED).then(|| {
+            format!(
+                "{} from {} to {} {}, {} % of full scale",
+                own.axis.symbol(),
+                significant(low, 3),
+                significant(high, 3),
+                own.unit,
+                significant(100.0 * share, 2)
+            )
+        })
+    });
+    let short: Vec<String> = short.collect();
+    (!short.is_empty()).then(|| {
+        format!(
+            "The recordings do not reach full scale ({}): U says nothing of larger loads",
+            short.join("; ")
+        )
+    })
+}
+
 /// What few groups leave open.
 fn few_groups(axes: &[AxisUncertainty], n_groups: usize) -> Option<String> {
-    let most = axes
-        .iter()
-        .map(|own| own.factor_by_degrees)
-        .fold(2.0, f64::max);
-    let shown = significant(most, 3);
-    (most > 2.2).then(|| {
-        format!("The scatter between {n_groups} groups is known by as few: for 95 % some axes would take k = {shown} in place of 2")
+    let wide = axes.iter().filter(|own| own.factor_by_degrees > 2.2);
+    let wide: Vec<String> = wide
+        .map(|own| {
+            let factor = significant(own.factor_by_degrees, 3);
+            format!("{} k = {factor}", own.axis.symbol())
+        })
+        .collect();
+    (!wide.is_empty()).then(|| {
+        format!(
+            "The scatter between {n_groups} groups is known by as few: for 95 % it would take {} in place of 2",
+            wide.join(", ")
+        )
     })
 }
 
@@ -294,7 +360,16 @@ impl Measured {
         let told = |error: crate::evaluation::metrology::MetrologyError| {
             AnalysisError::Measuring(error.to_string())
         };
-        let groups: Vec<usize> = unseen.iter().map(|own| data.groups.of[own.at]).collect();
+        // Other programmes or days in one mounting are no reproducibility after mounting anew.
+        let is_mounted_anew = MOUNTINGS.contains(&data.groups.by);
+        let group = |own: &Unseen| {
+            if is_mounted_anew {
+                data.groups.of[own.at]
+            } else {
+                0
+            }
+        };
+        let groups: Vec<usize> = unseen.iter().map(group).collect();
         let held = dwells(&runs, &rules).map_err(told)?;
         Ok(Self {
             table: table_by(&runs, &rules).map_err(told)?,

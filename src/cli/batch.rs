@@ -110,6 +110,9 @@ struct Row {
     /// `pass`, `fail`, `no limits`, or `error`.
     verdict: String,
     reasons: Vec<String>,
+    /// What has to be known beside the figures.
+    #[serde(default)]
+    cautions: Vec<String>,
     /// The limited figures, or the usual ones, by name and axis, in their limits' units.
     values: BTreeMap<String, f64>,
     /// What it was made of.
@@ -342,6 +345,7 @@ impl Batch<'_> {
             serial: sensor.name.clone(),
             verdict: FAILED.to_owned(),
             reasons: vec![reason],
+            cautions: Vec::new(),
             values: BTreeMap::new(),
             input_sha256: String::new(),
             program: PROGRAM.to_owned(),
@@ -484,6 +488,7 @@ impl Batch<'_> {
                 .filter(|own| !own.pass)
                 .map(Checked::told)
                 .collect(),
+            cautions: data.warnings.clone(),
             values: values(&checked, &certificate.measured, self.limits.is_empty()),
             input_sha256: key,
             program: PROGRAM.to_owned(),
@@ -610,7 +615,7 @@ fn write_summary(rows: &[Row], limits: &Limits, out: &mut dyn io::Write) -> io::
     columns.dedup();
     let mut csv = CsvWriter::new(out);
     let head = ["sensor", "serial", "verdict", "reasons"].map(str::to_owned);
-    let tail = ["input_sha256", "program"].map(str::to_owned);
+    let tail = ["cautions", "input_sha256", "program"].map(str::to_owned);
     csv.row(
         head.into_iter()
             .chain(columns.iter().map(|name| (*name).clone()))
@@ -628,7 +633,11 @@ fn write_summary(rows: &[Row], limits: &Limits, out: &mut dyn io::Write) -> io::
                 .get(*name)
                 .map_or_else(String::new, f64::to_string)
         });
-        let tail = [row.input_sha256.clone(), row.program.clone()];
+        let tail = [
+            row.cautions.join("; "),
+            row.input_sha256.clone(),
+            row.program.clone(),
+        ];
         csv.row(words.into_iter().chain(values).chain(tail))?;
     }
     csv.flush()

@@ -76,17 +76,16 @@ pub fn measurements(
     };
     let unit = |at: usize| axes[at].0.unit();
     let known = uncertainty.as_ref();
+    let of_axis = |at: usize| {
+        known
+            .map_err(Clone::clone)
+            .and_then(|own| own.of_axis(axes[at].0))
+    };
     let mut all = by_axis("U", &|at| {
-        (
-            known.map(|own| own.axes[at].expanded).map_err(Clone::clone),
-            unit(at),
-            true,
-        )
+        (of_axis(at).map(|own| own.expanded), unit(at), true)
     });
     all.extend(by_axis("coverage", &|at| {
-        let share = known
-            .map_err(Clone::clone)
-            .and_then(|own| own.axes[at].coverage.clone());
+        let share = of_axis(at).and_then(|own| own.coverage.clone());
         (share.map(|own| 100.0 * own.share), "%", false)
     }));
     let scores = &quality.compensated;

@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use strum::{EnumIter, IntoEnumIterator as _};
 
 use crate::recording::Axis;
+use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::small_file::read_small;
 
 /// No description of a sensor is longer.
@@ -235,9 +236,41 @@ fn uncertainty(text: &str, axes: &[Axis], full_scale: &[f64]) -> Option<Vec<Opti
     if text.trim().is_empty() {
         return Some(vec![None; axes.len()]);
     }
-    if let Some(share) = text.trim().strip_suffix('%') {
-        let share = number(share)? / 100.0;
+    let text = text.trim().to_lowercase();
+    let whole = [
+        "for every axis",
+        "for all axes",
+        "of every axis",
+        "on every axis",
+        "on all axes",
+    ];
+    let text = whole
+        .iter()
+        .find_map(|end| text.strip_suffix(end))
+        .unwrap_or(&text)
+        .trim();
+    if let Some((share, of)) = text.split_once('%') {
+        let is_known = [
+            "",
+            "fs",
+            "of fs",
+            "of full scale",
+            "full scale",
+            "f.s.",
+            "fso",
+        ]
+        .contains(&of.trim());
+        // A decimal comma can be nothing else here.
+        let share = number(&share.replace(',', ".")).filter(|_| is_known)? / 100.0;
         return Some(full_scale.iter().map(|full| Some(share * full)).collect());
+    }
+    if let Some((value, unit)) = text.split_once(' ')
+        && let Some(value) = number(&value.replace(',', "."))
+    {
+        // One load stands for all axes that have its unit.
+        let of_axis = |axis: &Axis| Some(value * factor_of(unit.trim(), *axis)?);
+        let found: Vec<Option<f64>> = axes.iter().map(of_axis).collect();
+        return found.iter().any(Option::is_some).then_some(found);
     }
     let mut found = vec![None; axes.len()];
     for part in text.split([',', ';']) {
@@ -248,14 +281,9 @@ fn uncertainty(text: &str, axes: &[Axis], full_scale: &[f64]) -> Option<Vec<Opti
             symbol.eq_ignore_ascii_case(axis.symbol()) || symbol.eq_ignore_ascii_case(&other)
         })?;
         let value = number(words.next()?)?;
-        let factor = match (words.next(), axis.unit()) {
-            (None, _) | (Some("N"), "N") | (Some("N·m" | "Nm" | "N*m" | "N-m" | "N.m"), "N·m") => {
-                1.0
-            }
-            (Some("kN"), "N") | (Some("kN·m" | "kNm"), "N·m") => 1e3,
-            (Some("mN"), "N") | (Some("N·mm" | "Nmm" | "mN·m" | "mNm"), "N·m") => 1e-3,
-            _ => return None,
-        };
+        let factor = words
+            .next()
+            .map_or(Some(1.0), |unit| factor_of(unit, axis))?;
         if words.next().is_some() {
             return None;
         }
@@ -264,6 +292,14 @@ fn uncertainty(text: &str, axes: &[Axis], full_scale: &[f64]) -> Option<Vec<Opti
         }
     }
     Some(found)
+}
+
+/// What a unit of a load on this axis is in that of the axis; `None` of any other unit.
+fn factor_of(unit: &str, axis: Axis) -> Option<f64> {
+    match axis.is_force() {
+        true => force_in_newtons(unit),
+        false => moment_in_newton_metres(unit),
+    }
 }
 
 impl Serialize for Identity {
@@ -369,8 +405,11 @@ impl SensorFile {
                 axis.symbol()
             ));
         }
+        let identity: Identity = toml::Value::Table(table).try_into().map_err(told)?;
+        // What nobody understands would be left out of U.
+        identity.reference_uncertainty(&Axis::ALL, &[1.0; Axis::ALL.len()])?;
         Ok(Self {
-            identity: toml::Value::Table(table).try_into().map_err(told)?,
+            identity,
             rated_loads: rated,
         })
     }
@@ -427,6 +466,7 @@ mod tests {
         assert!(wrong("[rated_loads]\nFx = -3").contains("-3 of Fx"));
         assert!(wrong("[rated_loads]\nFq = 3").contains("Fq"));
         assert!(wrong("serial = ").contains("line 1"));
+        assert!(wrong("reference_uncertainty = 'small'").contains("neither a share"));
     }
 
     #[test]
@@ -441,6 +481,20 @@ mod tests {
         assert_eq!(of("0.05 %"), Ok(vec![Some(0.1), Some(0.002)]));
         assert_eq!(of("Fx 0.2 N, Tz 4 N·mm"), Ok(vec![Some(0.2), Some(0.004)]));
         assert_eq!(of("Mz 0.01"), Ok(vec![None, Some(0.01)]));
+        for share in [
+            "0.05 % of full scale for every axis",
+            "0,05 %",
+            "0.05% FS",
+            "0.05 % of FS",
+        ] {
+            assert_eq!(of(share), of("0.05 %"), "{share}");
+        }
+        assert_eq!(
+            of("0.1 N"),
+            Ok(vec![Some(0.1), None]),
+            "all axes of that unit"
+        );
+        assert_eq!(of("4 Nmm"), Ok(vec![None, Some(0.004)]));
         for wrong in ["good", "Fx", "Fx 1 N·m", "-1 %", "Fx nan N"] {
             assert!(
                 of(wrong)

@@ -100,6 +100,60 @@ fn the_uncertainty_is_that_of_what_was_left_out_and_of_the_reference() {
     assert!((0.0..=1.0).contains(&share));
 }
 
+/// An axis that no recording loads, and one that they load to half of what it is rated for.
+#[test]
+fn nothing_is_stated_of_loads_that_no_recording_has() {
+    let workshop = Workshop::with_recordings();
+    for name in ["a", "b", "c"] {
+        let text = workshop.read(&format!("{name}.csv"));
+        let still = text.lines().enumerate().map(|(at, line)| match at {
+            0 => format!("{line},Mz [N·m]\n"),
+            _ => format!("{line},0\n"),
+        });
+        workshop.write(&format!("{name}.csv"), &still.collect::<String>());
+    }
+    workshop.write(
+        "sensor.toml",
+        "reference_uncertainty = \"1 %\"\n[rated_loads]\nFz = 16\nMz = 2\n",
+    );
+    workshop.write("limits.toml", "U = 90\n");
+    let train = [
+        "--train",
+        "a.csv",
+        "b.csv",
+        "c.csv",
+        "--sensor",
+        "sensor.toml",
+    ];
+    let words = [&["fit", "--uncertainty", "--json"][..], &train].concat();
+    let found = json(&stdout(&succeed(workshop.path(), &words)));
+    let axes = found["uncertainty"]["axes"].as_array().unwrap();
+    assert_eq!(axes.len(), 1);
+    assert_eq!(axes[0]["axis"], "Fz");
+    let range = axes[0]["range"].as_array().unwrap();
+    assert!(range[1].as_f64().unwrap() <= 8.0, "{range:?}");
+    let words = [
+        &[
+            "report",
+            "--certificate",
+            "--limits",
+            "limits.toml",
+            "--out",
+            "c.html",
+        ][..],
+        &train,
+    ]
+    .concat();
+    run(workshop.path(), &words);
+    let page = workshop.read("c.html");
+    assert!(page.contains("Mz hardly moves in the recordings"));
+    assert!(page.contains("do not reach full scale (Fz from"));
+    assert!(
+        page.contains(": FAIL. "),
+        "a U that is not known keeps no limit"
+    );
+}
+
 #[test]
 fn a_certificate_says_who_what_and_whether_it_passes() {
     let workshop = Workshop::with_recordings();

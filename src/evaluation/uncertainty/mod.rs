@@ -179,6 +179,8 @@ pub struct AxisUncertainty {
     pub unit: &'static str,
     /// Its full scale, 0 where there is none.
     pub full_scale: f64,
+    /// From which load to which its errors are known.
+    pub range: (f64, f64),
     /// The combined standard uncertainty.
     pub standard: f64,
     /// U = k u, in the unit of the axis.
@@ -220,12 +222,28 @@ pub struct Uncertainty {
     pub of: String,
     /// What is left out in turn, or each of the recordings.
     pub n_groups: usize,
-    /// Each axis.
+    /// Each axis of which something can be said.
     pub axes: Vec<AxisUncertainty>,
+    /// Of the others why not.
+    pub not_stated: Vec<(Axis, String)>,
     /// What its load steps show.
     pub steps: Vec<StepFigures>,
     /// What is to be known beside it.
     pub notes: Vec<String>,
+}
+
+impl Uncertainty {
+    /// That of an axis, or why there is none.
+    pub fn of_axis(&self, axis: Axis) -> Result<&AxisUncertainty, String> {
+        let reason = || {
+            let own = self.not_stated.iter().find(|(own, _)| *own == axis);
+            own.map_or_else(|| "not known".to_owned(), |(_, reason)| reason.clone())
+        };
+        self.axes
+            .iter()
+            .find(|own| own.axis == axis)
+            .ok_or_else(reason)
+    }
 }
 
 /// A source with its standard uncertainty, or why that is not known.
@@ -240,6 +258,8 @@ pub struct Evidence<'a> {
     pub axis: Axis,
     /// Its full scale, 0 where there is none.
     pub full_scale: f64,
+    /// From which load to which these errors are.
+    pub range: (f64, f64),
     /// The errors of groups that a fit has not seen.
     pub groups: &'a [GroupErrors],
     /// Those of recordings in the test role.
@@ -273,8 +293,19 @@ impl Evidence<'_> {
         let expanded = COVERAGE_FACTOR * standard;
         // The scatter between groups is known by as many groups; that within them by many samples.
         let between = reproducibility.unwrap_or(0.0);
-        let degrees = (between > 0.0)
-            .then(|| (self.groups.len() - 1) as f64 * (standard / between).powi(4))
+        let by_means =
+            (between > 0.0).then(|| (self.groups.len() - 1) as f64 * (standard / between).powi(4));
+        // Groups that differ in sensitivity have the same mean errors, and other mean squares: ν = 2 u⁴ / s²(u²) (GUM G.4.1).
+        let n = self.groups.len() as f64;
+        let own: Vec<f64> = self.groups.iter().map(|own| own.squares[self.at]).collect();
+        let mean = own.iter().sum::<f64>() / n;
+        let scatter = own.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (n - 1.0) / n;
+        let by_squares =
+            (own.len() >= FEWEST_GROUPS && scatter > 0.0).then(|| 2.0 * standard.powi(4) / scatter);
+        let degrees = by_means
+            .into_iter()
+            .chain(by_squares)
+            .min_by(f64::total_cmp)
             .filter(|degrees| *degrees < 1000.0);
         let told = |(list, added): (&Vec<Part>, bool)| {
             let list = list.iter().cloned();
@@ -294,6 +325,7 @@ impl Evidence<'_> {
             axis: self.axis,
             unit: self.axis.unit(),
             full_scale: self.full_scale,
+            range: self.range,
             standard,
             expanded,
             percent_fs: (self.full_scale > 0.0).then(|| 100.0 * expanded / self.full_scale),
@@ -386,6 +418,7 @@ mod tests {
             at: 0,
             axis: Axis::Fz,
             full_scale: 100.0,
+            range: (-1.0, 1.0),
             groups,
             tests: &[],
             added,
@@ -442,6 +475,16 @@ mod tests {
             );
             assert!(coverage.least <= coverage.share);
         }
+    }
+
+    /// Four groups without a mean error, of mean squares 1, 1, 4, 2: s² of their mean is (1 + 1 + 4) / 3 / 4, so ν = 2 · 2² / 0.5.
+    #[test]
+    fn groups_that_differ_in_size_alone_are_few_too() {
+        let errors = [1.0_f64, 1.0, 4.0, 2.0].map(|square| [square.sqrt(), -square.sqrt()]);
+        let groups = errors.map(|own| GroupErrors::of("g", &own, 1, 10));
+        let found = of(&groups, Vec::new());
+        assert!((found.degrees.unwrap() - 16.0).abs() < 1e-9);
+        assert!(found.factor_by_degrees > 2.1);
     }
 
     #[test]

@@ -139,7 +139,11 @@ fn identity(calibration: &Calibration, page: &mut Markup) {
 fn results(report: &ReportData, certificate: &Certificate, page: &mut Markup) {
     let calibration = &report.calibration;
     let with_limits = !certificate.checked.is_empty();
-    let mut columns = vec![Column::words("Axis"), Column::numbers("Full scale")];
+    let mut columns = vec![
+        Column::words("Axis"),
+        Column::numbers("Full scale"),
+        Column::numbers("Loaded from … to"),
+    ];
     columns.extend(
         [
             "U (k = 2)",
@@ -165,11 +169,18 @@ fn results(report: &ReportData, certificate: &Certificate, page: &mut Markup) {
             .uncertainty
             .as_ref()
             .ok()
-            .and_then(|found| found.axes.get(at));
+            .and_then(|found| found.of_axis(axis).ok());
         let full = calibration.full_scale[at];
         let mut cells = vec![
             Cell::words(axis.symbol()),
             Cell::number(full, format!("{} {unit}", significant(full, 4))),
+            match own.map(|own| own.range) {
+                Some((low, high)) => Cell::number(
+                    high - low,
+                    format!("{} … {}", significant(low, 3), significant(high, 3)),
+                ),
+                None => Cell::none(),
+            },
             load(own.map(|own| own.expanded)),
             Cell::digits(own.and_then(|own| own.percent_fs), 3),
             Cell::digits(
@@ -237,12 +248,20 @@ fn statements(report: &ReportData, page: &mut Markup) {
         }
         Err(reason) => page.element("p", &format!("No uncertainty is stated: {reason}")),
     }
+    if !report.warnings.is_empty() {
+        let n = report.warnings.len();
+        let what = if n == 1 { "warning" } else { "warnings" };
+        page.element(
+            "p",
+            &format!("To be read with the {n} {what} on the last pages."),
+        );
+    }
 }
 
 fn stated(found: &Uncertainty) -> String {
     format!(
         "U is the combined standard uncertainty of one reading of the compensated load, times the coverage factor k = 2, after JCGM 100 (GUM). \
-         It is of {}. Errors within U: how often an error of what was left out is within the U of the others; 95 % is expected.",
+         It is one figure for all loads between those of the table, and is of {}. Errors within U: how often an error of what was left out is within the U of the others; 95 % is expected.",
         found.of
     )
 }

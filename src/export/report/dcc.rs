@@ -91,7 +91,7 @@ pub(crate) fn dcc_of(report: &ReportData) -> Result<String, DccError> {
                 page.within("dcc:results", "", |page| {
                     result(
                         page,
-                        "Reading at full scale, with its expanded uncertainty",
+                        "Full scale (a nominal load), with the expanded uncertainty of a reading",
                         |page| {
                             for own in &found.axes {
                                 quantity(page, own.axis, |page| {
