@@ -297,7 +297,7 @@ fn settings_of(calibration: &Calibration, settings: &FitSettings) -> FitSettings
     let is_rated = |at: usize| calibration.rated.get(at) == Some(&true);
     let full_scale = calibration.full_scale.iter().enumerate();
     let strengths = &calibration.quality.ridge;
-    let (mut network, mut kernel) = (settings.network.clone(), settings.kernel.clone());
+    let (mut network, mut kernel) = (settings.network.clone(), settings.kernel);
     match &calibration.learned {
         Some(Learned::Network(own)) => {
             let hidden = own

@@ -186,10 +186,10 @@ impl Word<'_> {
 
     fn month(&self) -> Option<i8> {
         let name = self.text.to_lowercase();
-        let is_it = |month: &&str| {
-            **month == *name || [&month[..3], "sept"].contains(&&*name) && month.starts_with(&name)
-        };
-        let at = MONTHS.iter().position(|month| is_it(&month))?;
+        let at = MONTHS.iter().position(|month| {
+            let is_short = name == month[..3] || name == "sept";
+            name == *month || is_short && month.starts_with(&name)
+        })?;
         Some(at as i8 + 1)
     }
 
