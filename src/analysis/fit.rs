@@ -228,9 +228,10 @@ impl Dataset {
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
-        let each = (left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES)
-            .then(|| coefficients_left_out(parts, terms(&all), &shares))
-            .unwrap_or_default();
+        let each = match left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES {
+            true => coefficients_left_out(parts, terms(&all), &shares),
+            false => Vec::new(),
+        };
         let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();
         let coefficients = CoefficientUncertainty::of(self.cross_validation(), &maps);
         let left_out_present = left_out(parts, &present);
