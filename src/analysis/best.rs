@@ -501,7 +501,7 @@ impl Side {
 
     /// Finds with which lags the auxiliary channels do best, if there are any.
     fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
-        let mut best = None;
+        let (mut at_once, mut least) = (None, f64::INFINITY);
         for lags in AUXILIARY_LAGS {
             let mut settings = self.settings.clone();
             settings.features.blocks.set(&Auxiliary, lags.to_vec());
@@ -514,10 +514,12 @@ impl Side {
             let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
             let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
             let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
-            if best.is_none_or(|least| square < LAG_HELPS * least) {
-                best = Some(square);
+            let helps = at_once.is_none_or(|at_once| square < LAG_HELPS * at_once);
+            if helps && square < least {
                 self.auxiliary = lags.to_vec();
+                least = square;
             }
+            at_once = at_once.or(Some(square));
         }
         Ok(())
     }
@@ -690,7 +692,7 @@ mod tests {
             let mut slow = 20.0;
             for k in 0..600 {
                 let t = f64::from(k) + 700.0 * f64::from(at);
-                let warm = 20.0 + 10.0 * (0.03 * t).sin();
+                let warm = 20.0 + 10.0 * (0.03 * t).sin() + 8.0 * (0.17 * t).sin();
                 slow += (warm - slow) / 20.0;
                 let load = [10.0 * (0.7 * t).sin(), 8.0 * (0.9 * t).cos()];
                 let noise = 0.01 * (1e3 * t).sin();

@@ -615,7 +615,7 @@ fn write_summary(rows: &[Row], limits: &Limits, out: &mut dyn io::Write) -> io::
     columns.dedup();
     let mut csv = CsvWriter::new(out);
     let head = ["sensor", "serial", "verdict", "reasons"].map(str::to_owned);
-    let tail = ["cautions", "input_sha256", "program"].map(str::to_owned);
+    let tail = ["input_sha256", "program", "cautions"].map(str::to_owned);
     csv.row(
         head.into_iter()
             .chain(columns.iter().map(|name| (*name).clone()))
@@ -634,9 +634,9 @@ fn write_summary(rows: &[Row], limits: &Limits, out: &mut dyn io::Write) -> io::
                 .map_or_else(String::new, f64::to_string)
         });
         let tail = [
-            row.cautions.join("; "),
             row.input_sha256.clone(),
             row.program.clone(),
+            row.cautions.join("; "),
         ];
         csv.row(words.into_iter().chain(values).chain(tail))?;
     }
