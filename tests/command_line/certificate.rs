@@ -110,7 +110,7 @@ fn nothing_is_stated_of_loads_that_no_recording_has() {
             0 => format!("{line},Mz [N·m]\n"),
             _ => format!("{line},0\n"),
         });
-        workshop.write(&format!("{name}.csv"), &still.collect::<String>());
+        workshop.write(&format!("{name}.csv"), still.collect::<String>());
     }
     workshop.write(
         "sensor.toml",
