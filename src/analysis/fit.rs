@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
-use crate::analysis::left_out_fits::coefficients_left_out;
 use crate::calibration::{
     BlockRidge, Calibration, CoefficientUncertainty, CrossValidation, LinearMap, MOST_FEATURES,
     NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
@@ -229,7 +228,7 @@ impl Dataset {
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
         let each = match left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES {
-            true => coefficients_left_out(parts, terms(&all), &shares),
+            true => left_out_all.coefficients(&shares),
             false => Vec::new(),
         };
         let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();

@@ -2,9 +2,7 @@
 
 use crate::analysis::dataset::Dataset;
 use crate::analysis::fit::Sums;
-use crate::calibration::{
-    Calibration, LinearMap, NormalEquations, Past, Piece, Terms, fit_targets,
-};
+use crate::calibration::{Calibration, LinearMap, Past, Piece, Terms};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::features::Design;
 use crate::recording::Recording;
@@ -58,23 +56,11 @@ impl Dataset {
         if !left_out.is_determined(&strengths) {
             return Err(NotLeftOut::TooFew);
         }
+        let fits = left_out.coefficients(&shares);
+        let maps = fits.iter().map(|found| self.map_of(&design, found));
         Ok(LeftOutFits {
-            maps: self.maps_left_out(&design, &sums.parts, terms, &shares),
+            maps: maps.collect(),
         })
-    }
-
-    /// The maps of fits to all parts but one, each in turn.
-    pub fn maps_left_out(
-        &self,
-        design: &Design,
-        parts: &[NormalEquations],
-        terms: Terms<'_>,
-        shares: &[Vec<f64>],
-    ) -> Vec<LinearMap> {
-        let fits = coefficients_left_out(parts, terms, shares);
-        fits.iter()
-            .map(|found| self.map_of(design, found))
-            .collect()
     }
 
     /// The map with these coefficients beside the conventional ones.
@@ -84,17 +70,6 @@ impl Dataset {
             matrix: self.map.corrected(design, coefficients),
         }
     }
-}
-
-/// The coefficients of fits to all parts but one, each in turn.
-pub(super) fn coefficients_left_out(
-    parts: &[NormalEquations],
-    terms: Terms<'_>,
-    shares: &[Vec<f64>],
-) -> Vec<Vec<f64>> {
-    let fit = |_, rest: &NormalEquations| fit_targets(rest, terms, shares).coefficients;
-    let fits = NormalEquations::each_without(parts, |_| true, fit).into_iter();
-    fits.map(|(_, coefficients)| coefficients).collect()
 }
 
 impl LeftOutFits {

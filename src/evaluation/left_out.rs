@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 pub use self::by_block::{BlockStrengths, shares_of_blocks};
 use self::lanes::{LANES, Work};
-use crate::calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit};
+use crate::calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets};
 use crate::evaluation::cross_validation::{RIDGE_STRENGTHS, strongest_good};
 use crate::evaluation::metrics::root_mean;
 use crate::features::ColumnKind;
@@ -31,6 +31,13 @@ pub struct LeftOut<'a> {
 }
 
 impl LeftOut<'_> {
+    /// The coefficients of the fits to all parts but one, each in turn.
+    pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
+        let fits = NormalEquations::each_without(self.parts, |_| true, fit).into_iter();
+        fits.map(|(_, coefficients)| coefficients).collect()
+    }
+
     /// Whether a fit has as many samples as coefficients that nothing shrinks, whichever part is left out; without that
     /// an error says more about the solution that was picked among many than about the data.
     pub fn is_determined(&self, strengths: &[f64]) -> bool {
