@@ -23,8 +23,8 @@ use crate::engine::questions::{
     Analyse, AskUncertainty, CheckData, ChooseBlock, Compare, CompareDays, FaultyRecording,
     FindBest, FindFaults, LookAt, StudyThresholds, Train, Trained,
 };
-use crate::engine::recovery::{LeftSession, Recovery, drop_left};
-use crate::engine::results::{KeptTraining, Results};
+use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
+use crate::engine::results::{KeptTraining, Results, ResultsId};
 use crate::engine::saving::{About, Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
 use crate::engine::task::{Done, Task};
@@ -37,7 +37,7 @@ use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
-use crate::recording::{Identity, Item, RecordingSet, Role, Tare};
+use crate::recording::{Identity, Item, Recording, RecordingSet, Role, Tare};
 
 /// Files with the maps that they are read by.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
@@ -45,9 +45,29 @@ type Files = Vec<(PathBuf, Option<ColumnMap>)>;
 /// A task that was begun.
 struct Begun {
     is_seen: bool,
-    /// The files that it opens.
-    reads: Files,
+    /// What waited for its turn, if it did.
+    turn: Option<InTurn>,
     lane: Lane<Task>,
+}
+
+/// What makes recordings is done one after another: each begins with what the one before it made, and many long recordings at
+/// once would not be in memory.
+#[derive(Clone)]
+enum InTurn {
+    Read(Files),
+    /// By recordings, not by places, which may move while it waits.
+    Tare(Vec<Arc<Recording>>, Tare),
+    LeaveOutFaulty,
+    Simulate,
+}
+
+impl InTurn {
+    fn files(&self) -> &[(PathBuf, Option<ColumnMap>)] {
+        match self {
+            Self::Read(files) => files,
+            _ => &[],
+        }
+    }
 }
 
 /// More notices than this are forgotten, oldest first.
@@ -145,9 +165,6 @@ pub enum Leaving {
     Restore(PathBuf, Box<OpenedSession>),
 }
 
-/// What tells results from those that were saved: the last training, and the rows with what is said of them.
-type ResultsId = (Option<usize>, Vec<(u64, String, bool)>);
-
 /// Everything behind the window.
 pub struct Engine {
     project: Project,
@@ -216,8 +233,7 @@ pub struct Engine {
     current: Current,
     preview: Lane<Preview>,
     tasks: Vec<Begun>,
-    /// Files to read after those that are being read: many long ones at once would not be in memory.
-    to_read: VecDeque<Files>,
+    waiting: VecDeque<InTurn>,
     /// What questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
@@ -265,7 +281,7 @@ impl Engine {
             current: Current::default(),
             preview: Lane::new(&notify),
             tasks: Vec::new(),
-            to_read: VecDeque::new(),
+            waiting: VecDeque::new(),
             datasets: Datasets::default(),
             notify,
         }
@@ -768,25 +784,50 @@ impl Engine {
     }
 
     fn start(&mut self, task: Task) {
+        self.begin(task, None);
+    }
+
+    fn begin(&mut self, task: Task, turn: Option<InTurn>) {
         let mut lane = Lane::new(&self.notify);
         let is_seen = task.is_seen();
         lane.ask_again(task);
         self.tasks.push(Begun {
             is_seen,
-            reads: Files::new(),
+            turn,
             lane,
         });
     }
 
-    /// Reads the next files, where none are being read.
-    fn read_next(&mut self) {
-        if self.tasks.iter().any(|task| !task.reads.is_empty()) {
+    fn await_turn(&mut self, turn: InTurn) {
+        self.waiting.push_back(turn);
+        self.begin_next();
+    }
+
+    /// Begins what waits, where nothing of its kind goes on.
+    fn begin_next(&mut self) {
+        if self.tasks.iter().any(|task| task.turn.is_some()) {
             return;
         }
-        if let Some(files) = self.to_read.pop_front() {
-            self.start(Task::Open(files.clone(), self.preferences.maps.clone()));
-            self.tasks.last_mut().expect("it began").reads = files;
-        }
+        let Some(turn) = self.waiting.pop_front() else {
+            return;
+        };
+        let recordings = Arc::clone(&self.project.recordings);
+        let task = match turn.clone() {
+            InTurn::Read(files) => Task::Open(files, self.preferences.maps.clone()),
+            InTurn::Tare(which, tare) => {
+                let is_meant = |own: &Recording| {
+                    let mut which = which.iter();
+                    which.any(|meant| meant.name() == own.name() && meant.source() == own.source())
+                };
+                let entries = recordings.entries().iter().enumerate();
+                let meant = entries.filter(|(_, entry)| is_meant(&entry.recording));
+                let meant = meant.map(|(at, _)| at).collect();
+                Task::Tare(recordings, meant, tare)
+            }
+            InTurn::LeaveOutFaulty => Task::LeaveOut(recordings, self.project.valid_range()),
+            InTurn::Simulate => Task::Simulate(recordings),
+        };
+        self.begin(task, Some(turn));
     }
 
     /// Does something; what takes its time goes on beside.
@@ -797,18 +838,14 @@ impl Engine {
             Action::Redo => self.history.redo(&mut self.project),
             Action::Show(view) => self.project.view = view,
             Action::Open(paths) => self.open(paths),
-            Action::OpenBuiltIn => {
-                let replaced = Arc::clone(&self.project.recordings);
-                self.start(Task::Simulate(replaced));
-            }
+            Action::OpenBuiltIn => self.await_turn(InTurn::Simulate),
             Action::Tare(which, tare) => {
-                let recordings = Arc::clone(&self.project.recordings);
-                self.start(Task::Tare(recordings, which, tare));
+                let entries = self.project.recordings.entries();
+                let which = which.iter().filter_map(|at| entries.get(*at));
+                let which = which.map(|entry| Arc::clone(&entry.recording)).collect();
+                self.await_turn(InTurn::Tare(which, tare));
             }
-            Action::LeaveOutFaulty => {
-                let recordings = Arc::clone(&self.project.recordings);
-                self.start(Task::LeaveOut(recordings, self.project.valid_range()));
-            }
+            Action::LeaveOutFaulty => self.await_turn(InTurn::LeaveOutFaulty),
             Action::Save(content, path, existing) => self.save(content, path, existing),
             Action::Export(path, existing) => self.export(path, existing),
             Action::Replace(yes) => {
@@ -907,7 +944,7 @@ impl Engine {
                 // Nobody waits for what cannot be stopped.
                 let seen = self.tasks.iter().filter(|task| task.is_seen);
                 seen.for_each(|task| task.lane.cancel());
-                self.to_read.clear();
+                self.waiting.clear();
             }
             Action::Tell(notice) => self.say(notice),
             Action::Dismiss(at) => {
@@ -986,7 +1023,7 @@ impl Engine {
                 .for_each(|problem| self.tell(Level::Error, problem));
             done.into_iter().for_each(|done| self.finish(done));
         }
-        self.read_next();
+        self.begin_next();
     }
 
     pub(super) fn finish(&mut self, done: Done) {
@@ -1000,9 +1037,12 @@ impl Engine {
                     false => self.take_files(files),
                 }
             }
-            // Others have been opened meanwhile.
-            Done::Changed(before, _) | Done::Simulated(before, _)
-                if !Arc::ptr_eq(&before, &self.project.recordings) => {}
+            Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
+            Done::Changed(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {
+                let text = "The recordings were changed while they were tared or their faults left out; what was asked for \
+                            was not done. Ask again.";
+                self.tell(Level::Warning, text);
+            }
             Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
             Done::Changed(_, Err(error)) => self.tell(Level::Error, error),
             Done::Simulated(_, set) => {
@@ -1093,12 +1133,11 @@ impl Engine {
             (path, map)
         });
         // What is opened again while it is read or waits is meant once.
-        let awaited = (self.tasks.iter().map(|task| &task.reads)).chain(&self.to_read);
-        let awaited: Vec<_> = awaited.flatten().collect();
+        let begun = self.tasks.iter().filter_map(|task| task.turn.as_ref());
+        let awaited: Vec<_> = begun.chain(&self.waiting).flat_map(InTurn::files).collect();
         let files: Files = files.filter(|file| !awaited.contains(&file)).collect();
         if !files.is_empty() {
-            self.to_read.push_back(files);
-            self.read_next();
+            self.await_turn(InTurn::Read(files));
         }
     }
 
@@ -1237,8 +1276,7 @@ impl Engine {
             self.project.maps.entry(path).or_insert(map);
         }
         if is_built_in {
-            let replaced = Arc::clone(&self.project.recordings);
-            self.start(Task::Simulate(replaced));
+            self.await_turn(InTurn::Simulate);
         }
         // What was recovered is not saved anywhere, be it of the built-in sensor.
         self.saved = Some(match &path {
@@ -1291,12 +1329,23 @@ impl Engine {
         if self.tasks.is_empty() {
             self.recovery.take_over(std::mem::take(&mut self.restored));
         }
-        let session = || Session::of(&self.project, Some(layout()));
-        let unsaved: Option<&dyn Fn() -> Session> = match self.is_unsaved() {
-            true => Some(&session),
+        let mut recovery = std::mem::take(&mut self.recovery);
+        let unsaved = || Unsaved {
+            session: Session {
+                trained: self.unproven.as_deref().cloned(),
+                ..Session::of(&self.project, Some(layout()))
+            },
+            results: self.results(),
+            id: self.results_id(),
+            of: Arc::clone(&self.project.recordings),
+        };
+        let unsaved: Option<&dyn Fn() -> Unsaved> = match self.is_unsaved() {
+            true => Some(&unsaved),
             false => None,
         };
-        self.recovery.follow(now_secs, unsaved)
+        let due = recovery.follow(now_secs, unsaved);
+        self.recovery = recovery;
+        due
     }
 
     /// The window closes as it should: nothing needs to be recovered.

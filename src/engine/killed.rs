@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::engine::recovery::Recovery;
+use crate::engine::recovery::{Recovery, Unsaved};
 use crate::engine::{FileContent, PreferencesFile, Project, Session};
 use crate::progress::Progress;
 
@@ -69,7 +69,11 @@ fn writes_until_it_is_killed() {
         let mut waits = Some(0.0);
         while waits.is_some_and(|secs| secs < 1.0) {
             now_secs += 3600.0;
-            waits = recovery.follow(now_secs, Some(&|| session(round)));
+            let unsaved = || Unsaved {
+                session: session(round),
+                ..Unsaved::default()
+            };
+            waits = recovery.follow(now_secs, Some(&unsaved));
         }
         fs::write(folder.join("begun"), "").unwrap();
     }

@@ -6,11 +6,16 @@
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::SystemTime;
 
+use serde_json::Value;
+
+use crate::engine::results::{Results, ResultsId};
 use crate::engine::session::Session;
 use crate::export::{clean_up_in, write_atomically};
+use crate::recording::RecordingSet;
 
 /// How often what is not saved is written down (s).
 const EVERY_SECS: f64 = 30.0;
@@ -38,7 +43,7 @@ pub struct Recovery {
     folder: Option<PathBuf>,
     own: Option<Own>,
     /// What was written down last.
-    written: Option<Session>,
+    written: Option<Written>,
     /// What is being written down.
     writing: Option<Writing>,
     /// What this window took over of others; it goes once it is safe here.
@@ -55,13 +60,35 @@ struct Own {
     _held: File,
 }
 
+/// What is not saved.
+#[derive(Default)]
+pub struct Unsaved {
+    /// The session, with what it kept where that is not proven yet.
+    pub session: Session,
+    /// What took long to find, whether or not it is to be saved: a crash asks nobody.
+    pub results: Results,
+    /// What tells them from others.
+    pub id: ResultsId,
+    /// The recordings that they are of.
+    pub of: Arc<RecordingSet>,
+}
+
+#[derive(Debug)]
+struct Written {
+    session: Session,
+    id: ResultsId,
+    /// The results as the file has them: to make them, all samples are gone through.
+    results: Option<Arc<Value>>,
+}
+
 #[derive(Debug)]
 struct Writing {
     session: Session,
+    id: ResultsId,
     /// What the session was restored from.
     restored: Vec<PathBuf>,
-    /// Whether it could be written.
-    thread: JoinHandle<bool>,
+    /// Results that were written; none where nothing could be.
+    thread: JoinHandle<Option<Option<Arc<Value>>>>,
 }
 
 impl Recovery {
@@ -87,12 +114,12 @@ impl Recovery {
     }
 
     /// Writes down what is not saved (`None`: nothing is), if it is time on the window's clock; tells when the next look is due.
-    pub fn follow(&mut self, now_secs: f64, unsaved: Option<&dyn Fn() -> Session>) -> Option<f64> {
+    pub fn follow(&mut self, now_secs: f64, unsaved: Option<&dyn Fn() -> Unsaved>) -> Option<f64> {
         // One after the other, so that the newest is what stays.
         if self.is_writing() {
             return Some(SOON_SECS);
         }
-        let Some(session) = unsaved else {
+        let Some(unsaved) = unsaved else {
             drop_all(std::mem::take(&mut self.restored));
             if let (Some(_), Some(own)) = (self.written.take(), &self.own) {
                 // Whoever reads it would go back behind what is saved; a file that stays does no other harm.
@@ -105,20 +132,41 @@ impl Recovery {
             return Some(self.due_secs - now_secs);
         }
         self.due_secs = now_secs + EVERY_SECS;
-        let session = session();
+        let unsaved = unsaved();
         let restored = std::mem::take(&mut self.restored);
-        if self.written.as_ref() == Some(&session) {
+        let before = self.written.as_ref().filter(|own| own.id == unsaved.id);
+        if before.is_some_and(|own| own.session == unsaved.session) {
             drop_all(restored);
             return Some(EVERY_SECS);
         }
-        let path = own.session.clone();
-        let text = session.to_json(Path::new(""));
-        self.writing = Some(Writing {
+        let (path, kept) = (
+            own.session.clone(),
+            before.and_then(|own| own.results.clone()),
+        );
+        let Unsaved {
             session,
+            results,
+            id,
+            of,
+        } = unsaved;
+        self.writing = Some(Writing {
+            session: session.clone(),
+            id,
             restored,
             // Nobody waits for it; a folder that cannot be written was not asked for by anyone.
             thread: std::thread::spawn(move || {
-                write_atomically(&path, |out| out.write_all(&text)).is_ok()
+                let mut session = session;
+                let make = || results.in_file(&of).map(Arc::new);
+                let kept = match results.is_empty() {
+                    true => None,
+                    false => kept.or_else(make),
+                };
+                if let Some(kept) = &kept {
+                    session.trained = Some(Value::clone(kept));
+                }
+                let text = session.to_json(Path::new(""));
+                let written = write_atomically(&path, |out| out.write_all(&text));
+                written.is_ok().then_some(kept)
             }),
         });
         Some(SOON_SECS)
@@ -139,8 +187,12 @@ impl Recovery {
         let Some(writing) = self.writing.take() else {
             return;
         };
-        if writing.thread.join().unwrap_or(false) {
-            self.written = Some(writing.session);
+        if let Some(results) = writing.thread.join().unwrap_or(None) {
+            self.written = Some(Written {
+                session: writing.session,
+                id: writing.id,
+                results,
+            });
             drop_all(writing.restored);
         } else {
             self.restored.extend(writing.restored);
@@ -315,7 +367,7 @@ mod tests {
     }
 
     /// Draws frames until nothing is being written.
-    fn written(window: &mut Recovery, unsaved: Option<&dyn Fn() -> Session>) {
+    fn written(window: &mut Recovery, unsaved: Option<&dyn Fn() -> Unsaved>) {
         let mut now_secs = 0.0;
         window.follow(now_secs, unsaved);
         while window.is_writing() {
@@ -333,14 +385,17 @@ mod tests {
             notes: "restored".to_owned(),
             ..Session::default()
         };
+        let unsaved = || Unsaved {
+            session: session.clone(),
+            ..Unsaved::default()
+        };
         let mut window = Recovery::begin(folder.path());
         let own = window.own.as_ref().unwrap().session.clone();
         for is_saved in [false, true] {
             fs::write(&other, "{}").unwrap();
             window.take_over(vec![other.clone()]);
             assert!(window.left().is_empty() && other.exists());
-            let unsaved = || session.clone();
-            let unsaved: &dyn Fn() -> Session = &unsaved;
+            let unsaved: &dyn Fn() -> Unsaved = &unsaved;
             written(&mut window, Some(unsaved).filter(|_| !is_saved));
             assert!(!other.exists());
             assert_eq!(own.exists(), !is_saved);
@@ -349,11 +404,11 @@ mod tests {
         fs::write(&other, "{}").unwrap();
         fs::create_dir(&own).unwrap();
         window.take_over(vec![other.clone()]);
-        written(&mut window, Some(&|| session.clone()));
+        written(&mut window, Some(&unsaved));
         assert!(other.exists());
         fs::remove_dir(&own).unwrap();
         window.due_secs = 0.0;
-        written(&mut window, Some(&|| session.clone()));
+        written(&mut window, Some(&unsaved));
         assert!(!other.exists() && own.exists());
         window.end();
         assert!(!own.exists());

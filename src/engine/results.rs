@@ -20,6 +20,9 @@ const BYTES_A_NUMBER: usize = 20;
 /// A row of the list takes about so many besides.
 const BYTES_A_ROW: usize = 3000;
 
+/// What tells results from others: the last training, and the rows with what is said of them.
+pub type ResultsId = (Option<usize>, Vec<(u64, String, bool)>);
+
 /// What was found.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]

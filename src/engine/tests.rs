@@ -847,10 +847,28 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     open(&mut engine, &["c"]);
     finish(&mut engine, Done::Changed(untared, Ok(tared)));
     assert_eq!(tares(&engine), [None; 4]);
+    last_notice(&engine, Level::Warning, "Ask again");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "no sample from 8 s to 9 s");
     assert_eq!(tares(&engine), [None; 4]);
+}
+
+#[test]
+fn what_makes_recordings_is_done_one_after_another_with_those_that_are_meant() {
+    let mut engine = engine_with_files();
+    let folder = tempfile::tempdir().unwrap();
+    let path = write_recording(folder.path(), "late", true);
+    let tare = Tare::Interval(0.0, 0.5);
+    engine.act(Action::Open(vec![path]));
+    engine.act(Action::Tare(vec![1], tare));
+    engine.act(Action::Tare(vec![2], tare));
+    engine.act(Action::Edit(Edit::Remove(0)));
+    assert_eq!(engine.running().len(), 1);
+    settle(&mut engine);
+    let entries = engine.project().recordings.entries().iter();
+    let tares: Vec<_> = entries.map(|entry| entry.recording.tare()).collect();
+    assert_eq!(tares, [Some(tare), Some(tare), None]);
 }
 
 /// A map for files of [`write_recording`] without names.
@@ -1641,6 +1659,36 @@ fn trained_results_come_back_with_the_session_where_that_was_asked_for() {
             .fitting()
             .is_none()
     );
+}
+
+#[test]
+fn a_crash_costs_no_training_though_sessions_are_saved_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let left = folder.path().join("left");
+    let mut crashed = saved_with_results(folder.path());
+    crashed.recover_in(&left);
+    crashed.act(Action::KeepTrained(false));
+    crashed.act(Action::Edit(Edit::Notes("not saved".to_owned())));
+    let trained = crashed.fitting().unwrap().clone();
+    let autosaved = |engine: &mut Engine, from_secs: f64| {
+        engine.write_down(from_secs, &|| serde_json::Value::Null);
+        while engine.write_down(from_secs, &|| serde_json::Value::Null) < Some(1.0) {
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    autosaved(&mut crashed, 0.0);
+    // What was found before is not found out again.
+    crashed.act(Action::Edit(Edit::Notes("not saved either".to_owned())));
+    autosaved(&mut crashed, 1000.0);
+    let models = crashed.models.rows.len();
+    drop(crashed);
+    let mut engine = engine();
+    engine.recover_in(&left);
+    engine.act(Action::Restore(engine.recoverable[0].path.clone()));
+    settle(&mut engine);
+    assert_eq!(engine.project().notes, "not saved either");
+    assert_eq!(engine.fitting(), Some(&trained));
+    assert_eq!(engine.models.rows.len(), models);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source, unpacked_limit};
 use super::hdf5;
 use super::parts::{self, Group};
+use crate::recording::Day;
 
 pub(super) const FORMAT: Format = Format {
     name: "MATLAB file",
@@ -30,6 +31,8 @@ const MI_INT8: u32 = 1;
 const MI_INT32: u32 = 5;
 const MI_UINT32: u32 = 6;
 const MI_DOUBLE: u32 = 9;
+const MI_UINT16: u32 = 4;
+const MI_UTF8: u32 = 16;
 const MI_UTF16: u32 = 17;
 const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
@@ -59,6 +62,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     };
     let mut groups = vec![Group::default()];
     let mut left_out = Vec::new();
+    let mut day = None;
     while !variables.bytes.is_empty() {
         source.progress.check()?;
         let (kind, bytes) = variables.next(FILE)?;
@@ -80,7 +84,12 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         match variable {
             Variable::Numbers(array) => groups[0].arrays.push(array),
             Variable::Other(what) => left_out.push(what),
+            Variable::Text { name, day: own } => {
+                left_out.push(format!("{name} (text)"));
+                day = day.or(own);
+            }
             Variable::Structs { name, elements } => {
+                day = elements.iter().fold(day, |day, own| day.or(own.day));
                 let is_table =
                     |fields: &Fields| fields.arrays.iter().any(|array| array.values.len() > 1);
                 if !elements.iter().any(is_table) {
@@ -106,7 +115,8 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             }
         }
     }
-    parts::of_groups(groups, '.', left_out, source.parts).map(Some)
+    let columns = parts::of_groups(groups, '.', left_out, source.parts)?;
+    Ok(Some(Columns { day, ..columns }))
 }
 
 fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
@@ -129,6 +139,11 @@ enum Variable {
     Numbers(Array),
     /// Its name and what it is.
     Other(String),
+    /// Characters, and the day of the recording where they are that.
+    Text {
+        name: String,
+        day: Option<Day>,
+    },
     /// One or more of the same fields.
     Structs {
         name: String,
@@ -141,6 +156,7 @@ enum Variable {
 struct Fields {
     arrays: Vec<Array>,
     left_out: Vec<String>,
+    day: Option<Day>,
 }
 
 /// Structs may lie in structs so deep.
@@ -174,8 +190,13 @@ fn structs(
             match variable(bytes, is_big_endian, Some((name, depth)))? {
                 Variable::Numbers(array) => fields.arrays.push(array),
                 Variable::Other(what) => fields.left_out.push(what),
+                Variable::Text { name, day } => {
+                    fields.left_out.push(format!("{name} (text)"));
+                    fields.day = fields.day.or(day);
+                }
                 Variable::Structs { name, mut elements } if elements.len() == 1 => {
                     let inner = elements.remove(0);
+                    fields.day = fields.day.or(inner.day);
                     let within = |what: &str| format!("{name}.{what}");
                     fields
                         .arrays
@@ -244,7 +265,12 @@ fn variable(
         }
         2 => return other("a struct"),
         3 => return other("an object"),
-        4 => return other("text"),
+        4 => {
+            let (kind, bytes) = parts.next(&name)?;
+            let text = text(kind, bytes, is_big_endian);
+            let day = Day::in_header(&format!("{name}: {text}"));
+            return Ok(Variable::Text { name, day });
+        }
         5 => return other("a sparse matrix"),
         _ if !NUMBER_CLASSES.contains(&class) => return other("no numbers"),
         _ if flags & COMPLEX_FLAG != 0 => return other("complex numbers"),
@@ -264,6 +290,19 @@ fn variable(
         values,
         ..Array::default()
     }))
+}
+
+/// Characters of a stored kind.
+fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
+    if kind == MI_UTF8 {
+        return String::from_utf8_lossy(bytes).into_owned();
+    }
+    let kind = if kind == MI_UTF16 { MI_UINT16 } else { kind };
+    let codes = values(kind, bytes, is_big_endian).unwrap_or_default();
+    let codes = codes.into_iter().map(|code| code as u16);
+    char::decode_utf16(codes)
+        .map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER))
+        .collect()
 }
 
 /// Numbers of a stored kind; `None` if it is none of numbers.

@@ -127,7 +127,7 @@ impl FromStr for Day {
 
 impl Day {
     /// The day of a time (s since 1970), UTC.
-    pub(super) fn of_clock(secs: f64) -> Option<Self> {
+    pub(crate) fn of_clock(secs: f64) -> Option<Self> {
         let time = Timestamp::from_second(secs as i64).ok()?;
         Some(Self(time.to_zoned(jiff::tz::TimeZone::UTC).date()))
     }

@@ -11,11 +11,8 @@ use rayon::prelude::*;
 
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::median::median;
-use crate::recording::shared::Shared;
+use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, joined};
 use crate::recording::{AuxiliaryTable, Axis, DateSource, Dated, Day, LeftOut, Tare};
-
-/// So many samples, or numbers, are looked through by one thread at a time.
-const SAMPLES_A_THREAD: usize = 1 << 16;
 
 /// Where a recording comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,8 +51,7 @@ pub struct Recording {
     gauge_units: Vec<String>,
     gauges: Shared,
     axes: Vec<Axis>,
-    loads: Shared,
-    load_ranges: Vec<(f64, f64)>,
+    loads: Ranged,
     auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
@@ -177,9 +173,8 @@ impl Recording {
             gauge_units: vec![String::new(); gauge_names.len()],
             gauge_names,
             gauges: gauges.into(),
-            load_ranges: ranges(&loads, axes.len()),
+            loads: Ranged::new(loads, axes.len()),
             axes,
-            loads: loads.into(),
         })
     }
 
@@ -269,17 +264,14 @@ impl Recording {
     /// # Panics
     /// If there is none.
     pub(crate) fn table_of(cases: &[&Self]) -> Self {
-        let all = |values: fn(&Self) -> &[f64]| -> Shared {
-            cases
-                .iter()
-                .flat_map(|case| values(case))
-                .copied()
-                .collect::<Vec<f64>>()
-                .into()
+        let all = |values: fn(&Self) -> &[f64]| -> Vec<f64> {
+            let values = cases.iter().flat_map(|case| values(case));
+            values.copied().collect()
         };
-        let (gauges, loads) = (all(Self::gauges), all(Self::loads));
-        let auxiliary = all(|case| case.auxiliary.values());
         let first = cases[0];
+        let gauges = all(Self::gauges).into();
+        let loads = Ranged::new(all(Self::loads), first.axes.len());
+        let auxiliary = all(|case| case.auxiliary.values()).into();
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
         let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
         let name = match &first.source {
@@ -477,7 +469,7 @@ impl Recording {
 
     /// The least and greatest reference load of each axis.
     pub fn load_ranges(&self) -> &[(f64, f64)] {
-        &self.load_ranges
+        self.loads.ranges()
     }
 
     /// The step that a gauge moves by, over and over: what its converter can tell apart. `None` where it moves by any amount, or
@@ -507,17 +499,15 @@ impl Recording {
         let mut kept = match step {
             1 => self.segment(0..self.n_samples()),
             _ => {
-                let every = |values: &[f64], width: usize| {
+                let every = |values: &[f64], width: usize| -> Vec<f64> {
                     let rows = values.chunks_exact(width.max(1)).step_by(step);
-                    rows.flatten().copied().collect::<Vec<f64>>().into()
+                    rows.flatten().copied().collect()
                 };
-                let [times, gauges, loads, auxiliary] = [
-                    every(&self.times, 1),
-                    every(&self.gauges, self.n_gauges()),
-                    every(&self.loads, self.axes.len()),
-                    every(self.auxiliary.values(), self.auxiliary.len()),
-                ];
-                let auxiliary = self.auxiliary.with_values(auxiliary);
+                let times = every(&self.times, 1).into();
+                let gauges = every(&self.gauges, self.n_gauges()).into();
+                let loads = Ranged::new(every(&self.loads, self.axes.len()), self.axes.len());
+                let auxiliary = every(self.auxiliary.values(), self.auxiliary.len());
+                let auxiliary = self.auxiliary.with_values(auxiliary.into());
                 self.with_samples(self.name.clone(), times, gauges, loads, auxiliary)
             }
         };
@@ -568,20 +558,10 @@ impl Recording {
 
     /// These samples one after another.
     pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
-        let rows = |values: &Shared, width: usize| -> Shared {
-            match ranges {
-                [one] => values.part(one.start * width..one.end * width),
-                _ => {
-                    let ranges = ranges.iter();
-                    let rows =
-                        ranges.flat_map(|range| &values[range.start * width..range.end * width]);
-                    rows.copied().collect::<Vec<f64>>().into()
-                }
-            }
-        };
+        let rows = |values: &Shared, width: usize| values.rows(ranges, width);
         let times = rows(&self.times, 1);
         let gauges = rows(&self.gauges, self.n_gauges());
-        let loads = rows(&self.loads, self.axes.len());
+        let loads = self.loads.rows(ranges);
         let auxiliary = rows(self.auxiliary.shared(), self.auxiliary.len());
         let auxiliary = self.auxiliary.with_values(auxiliary);
         self.with_samples(name, times, gauges, loads, auxiliary)
@@ -593,7 +573,7 @@ impl Recording {
         name: String,
         times: Shared,
         gauges: Shared,
-        loads: Shared,
+        loads: Ranged,
         auxiliary: AuxiliaryTable,
     ) -> Self {
         Self {
@@ -613,7 +593,6 @@ impl Recording {
             gauge_units: self.gauge_units.clone(),
             gauges,
             axes: self.axes.clone(),
-            load_ranges: ranges(&loads, self.axes.len()),
             loads,
             auxiliary,
         }
@@ -644,26 +623,6 @@ pub(crate) fn load_ranges<'a>(
     let first = recordings.next().map(Recording::load_ranges);
     let first = first.unwrap_or_default().to_vec();
     recordings.fold(first, |all, own| joined(&all, own.load_ranges()))
-}
-
-fn joined(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let both = a.iter().zip(b);
-    both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
-}
-
-fn ranges(loads: &[f64], n_axes: usize) -> Vec<(f64, f64)> {
-    let none = || vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
-    let parts = loads.par_chunks(n_axes.max(1) * SAMPLES_A_THREAD);
-    let parts = parts.map(|part| {
-        part.chunks_exact(n_axes.max(1))
-            .fold(none(), |mut ranges, row| {
-                for ((low, high), value) in ranges.iter_mut().zip(row) {
-                    (*low, *high) = (low.min(*value), high.max(*value));
-                }
-                ranges
-            })
-    });
-    parts.reduce(none, |a, b| joined(&a, &b))
 }
 
 #[cfg(test)]

@@ -3,6 +3,11 @@
 use std::ops::{Deref, Range};
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
+/// So many samples, or numbers, are looked through by one thread at a time.
+pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
+
 /// Some of the numbers of a list that is kept once.
 #[derive(Clone, Debug)]
 pub(super) struct Shared {
@@ -17,6 +22,18 @@ impl Shared {
         Self {
             all: Arc::clone(&self.all),
             own: self.own.start + range.start..self.own.start + range.end,
+        }
+    }
+
+    /// These rows of so many numbers, one range after another; of a single range they stay shared.
+    pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
+        let numbers = |range: &Range<usize>| range.start * width..range.end * width;
+        match ranges {
+            [one] => self.part(numbers(one)),
+            _ => {
+                let rows = ranges.iter().flat_map(|range| &self[numbers(range)]);
+                rows.copied().collect::<Vec<f64>>().into()
+            }
         }
     }
 
@@ -58,5 +75,133 @@ impl PartialEq for Shared {
     fn eq(&self, other: &Self) -> bool {
         let same = Arc::ptr_eq(&self.all, &other.all) && self.own == other.own;
         same || **self == **other
+    }
+}
+
+/// Rows of numbers with the range of each column, which any part of them knows without looking through all of its rows.
+#[derive(Clone, Debug)]
+pub(super) struct Ranged {
+    values: Shared,
+    width: usize,
+    /// Of each run of [`SAMPLES_A_THREAD`] rows of the list that is kept.
+    runs: Arc<Vec<Vec<(f64, f64)>>>,
+    ranges: Vec<(f64, f64)>,
+}
+
+impl Ranged {
+    pub fn new(values: Vec<f64>, width: usize) -> Self {
+        Self::of(values.into(), width)
+    }
+
+    /// All of a list that is kept.
+    fn of(values: Shared, width: usize) -> Self {
+        let runs = values.par_chunks(width.max(1) * SAMPLES_A_THREAD);
+        let runs: Vec<_> = runs.map(|run| ranges(run, width)).collect();
+        Self {
+            ranges: runs
+                .iter()
+                .fold(ranges(&[], width), |all, run| joined(&all, run)),
+            runs: Arc::new(runs),
+            values,
+            width,
+        }
+    }
+
+    /// From the least to the greatest of each column.
+    pub fn ranges(&self) -> &[(f64, f64)] {
+        &self.ranges
+    }
+
+    /// These rows, one range after another.
+    pub fn rows(&self, picked: &[Range<usize>]) -> Self {
+        let values = self.values.rows(picked, self.width);
+        let [one] = picked else {
+            return Self::of(values, self.width);
+        };
+        let first = self.values.own.start / self.width.max(1);
+        let (start, end) = (first + one.start, first + one.end);
+        // Whole runs, and what lies beside them.
+        let whole = start.div_ceil(SAMPLES_A_THREAD)..end / SAMPLES_A_THREAD;
+        let of = |rows: Range<usize>| {
+            let numbers = rows.start * self.width..rows.end * self.width;
+            ranges(&self.values.all[numbers], self.width)
+        };
+        let ranges = match whole.is_empty() || self.width == 0 {
+            true => of(start..end),
+            false => {
+                let beside = joined(
+                    &of(start..whole.start * SAMPLES_A_THREAD),
+                    &of(whole.end * SAMPLES_A_THREAD..end),
+                );
+                let runs = self.runs[whole].iter();
+                runs.fold(beside, |all, run| joined(&all, run))
+            }
+        };
+        Self {
+            values,
+            width: self.width,
+            runs: Arc::clone(&self.runs),
+            ranges,
+        }
+    }
+}
+
+impl Deref for Ranged {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.values
+    }
+}
+
+impl PartialEq for Ranged {
+    fn eq(&self, other: &Self) -> bool {
+        (self.width, &self.values) == (other.width, &other.values)
+    }
+}
+
+/// What both reach.
+pub(super) fn joined(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let both = a.iter().zip(b);
+    both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
+}
+
+fn ranges(rows: &[f64], width: usize) -> Vec<(f64, f64)> {
+    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); width];
+    for row in rows.chunks_exact(width.max(1)) {
+        for ((low, high), value) in ranges.iter_mut().zip(row) {
+            (*low, *high) = (low.min(*value), high.max(*value));
+        }
+    }
+    ranges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_a_part_knows_the_ranges_that_its_rows_have() {
+        let n = 5 * SAMPLES_A_THREAD / 2;
+        let values = (0..2 * n).map(|k| (0.37 * k as f64).sin() + 1e-6 * k as f64);
+        let all = Ranged::new(values.collect(), 2);
+        assert_eq!(all.ranges(), ranges(&all, 2));
+        let inner = all.rows(std::slice::from_ref(&(7..n - 9)));
+        for range in [
+            0..n - 16,
+            3..9,
+            SAMPLES_A_THREAD - 7..2 * SAMPLES_A_THREAD - 7,
+            100..n - 50,
+            5..5,
+        ] {
+            let part = inner.rows(std::slice::from_ref(&range));
+            assert_eq!(&*part, &inner[2 * range.start..2 * range.end]);
+            assert_eq!(part.ranges(), ranges(&part, 2), "{range:?}");
+        }
+        let both = inner.rows(&[3..9, 70_000..70_010]);
+        assert_eq!((both.len(), both.ranges()), (32, &ranges(&both, 2)[..]));
+        let none = Ranged::new(Vec::new(), 0);
+        let picked = std::slice::from_ref(&(10..3 * SAMPLES_A_THREAD));
+        assert_eq!(none.rows(picked).ranges(), []);
     }
 }

@@ -3,7 +3,7 @@
 use super::table::Column;
 
 /// One of the loads that are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// The true load.
     Calculated,

@@ -400,11 +400,6 @@ fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, 
     }
 }
 
-/// Draws a line in all its pieces.
-pub fn add<'a>(plot: &mut PlotUi<'a>, line: &'a Line<'a>) {
-    plot.add(Pieces::of(line));
-}
-
 /// Whether a line goes from left to right with several points to a pixel.
 fn is_dense(points: &[Pos2], pixel: f32) -> bool {
     const POINTS_PER_PIXEL: f32 = 1.5;
@@ -559,22 +554,34 @@ impl<'a> Pieces<'a> {
     }
 }
 
+/// What is drawn of a piece of a line.
+pub fn piece_shapes(
+    piece: &[[f64; 2]],
+    (stroke, dash): (Stroke, Option<[f32; 2]>),
+    transform: &PlotTransform,
+    pixel: f32,
+    shapes: &mut Vec<Shape>,
+) {
+    let points: Vec<egui::Pos2> = (piece.iter())
+        .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
+        .collect();
+    match dash {
+        Some(dash) => shapes.extend(dashes(&points, stroke, dash, transform.frame())),
+        None => {
+            let dense = is_dense(&points, pixel);
+            let strip = dense.then(|| strip(&points, stroke, pixel)).flatten();
+            let line = || Shape::line(points, stroke);
+            shapes.push(strip.map_or_else(line, Shape::mesh));
+        }
+    }
+}
+
 impl PlotItem for Pieces<'_> {
     fn shapes(&self, ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
         let pixel = ui.pixels_per_point().recip();
         for piece in &self.line.pieces {
-            let points: Vec<egui::Pos2> = (piece.iter())
-                .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
-                .collect();
-            match self.line.dash {
-                Some(dash) => shapes.extend(dashes(&points, self.stroke, dash, transform.frame())),
-                None => {
-                    let dense = is_dense(&points, pixel);
-                    let strip = dense.then(|| strip(&points, self.stroke, pixel)).flatten();
-                    let line = || Shape::line(points, self.stroke);
-                    shapes.push(strip.map_or_else(line, Shape::mesh));
-                }
-            }
+            let style = (self.stroke, self.line.dash);
+            piece_shapes(piece, style, transform, pixel, shapes);
         }
     }
 

@@ -35,7 +35,7 @@ pub(super) struct Shown {
 }
 
 /// Which of an axis' two panes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     Load,
     Error,

@@ -2,6 +2,7 @@
 //!
 //! All panes share one interval of time, and the sample under the pointer.
 
+mod drawn;
 mod overlay;
 mod pane;
 
@@ -16,6 +17,7 @@ use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::thresholds_pane::pair_text;
 use crate::ui::time_view::TimeView;
+use drawn::DrawnLines;
 use pane::Place;
 
 /// Panes are at least this high; what does not fit is scrolled to.
@@ -44,20 +46,27 @@ pub const PANE: Pane = Pane(&Kind {
     explanation: "Loads and errors over time",
 });
 
-/// Nothing of its own: what part of time is shown belongs to all panes.
+/// What part of time is shown belongs to all panes; its own is what it drew last.
 #[derive(Debug, Default)]
-pub struct View;
+pub struct View {
+    drawn: DrawnLines,
+}
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         cx.engine.ask_faults();
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
-        trace_panes(ui, cx.engine, cx.time, cx.out);
+        trace_panes(ui, cx.engine, (cx.time, &self.drawn), cx.out);
     }
 }
 
 /// Draws the row of choices and the panes.
-fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut Vec<Command>) {
+fn trace_panes(
+    ui: &mut egui::Ui,
+    engine: &Engine,
+    (panes, drawn): (&mut TimeView, &DrawnLines),
+    out: &mut Vec<Command>,
+) {
     let Some(analysis) = engine.analysis() else {
         ui.centered_and_justified(|ui| match engine.problem() {
             Some(problem) => ui.label(problem),
@@ -115,7 +124,8 @@ fn trace_panes(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &m
                                 height: cell_height - 4.0,
                                 time_axis: (at + 1 == cells.len()).then_some(TIME_AXIS_HEIGHT),
                             };
-                            hovered = hovered.or(pane::cell(ui, traces, axis, place, panes, out));
+                            let cell = pane::cell(ui, traces, axis, place, (panes, drawn), out);
+                            hovered = hovered.or(cell);
                         }
                     }
                 });

@@ -11,6 +11,7 @@ use super::super::columns::{Column, Columns};
 use super::super::error::FileError;
 use super::super::format::{COLUMN_LIMIT, Source};
 use crate::progress::Progress;
+use crate::recording::Day;
 
 const FILE: &str = "the file";
 /// Rows read at a time.
@@ -20,8 +21,14 @@ const BATCH_ROWS: usize = 1 << 14;
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let said = reader.metadata().file_metadata().key_value_metadata();
+    let day = said.into_iter().flatten().find_map(|said| {
+        let value = said.value.as_deref()?;
+        Day::in_header(&format!("{}: {value}", said.key))
+    });
     let mut table = Columns {
         is_named: true,
+        day,
         ..Columns::default()
     };
     let mut indices = Vec::new();

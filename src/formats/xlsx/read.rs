@@ -10,6 +10,7 @@ use super::super::error::FileError;
 use super::super::format::{COLUMN_LIMIT, Source};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
+use crate::recording::Day;
 
 const FILE: &str = "the workbook";
 /// The first row of numbers stands among so many.
@@ -106,6 +107,18 @@ fn is_blank(row: &[Data]) -> bool {
     row.iter().all(|cell| text(cell).is_empty())
 }
 
+/// The day that a row above the table says: what it is called in one cell, itself in the next.
+fn day(row: &[Data]) -> Option<Day> {
+    let written = |cell: &Data| match cell {
+        Data::DateTime(when) if when.as_f64() >= 366.0 && !when.is_duration() => {
+            Day::of_clock(time(cell)?).map(|day| day.to_string())
+        }
+        other => Some(text(other)).filter(|text| !text.is_empty()),
+    };
+    let cells: Vec<String> = row.iter().filter_map(written).collect();
+    Day::in_header(&cells.join(": "))
+}
+
 /// What a sheet holds; `None` if there is no row of numbers.
 fn table(sheet: &Range<Data>) -> Option<Columns> {
     let rows: Vec<&[Data]> = sheet.rows().collect();
@@ -139,6 +152,7 @@ fn table(sheet: &Range<Data>) -> Option<Columns> {
         .collect();
     let mut table = Columns {
         is_named: header.is_some(),
+        day: rows[..first].iter().find_map(|row| day(row)),
         ..Columns::default()
     };
     for index in 0..sheet.width() {

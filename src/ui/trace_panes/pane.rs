@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine};
+use egui_plot::{FilledArea, Plot, PlotBounds, PlotItemBase, PlotResponse, PlotUi, Span, VLine};
 
 use crate::analysis::{AxisTraces, TraceSet};
 use crate::engine::FaultyRecording;
@@ -16,6 +16,7 @@ use crate::ui::palette::{self, Trace};
 use crate::ui::plots;
 use crate::ui::plots::{Asked, VALUE_AXIS_WIDTH, ZOOM_PER_POINT};
 use crate::ui::time_view::{Kind, TimeView, all_of, within};
+use crate::ui::trace_panes::drawn::{DrawnLines, TraceLine, piece};
 use crate::ui::trace_panes::overlay;
 
 /// The share of a cell's height that the traces get; the errors get the rest.
@@ -50,11 +51,11 @@ pub fn cell(
     traces: &TraceSet,
     axis: &AxisTraces,
     place: Place,
-    panes: &mut TimeView,
+    (panes, drawn): (&mut TimeView, &DrawnLines),
     out: &mut Vec<Command>,
 ) -> Option<usize> {
     if axis.calculated.is_none() {
-        return pane(ui, traces, (axis, Kind::Load), place, panes, out);
+        return pane(ui, traces, (axis, Kind::Load), place, (panes, drawn), out);
     }
     let upper = Place {
         height: place.height * TRACES_SHARE,
@@ -64,8 +65,8 @@ pub fn cell(
         height: place.height - upper.height,
         ..place
     };
-    let above = pane(ui, traces, (axis, Kind::Load), upper, panes, out);
-    let below = pane(ui, traces, (axis, Kind::Error), lower, panes, out);
+    let above = pane(ui, traces, (axis, Kind::Load), upper, (panes, drawn), out);
+    let below = pane(ui, traces, (axis, Kind::Error), lower, (panes, drawn), out);
     above.or(below)
 }
 
@@ -74,7 +75,7 @@ fn pane(
     traces: &TraceSet,
     (axis, kind): (&AxisTraces, Kind),
     place: Place,
-    panes: &mut TimeView,
+    (panes, drawn): (&mut TimeView, &DrawnLines),
     out: &mut Vec<Command>,
 ) -> Option<usize> {
     let time_axis = place.time_axis.is_some();
@@ -102,11 +103,17 @@ fn pane(
     let lie_apart = visible.samples.len() < columns;
     let make = || columns_of(traces, &visible, columns);
     let shared = (panes.columns).take((&traces.times, visible.time, columns), make);
-    let mut drawn = lines(&shown, traces, &shared, &visuals);
-    for line in &mut drawn {
+    let lines = shown.iter().map(|(trace, series)| TraceLine {
+        base: PlotItemBase::new(trace.label().to_owned()),
+        at: (axis.axis, kind, *trace),
+        series,
+        columns: &shared,
+        times: &traces.times,
+        stroke: trace.stroke(&visuals),
         // Dashes of a line that goes up and down within a pixel would be noise.
-        line.dash = line.dash.filter(|_| lie_apart);
-    }
+        dash: (trace.is_dashed() && lie_apart).then_some(figure::DASHED),
+        drawn,
+    });
     let (cursors, faulty) = (&panes.cursors, &panes.faulty[..]);
     let response = plot.show(ui, |plot| {
         plot.set_plot_bounds(bounds);
@@ -119,9 +126,7 @@ fn pane(
         if kind == Kind::Load {
             shade_band(plot, traces, axis, &visible, columns, &visuals);
         }
-        for line in &drawn {
-            plots::add(plot, line);
-        }
+        lines.for_each(|line| plot.add(line));
         overlay::samples(plot, traces, axis, kind == Kind::Load, hovered, &visuals);
         cursors.mark(plot, &visuals);
     });
@@ -134,7 +139,7 @@ fn pane(
         },
         across: Scale::new(traces.across(), visible.time),
         up: Scale::new(&title, values),
-        lines: lines(
+        lines: printed(
             &shown,
             traces,
             &columns_of(traces, &visible, columns.max(PRINTED_COLUMNS)),
@@ -193,10 +198,10 @@ fn shown_series<'a>(
     axis: &'a AxisTraces,
     kind: Kind,
     panes: &TimeView,
-) -> Vec<(Trace, &'a Series)> {
+) -> Vec<(Trace, &'a Arc<Series>)> {
     let of = |trace: Trace| match kind {
-        Kind::Load => axis.load(trace).map(|series| &**series),
-        Kind::Error => axis.error(trace).map(|series| &**series),
+        Kind::Load => axis.load(trace),
+        Kind::Error => axis.error(trace),
     };
     Trace::ALL
         .into_iter()
@@ -206,7 +211,7 @@ fn shown_series<'a>(
 }
 
 /// The range of the visible values with a margin; of errors always with zero in it.
-fn value_range(shown: &[(Trace, &Series)], samples: &Range<usize>, kind: Kind) -> (f64, f64) {
+fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Kind) -> (f64, f64) {
     let zero = (kind == Kind::Error).then_some((0.0, 0.0));
     let range = shown
         .iter()
@@ -233,20 +238,8 @@ fn visible_segments<'a>(
     &segments[first..end.max(first)]
 }
 
-/// What is drawn of a series in columns of a pixel: a line for each recording, so that none is joined to the next, while they are
-/// wide enough to be seen.
-fn polylines(series: &Series, traces: &TraceSet, columns: &[Columns]) -> Vec<Vec<[f64; 2]>> {
-    let lines = columns.iter().map(|columns| {
-        let mut points = Vec::new();
-        series.draw_in(columns, &traces.times, |time, value| {
-            points.push([time, value]);
-        });
-        points
-    });
-    lines.collect()
-}
-
-/// The columns of each line.
+/// The columns of each line: of a line for each recording, so that none is joined to the next, while they are wide enough to be
+/// seen.
 fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Columns> {
     let column_secs = visible.column_secs(columns);
     let of = |samples: Range<usize>| Columns::of(&traces.times, samples, column_secs);
@@ -264,15 +257,18 @@ fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Colum
         .collect()
 }
 
-/// All of them in their colours.
-fn lines(
-    shown: &[(Trace, &Series)],
+/// All of them as a picture in a file has them.
+fn printed(
+    shown: &[(Trace, &Arc<Series>)],
     traces: &TraceSet,
     columns: &[Columns],
     visuals: &egui::Visuals,
 ) -> Vec<figure::Line<'static>> {
-    let line = |(trace, series): &(Trace, &Series)| {
-        let pieces = polylines(series, traces, columns);
+    let line = |(trace, series): &(Trace, &Arc<Series>)| {
+        let pieces = columns
+            .iter()
+            .map(|columns| piece(series, &traces.times, columns));
+        let pieces: Vec<_> = pieces.collect();
         figure::Line {
             width: trace.stroke(visuals).width,
             dash: trace.is_dashed().then_some(figure::DASHED),
