@@ -14,7 +14,7 @@ use loopscope::import::inspect::{Known, inspect};
 use loopscope::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use loopscope::import::{Loaded, ReadError, read};
 use loopscope::progress::Progress;
-use loopscope::recording::{Axis, Recording};
+use loopscope::recording::{Axis, DateSource, Recording};
 
 const N: usize = 40;
 
@@ -105,6 +105,7 @@ fn check_matlab(folder: &Path) {
 
 #[cfg(feature = "parquet")]
 fn check_parquet(folder: &Path) {
+    check_dated(&folder.join("dated.parquet"));
     let (recording, told) = sound(&folder.join("snappy.parquet"));
     check(&recording, 0.0, 6, &Axis::ALL);
     assert!(
@@ -179,6 +180,7 @@ fn check_structs(folder: &Path) {
         told.contains("run.out.unit (text), run.note (text), gain"),
         "{told}"
     );
+    check_dated(&folder.join("dated.mat"));
     let path = folder.join("structs.mat");
     let (recording, told) = sound(&path);
     check(&recording, 0.0, 6, &Axis::ALL);
@@ -190,6 +192,16 @@ fn check_structs(folder: &Path) {
     assert!(
         missing.contains("no run(3) in this file, but run(1), run(2)"),
         "{missing}"
+    );
+}
+
+fn check_dated(path: &Path) {
+    let dated = sound(path).0.dated().expect("its file says so");
+    let (day, from) = (dated.day.to_string(), dated.from);
+    assert_eq!(
+        (&*day, from),
+        ("2024-03-05", DateSource::Header),
+        "{path:?}"
     );
 }
 
@@ -229,6 +241,7 @@ fn check_workbooks(folder: &Path) {
         told.contains("label (text), Notes (no numbers in rows)"),
         "{told}"
     );
+    check_dated(&folder.join("dated.xlsx"));
     let short = read_parts(&path, &["Short"]).unwrap();
     assert_eq!(short.recordings[0].n_samples(), 5);
     let differ = read_parts(&path, &["Data", "Short"]).unwrap_err();

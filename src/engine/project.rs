@@ -629,18 +629,8 @@ impl Project {
 }
 
 fn every_axis_moves(entry: &Entry) -> bool {
-    let n_axes = entry.recording.axes().len();
-    let mut samples = entry.recording.loads().chunks_exact(n_axes.max(1));
-    let Some(first) = samples.next() else {
-        return false;
-    };
-    let mut moves = vec![false; n_axes];
-    for sample in samples {
-        for axis in 0..n_axes {
-            moves[axis] |= sample[axis] != first[axis];
-        }
-    }
-    moves.into_iter().all(|moves| moves)
+    let mut ranges = entry.recording.load_ranges().iter();
+    ranges.all(|(low, high)| high > low)
 }
 
 #[cfg(test)]

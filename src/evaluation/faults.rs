@@ -5,6 +5,8 @@
 //!
 //! **Shapes** samples are counted in the recording that is looked at.
 
+mod misread;
+
 use std::fmt;
 use std::ops::Range;
 
@@ -251,7 +253,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
                     samples: 0..recording.n_samples(),
                 });
             }
-            return (found, (None, None));
+            return (found, (None, None), None);
         }
         let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
         let others = |wanted: bool| -> Vec<Channel> {
@@ -276,10 +278,27 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         if !recording.is_static() {
             channel.jumps(&mut found);
         }
-        (found, unclipped)
+        (found, unclipped, expected)
     };
-    let (found, mut unclipped): (Vec<Vec<Fault>>, Vec<_>) = own.par_iter().map(of_channel).unzip();
-    let mut found = found.concat();
+    let watched: Vec<_> = own.par_iter().map(of_channel).collect();
+    let (mut found, mut unclipped, mut expected) = (Vec::new(), Vec::new(), Vec::new());
+    for (own, limits, of_others) in watched {
+        found.extend(own);
+        unclipped.push(limits);
+        expected.push(of_others);
+    }
+    if recording.is_static() {
+        let channels: Vec<_> = (own.iter())
+            .zip(expected.iter().map(Option::as_ref))
+            .collect();
+        let misread = misread::misread(recording, &channels);
+        let is_known = |fault: &Fault| {
+            let mut known = found.iter().filter(|own| own.kind != FaultKind::Dead);
+            known.any(|own| own.samples.contains(&fault.samples.start))
+        };
+        let misread: Vec<Fault> = misread.into_iter().filter(|own| !is_known(own)).collect();
+        found.extend(misread);
+    }
     unclipped.truncate(recording.n_gauges());
     let n_axes = recording.axes().len();
     for (axis, rated) in range.rated.iter().enumerate().take(n_axes) {

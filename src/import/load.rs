@@ -220,8 +220,10 @@ pub(super) fn by_names(
         return Err(at(path, head.line)(TableError::HeaderIsNumbers));
     }
     let guess = names::by_names(&text, &head, &opened.sample(&text, &head).rows);
-    // Nobody has said that commas are decimal points: then each is told.
-    text.decimal = Decimal::Point;
+    // Nobody has said that commas are decimal points: then each is told. Between quotes they were found to be nothing else.
+    if text.delimiter.allows_decimal_comma() {
+        text.decimal = Decimal::Point;
+    }
     let table = guess.table(&text, &head);
     Ok((ColumnMap::of_table(table), guess.notes))
 }

@@ -177,6 +177,10 @@ mod tests {
             assert_eq!(loaded.recordings[0].gauges(), [1.5, -2.5]);
             assert!(messages(text)[0].starts_with("2: column 1 (t) holds 0,5; its comma is read"));
         }
+        let quoted = "t,S1,S2\n\"0,5\",\"1,125\",3\n\"1,0\",\"-2,5\",\"4,25\"\n";
+        let loaded = TestFile::new(quoted).read().unwrap();
+        assert_eq!(loaded.recordings[0].times(), [0.5, 1.0]);
+        assert_eq!(loaded.recordings[0].gauges(), [1.125, 3.0, -2.5, 4.25]);
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub struct Recording {
     times: Shared,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
-    gauges: Shared,
+    gauges: Ranged,
     axes: Vec<Axis>,
     loads: Ranged,
     auxiliary: AuxiliaryTable,
@@ -171,8 +171,8 @@ impl Recording {
             sampling: Sampling::Timed,
             times: times.into(),
             gauge_units: vec![String::new(); gauge_names.len()],
+            gauges: Ranged::new(gauges, gauge_names.len()),
             gauge_names,
-            gauges: gauges.into(),
             loads: Ranged::new(loads, axes.len()),
             axes,
         })
@@ -238,10 +238,7 @@ impl Recording {
 
     /// The recording with these numbers taken off its gauges, one each.
     pub(super) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
-        for sample in self.gauges.make_mut().chunks_exact_mut(offsets.len()) {
-            let values = sample.iter_mut().zip(offsets);
-            values.for_each(|(value, offset)| *value -= offset);
-        }
+        self.gauges.take_off(offsets);
         if let Some(earlier) = &mut self.earlier {
             earlier.tared(offsets);
         }
@@ -269,7 +266,7 @@ impl Recording {
             values.copied().collect()
         };
         let first = cases[0];
-        let gauges = all(Self::gauges).into();
+        let gauges = Ranged::new(all(Self::gauges), first.n_gauges());
         let loads = Ranged::new(all(Self::loads), first.axes.len());
         let auxiliary = all(|case| case.auxiliary.values()).into();
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
@@ -313,7 +310,8 @@ impl Recording {
 
     /// The recording as that which follows another of its file after a gap: creep and play go on through it.
     pub(crate) fn after(mut self, before: &Self) -> Self {
-        let (times, gauges, earlier) = (&before.times, &before.gauges, before.earlier.as_ref());
+        let (times, gauges) = (&before.times, before.gauges.shared());
+        let earlier = before.earlier.as_ref();
         let auxiliary = &before.auxiliary;
         self.earlier = Some(Earlier::new(
             times,
@@ -467,6 +465,11 @@ impl Recording {
         &self.loads
     }
 
+    /// The least and greatest value of each gauge.
+    pub(crate) fn gauge_ranges(&self) -> &[(f64, f64)] {
+        self.gauges.ranges()
+    }
+
     /// The least and greatest reference load of each axis.
     pub fn load_ranges(&self) -> &[(f64, f64)] {
         self.loads.ranges()
@@ -504,7 +507,7 @@ impl Recording {
                     rows.flatten().copied().collect()
                 };
                 let times = every(&self.times, 1).into();
-                let gauges = every(&self.gauges, self.n_gauges()).into();
+                let gauges = Ranged::new(every(&self.gauges, self.n_gauges()), self.n_gauges());
                 let loads = Ranged::new(every(&self.loads, self.axes.len()), self.axes.len());
                 let auxiliary = every(self.auxiliary.values(), self.auxiliary.len());
                 let auxiliary = self.auxiliary.with_values(auxiliary.into());
@@ -558,11 +561,9 @@ impl Recording {
 
     /// These samples one after another.
     pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
-        let rows = |values: &Shared, width: usize| values.rows(ranges, width);
-        let times = rows(&self.times, 1);
-        let gauges = rows(&self.gauges, self.n_gauges());
-        let loads = self.loads.rows(ranges);
-        let auxiliary = rows(self.auxiliary.shared(), self.auxiliary.len());
+        let times = self.times.rows(ranges, 1);
+        let (gauges, loads) = (self.gauges.rows(ranges), self.loads.rows(ranges));
+        let auxiliary = self.auxiliary.shared().rows(ranges, self.auxiliary.len());
         let auxiliary = self.auxiliary.with_values(auxiliary);
         self.with_samples(name, times, gauges, loads, auxiliary)
     }
@@ -572,7 +573,7 @@ impl Recording {
         &self,
         name: String,
         times: Shared,
-        gauges: Shared,
+        gauges: Ranged,
         loads: Ranged,
         auxiliary: AuxiliaryTable,
     ) -> Self {

@@ -107,6 +107,20 @@ impl Ranged {
         }
     }
 
+    /// The numbers alone.
+    pub fn shared(&self) -> &Shared {
+        &self.values
+    }
+
+    /// Takes these numbers off its columns, one each.
+    pub fn take_off(&mut self, offsets: &[f64]) {
+        for row in self.values.make_mut().chunks_exact_mut(offsets.len()) {
+            let values = row.iter_mut().zip(offsets);
+            values.for_each(|(value, offset)| *value -= offset);
+        }
+        *self = Self::of(self.values.clone(), self.width);
+    }
+
     /// From the least to the greatest of each column.
     pub fn ranges(&self) -> &[(f64, f64)] {
         &self.ranges

@@ -263,15 +263,15 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
 
 /// The least and the greatest value of all gauges, or of one, and nought.
 fn gauge_extremes(entries: &[Entry], gauge: Option<usize>) -> (f64, f64) {
-    let gauges = entries.iter().flat_map(|entry| {
-        let (start, every) = match gauge {
-            Some(gauge) => (gauge, entry.recording.n_gauges()),
-            None => (0, 1),
-        };
-        entry.recording.gauges().iter().skip(start).step_by(every)
+    let ranges = entries.iter().flat_map(|entry| {
+        let ranges = entry.recording.gauge_ranges();
+        match gauge {
+            Some(gauge) => &ranges[gauge..=gauge],
+            None => ranges,
+        }
     });
-    gauges.fold((0.0, 0.0), |(low, high): (f64, f64), gauge| {
-        (low.min(*gauge), high.max(*gauge))
+    ranges.fold((0.0, 0.0), |all: (f64, f64), own| {
+        (all.0.min(own.0), all.1.max(own.1))
     })
 }
 

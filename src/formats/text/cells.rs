@@ -45,9 +45,11 @@ impl TextLayout {
     pub(crate) fn row<'a>(&self, line: &'a [u8]) -> Option<TextRow<'a>> {
         (!is_skipped(line)).then(|| TextRow {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
-            point: match self.decimal {
-                Decimal::Point => b'.',
-                Decimal::Comma => b',',
+            point: match (self.decimal, self.delimiter) {
+                (Decimal::Point, _) => b'.',
+                // Within quotes alone, where no number is plain.
+                (Decimal::Comma, Delimiter::Comma) => b'"',
+                (Decimal::Comma, _) => b',',
             },
         })
     }

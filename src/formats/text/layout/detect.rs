@@ -196,17 +196,28 @@ fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
     n_values == 0 && cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
 }
 
+/// Whether a cell like `1,250` may be more than a thousand.
+fn may_be_thousands(cell: &[u8]) -> bool {
+    let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+    let Some(at) = digits.iter().position(|byte| *byte == b',') else {
+        return false;
+    };
+    (1..=3).contains(&at) && digits[0] != b'0' && digits.len() == at + 4
+}
+
 /// A comma, if it stands inside of numbers and a point in none.
 fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
-    if !delimiter.allows_decimal_comma() {
-        return Decimal::Point;
-    }
+    // Where commas stand between cells, one within quotes may stand before thousands.
+    let is_decimal = |cell: &[u8]| {
+        (delimiter.allows_decimal_comma() || !may_be_thousands(cell))
+            && decimal_comma_number(cell).is_some()
+    };
     let cells = || {
         lines
             .iter()
             .flat_map(|line| Cells::new(line.text, delimiter))
     };
-    let has_comma = cells().any(|cell| decimal_comma_number(cell).is_some());
+    let has_comma = cells().any(is_decimal);
     let has_point = || cells().any(|cell| cell.contains(&b'.') && number(cell).is_some());
     if has_comma && !has_point() {
         Decimal::Comma
@@ -249,6 +260,9 @@ mod tests {
             ("0,5;1,5\n1;2\n", Semicolon, Decimal::Comma),
             ("0,5\t1,5\n", Tab, Decimal::Comma),
             ("1, 2, 3\n4, 5, 6\n", Comma, Decimal::Point),
+            ("t,S1\n\"0,5\",\"1,5\"\n", Comma, Decimal::Comma),
+            ("t,S1\n1,\"1,250\"\n2,\"3,125\"\n", Comma, Decimal::Point),
+            ("t,S1\n0.5,\"1,25\"\n", Comma, Decimal::Point),
             (
                 "a;b\n2024-01-01 10:00:00,5;1,5\n2024-01-01 10:00:01,5;1,5\n",
                 Semicolon,
