@@ -64,6 +64,8 @@ pub struct LiveTraces {
 impl Query for Follow {
     type Answer = Followed;
     type Cache = ();
+    // A file is followed for hours, and nothing else draws it.
+    const PARTS_INTERVAL: Duration = Duration::from_millis(90);
 
     fn title(&self) -> String {
         "Following".to_owned()

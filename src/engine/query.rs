@@ -18,9 +18,6 @@ use crate::progress::{Cancelled, Progress};
 /// A run this young is allowed to finish when a newer question arrives, so that a slider on the move shows something.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
-/// Parts of an answer are told of no oftener than this.
-const PARTS_INTERVAL: Duration = Duration::from_millis(90);
-
 /// Of 0 to 99; an idle processor works as fast as ever, a busy one draws the window first (niceness 10 on Linux).
 const BACKGROUND_PRIORITY: u8 = 25;
 
@@ -69,6 +66,9 @@ pub trait Query: Clone + Send + Sync + 'static {
 
     /// How long one that has shown a part is allowed to go on when a newer question arrives, see [`PATIENCE`].
     const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
+
+    /// Parts of an answer, but for the first, are told of no oftener than this: the window looks now and then while something runs.
+    const PARTS_INTERVAL: Duration = Duration::from_secs(1);
 
     /// What people see while it runs.
     fn title(&self) -> String;
@@ -436,8 +436,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             reply(Payload::Part(answer));
             shared.lock().patience = Q::PATIENCE_ONCE_SHOWN;
             let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-            // Whoever watches something that runs looks now and then anyway.
-            if told.is_none_or(|told| told.elapsed() >= PARTS_INTERVAL) {
+            if told.is_none_or(|told| told.elapsed() >= Q::PARTS_INTERVAL) {
                 *told = Some(Instant::now());
                 notify();
             }

@@ -175,7 +175,7 @@ impl Shell {
             ui.request_repaint();
         }
         if self.is_busy() {
-            ui.request_repaint_after(status_line::PROGRESS_INTERVAL);
+            ui.request_repaint_after(status_line::progress_interval(ui.ctx()));
         }
     }
 

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::engine::{Preferences, PreferencesFile};
 use crate::panicked::panic_message;
-use crate::ui::{NativeDialogs, Shell};
+use crate::ui::{NativeDialogs, Shell, status_line};
 
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";
@@ -26,7 +26,10 @@ struct Window {
 }
 
 impl eframe::App for Window {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        if let Some(secs) = frame.info().cpu_usage {
+            status_line::note_frame(ui.ctx(), secs);
+        }
         self.shell.frame(ui);
     }
 

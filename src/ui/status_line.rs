@@ -80,8 +80,30 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     });
 }
 
+/// What tells of progress is drawn again no oftener than this.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
+/// Nor so often that drawing takes more of the processor than this share: what runs needs it, and without a graphics card a frame is
+/// long.
+const DRAWING_SHARE: f32 = 0.05;
+/// But it goes on.
+const LONGEST_INTERVAL: f32 = 1.0;
+
 /// How often what tells of progress is drawn again: whatever is drawn, all of the window is.
-pub(super) const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
+pub(super) fn progress_interval(context: &egui::Context) -> Duration {
+    let frame_secs: f32 = context.data(|data| data.get_temp(frame_secs()).unwrap_or(0.0));
+    let secs = (frame_secs / DRAWING_SHARE).clamp(0.0, LONGEST_INTERVAL);
+    PROGRESS_INTERVAL.max(Duration::from_secs_f32(secs))
+}
+
+/// Remembers how long the frame before took.
+pub(super) fn note_frame(context: &egui::Context, secs: f32) {
+    context.data_mut(|data| data.insert_temp(frame_secs(), secs));
+}
+
+/// Under this it is remembered.
+fn frame_secs() -> egui::Id {
+    egui::Id::unique("how long a frame takes")
+}
 
 /// Draws that something runs, in a picture that changes no oftener than progress does.
 pub(super) fn busy(ui: &mut egui::Ui) {
@@ -99,7 +121,7 @@ pub(super) fn busy(ui: &mut egui::Ui) {
         let shade = color.gamma_multiply(1.0 - age as f32 / DOTS as f32);
         ui.painter().circle_filled(at, 0.08 * size, shade);
     }
-    ui.request_repaint_after(PROGRESS_INTERVAL);
+    ui.request_repaint_after(progress_interval(ui.ctx()));
 }
 
 /// That what is shown is a preview.
@@ -116,4 +138,24 @@ fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {
     response.widget_info(|| {
         egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, label.clone())
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longer_a_frame_takes_the_fewer_tell_of_progress() {
+        let context = egui::Context::default();
+        let secs = |frame_secs: Option<f32>| {
+            frame_secs
+                .into_iter()
+                .for_each(|secs| note_frame(&context, secs));
+            progress_interval(&context).as_secs_f32()
+        };
+        let found = [None, Some(0.002), Some(0.02), Some(3.0)].map(secs);
+        let expected = [0.1, 0.1, 0.4, 1.0];
+        let near = |(found, expected): (&f32, &f32)| (found - expected).abs() < 1e-3;
+        assert!(found.iter().zip(&expected).all(near), "{found:?}");
+    }
 }
