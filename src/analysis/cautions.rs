@@ -9,6 +9,7 @@ use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{Calibration, GridEdge, OddRecording, Undetermined};
 use crate::evaluation::coverage::{Outside, largest};
 use crate::evaluation::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
+use crate::evaluation::no_gauge::NoGauge;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::{is_far_outside, percent};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -26,6 +27,8 @@ const FAR_OFF: f64 = 4.0;
 const FAR_OFF_MATTERS: f64 = 0.02;
 /// So many recordings that contradict the others are named.
 const ODD_NAMED: usize = 3;
+/// So many columns that are no gauges are named.
+const NO_GAUGES_NAMED: usize = 6;
 
 /// One thing to know beside the scores.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +65,8 @@ pub enum Caution {
     AuxiliaryBeyond(Vec<String>),
     /// The recordings have auxiliary channels that change, and the model does not use them.
     AuxiliaryLeft(Vec<String>),
+    /// Columns that are taken for gauges and seem to be none.
+    NoGauge(Vec<NoGauge>),
     /// Training recordings that contradict the others.
     Odd(Vec<OddRecording>),
     /// The axis on which the test errs far more than the cross-validation, by how much, and by how much that does.
@@ -136,6 +141,8 @@ impl Dataset {
             }
             found.extend(self.groups.unused.clone().map(Caution::Groups));
             found.extend(self.groups.lone.clone().map(Caution::Lone));
+            let no_gauges = self.no_gauges();
+            found.extend((!no_gauges.is_empty()).then(|| Caution::NoGauge(no_gauges.to_vec())));
             let odd = &calibration.quality.odd;
             found.extend((!odd.is_empty()).then(|| Caution::Odd(odd.clone())));
             self.note_loads(calibration, &mut found);
@@ -273,6 +280,7 @@ impl Caution {
             }
             Self::AuxiliaryBeyond(_) => "auxiliary channels beyond what was trained".to_owned(),
             Self::AuxiliaryLeft(names) => format!("{} not used", names.join(", ")),
+            Self::NoGauge(found) => found[0].short(),
             Self::Odd(odd) => format!("{} contradicts the others", odd[0].recording),
             Self::FarOff(axis, test, left_out) => format!(
                 "{} on test {} times the cross-validation",
@@ -396,6 +404,20 @@ impl std::fmt::Display for Caution {
                 "{} changed meanwhile, and the model does not use it: where the sensor depends on it, add the auxiliary channels",
                 names.join(", "),
             ),
+            Self::NoGauge(found) => {
+                let named = found.iter().take(NO_GAUGES_NAMED);
+                let named: Vec<String> = named.map(NoGauge::to_string).collect();
+                let more = match found.len().saturating_sub(NO_GAUGES_NAMED) {
+                    0 => String::new(),
+                    n_more => format!("; and {n_more} more"),
+                };
+                write!(
+                    f,
+                    "{}{more}: give such a column another role in the import window or a column map, as the sensor in use will not \
+                     have it",
+                    named.join("; "),
+                )
+            }
             Self::Odd(odd) => {
                 let one = |own: &OddRecording| {
                     format!(

@@ -15,6 +15,7 @@ use crate::calibration::{
 };
 use crate::evaluation::coverage::Coverage;
 use crate::evaluation::metrics;
+use crate::evaluation::no_gauge::{NoGauge, no_gauges};
 use crate::features::{Auxiliary, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
@@ -91,6 +92,7 @@ pub(super) struct Dataset {
     /// The longest gap of the training recordings, where their steps say one (s).
     gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
+    no_gauges: OnceLock<Vec<NoGauge>>,
     /// What is wrong with the channels, for these rated loads.
     pub(super) faults: Mutex<Option<(Vec<Option<f64>>, Faulty)>>,
     /// The newest searches, with the weights and the step that they were prepared for.
@@ -184,6 +186,7 @@ impl Dataset {
             map,
             loads,
             coverage: OnceLock::new(),
+            no_gauges: OnceLock::new(),
             faults: Mutex::default(),
             paths: Mutex::default(),
         })
@@ -236,6 +239,7 @@ impl Dataset {
             entries,
             auxiliary: self.auxiliary.clone(),
             coverage: OnceLock::new(),
+            no_gauges: OnceLock::new(),
             faults: Mutex::default(),
             paths: Mutex::default(),
         }
@@ -245,6 +249,12 @@ impl Dataset {
     pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
         self.coverage
             .get_or_init(|| Coverage::of(&self.entries, axes))
+    }
+
+    /// Columns of the training recordings that are taken for gauges and seem to be none.
+    pub fn no_gauges(&self) -> &[NoGauge] {
+        self.no_gauges
+            .get_or_init(|| no_gauges(&in_role(&self.entries, Role::Train)))
     }
 
     /// The searches of this calibration.

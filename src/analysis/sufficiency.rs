@@ -189,6 +189,7 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
             }
             Caution::AuxiliaryLeft(_) => ("auxiliary", Enough),
             Caution::Odd(_) => ("odd", Doubtful),
+            Caution::NoGauge(_) => ("no_gauge", Doubtful),
             Caution::FarOff(..) => ("test", Doubtful),
             Caution::Worse(_) => ("error", Doubtful),
             Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {

@@ -11,6 +11,7 @@ pub mod loops;
 pub mod mean_hysteresis;
 pub(crate) mod metrics;
 pub mod metrology;
+pub mod no_gauge;
 pub mod numbers;
 pub mod part_squares;
 #[cfg(test)]

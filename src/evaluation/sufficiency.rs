@@ -424,7 +424,7 @@ impl Sufficiency {
             say("outside", Enough, text);
         }
         // What is wrong with a recording comes before what that makes of the errors.
-        let is_cause = |reason: &Reason| matches!(reason.about, "odd" | "faults");
+        let is_cause = |reason: &Reason| matches!(reason.about, "no_gauge" | "odd" | "faults");
         found.sort_by_key(|reason| {
             let grave = reason.verdict > Enough;
             (
