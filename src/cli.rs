@@ -409,7 +409,7 @@ pub struct Apply {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Say in a last column what became of each sample: ok, filling (the history is shorter than it can be), after a gap, restarted,
-    /// beyond (the load is beyond what is known of the sensor), rejected.
+    /// beyond (the load is beyond what is known of the sensor), auxiliary held (such a channel was measured too long ago), rejected.
     #[arg(long, requires = "out")]
     status: bool,
     /// Answer the rows of the one file on standard output, and then those that a logger writes to it.

@@ -9,6 +9,7 @@ use crate::export::{LiveSample, LoadRows, name_gauges};
 use crate::import::live::{GrowingFile, Grown, LiveRow, LiveTable};
 use crate::import::map::ColumnMap;
 use crate::recording::Axis;
+use crate::recording::gap::pause_by_step;
 
 /// So many lines that are no rows are told of one by one.
 const TOLD_ONE_BY_ONE: u64 = 5;
@@ -97,6 +98,7 @@ impl Tap {
             let auxiliary_places = table.auxiliary_places(&needed);
             let auxiliary_places =
                 auxiliary_places.map_err(|channel| JobError::LiveAuxiliary { channel })?;
+            let gap_secs = self.calibration.gap_secs;
             let mut auxiliary = vec![0.0; auxiliary_places.len()];
             let mut gauges = vec![0.0; places.len()];
             let mut write = |row: Option<LiveRow>, axes: &[Axis]| {
@@ -106,11 +108,17 @@ impl Tap {
                 for (value, place) in auxiliary.iter_mut().zip(&auxiliary_places) {
                     *value = row.as_ref().map_or(f64::NAN, |row| row.auxiliary[*place]);
                 }
+                let is_old = |(age, step): (f64, f64)| age > gap_secs.max(pause_by_step(step));
+                let is_held = row.as_ref().is_some_and(|row| {
+                    let mut own = auxiliary_places.iter().map(|at| row.auxiliary_ages[*at]);
+                    own.any(is_old)
+                });
                 let sample = row.as_ref().map(|row| LiveSample {
                     time: row.time,
                     gauges: &gauges,
                     auxiliary: &auxiliary,
                     reference: (axes, &row.loads),
+                    is_held,
                 });
                 out.write(&mut estimator, sample)?;
                 out.flush()

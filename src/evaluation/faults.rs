@@ -36,6 +36,10 @@ const BACK_AGAIN: f64 = 0.25;
 const SPIKE_SAMPLES: usize = 3;
 /// … and no dropout, unless it is stuck.
 const DROPOUT_SAMPLES: usize = 50;
+/// An auxiliary channel that drops out jumps by so many times what it does on nearly all samples ...
+const AUXILIARY_JUMP: f64 = 20.0;
+/// ... and not on more than this share of the samples: then it is a switch.
+const DROPOUT_SHARE: f64 = 0.05;
 /// A channel whose range is so many times its usual step carries more than noise.
 const SIGNAL: f64 = 20.0;
 /// An extreme is clipped if it is so many times as frequent as each of the values beside it.
@@ -48,6 +52,8 @@ pub enum Channel {
     Gauge(usize),
     /// An axis of the reference by its position.
     Load(usize),
+    /// An auxiliary channel by its position.
+    Auxiliary(usize),
 }
 
 impl Channel {
@@ -55,6 +61,7 @@ impl Channel {
         match self {
             Self::Gauge(gauge) => recording.gauges_at(k)[gauge],
             Self::Load(axis) => recording.loads()[k * recording.axes().len() + axis],
+            Self::Auxiliary(at) => recording.auxiliary().at(k)[at],
         }
     }
 
@@ -63,6 +70,7 @@ impl Channel {
         match self {
             Self::Gauge(gauge) => &recording.gauge_names()[gauge],
             Self::Load(axis) => recording.axes()[axis].symbol(),
+            Self::Auxiliary(at) => &recording.auxiliary().names()[at],
         }
     }
 }
@@ -262,7 +270,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             others.collect()
         };
         let by = match own.channel {
-            Channel::Load(_) => others(false),
+            Channel::Load(_) | Channel::Auxiliary(_) => others(false),
             Channel::Gauge(_) if moving.iter().any(is_load) => others(true),
             Channel::Gauge(_) => others(false),
         };
@@ -298,6 +306,9 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         };
         let misread: Vec<Fault> = misread.into_iter().filter(|own| !is_known(own)).collect();
         found.extend(misread);
+    } else {
+        let auxiliary = (0..recording.auxiliary().len()).map(Channel::Auxiliary);
+        found.extend(auxiliary.flat_map(|channel| dropouts(recording, channel)));
     }
     unclipped.truncate(recording.n_gauges());
     let n_axes = recording.axes().len();
@@ -680,6 +691,65 @@ impl Watched<'_> {
     }
 }
 
+/// Where a channel that nothing says what to expect of, and that changes slowly, is one other value for a while: zero, or one that comes again.
+fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
+    let n = recording.n_samples();
+    let value = |k: usize| channel.of(recording, k);
+    // Runs of one value; a channel that is written now and then has long ones.
+    let mut starts: Vec<usize> = vec![0];
+    starts.extend((1..n).filter(|k| value(*k) != value(k - 1)));
+    let n_runs = starts.len();
+    let longest = DROPOUT_SAMPLES.max(3 * n / n_runs.max(1));
+    let ends = starts.iter().skip(1).chain([&n]).copied();
+    let runs: Vec<Range<usize>> = starts
+        .iter()
+        .copied()
+        .zip(ends)
+        .map(|(a, b)| a..b)
+        .collect();
+    let looked_at = looked_at(n).filter(|k| *k > 0);
+    let mut steps: Vec<f64> = looked_at.map(|k| (value(k) - value(k - 1)).abs()).collect();
+    let usual = AUXILIARY_JUMP * quantile(&mut steps, 0.95).unwrap_or(0.0);
+    let is_away = |at: &usize| {
+        let [before, own, after] = [0, 1, 2].map(|next| value(runs[at + next - 1].start));
+        let jump = own - before;
+        let is_back = (after - before).abs() <= BACK_AGAIN * jump.abs();
+        runs[*at].len() <= longest && jump.abs() > usual && is_back
+    };
+    let away: Vec<usize> = (1..n_runs.saturating_sub(1)).filter(is_away).collect();
+    let own = |at: usize| value(runs[at].start);
+    let jump = |at: usize| (own(at) - own(at - 1)).abs();
+    let others = (1..n_runs).filter(|at| {
+        let is_away = |at: &usize| away.binary_search(at).is_ok();
+        !is_away(at) && !is_away(&(at - 1))
+    });
+    let step = median(others.map(jump));
+    // What is a step of its own resolution is rounding, or a switch.
+    let far = |at: &&usize| {
+        let again = || {
+            away.iter()
+                .any(|other| *other != **at && own(*other) == own(**at))
+        };
+        let is_far = step.is_none_or(|step| jump(**at) > 4.0 * step);
+        is_far && (own(**at) == 0.0 || (step.is_some() && again()))
+    };
+    let found: Vec<Range<usize>> = away
+        .iter()
+        .filter(far)
+        .map(|at| runs[*at].clone())
+        .collect();
+    let n_away: usize = found.iter().map(|run| run.len()).sum();
+    if n_away as f64 > DROPOUT_SHARE * n as f64 {
+        return Vec::new();
+    }
+    let fault = |samples: Range<usize>| Fault {
+        kind: FaultKind::Dropout,
+        channel,
+        samples,
+    };
+    found.into_iter().map(fault).collect()
+}
+
 /// Notes each run of samples that are so.
 fn push_runs(
     samples: impl Iterator<Item = bool>,
@@ -908,6 +978,46 @@ mod tests {
             loads.extend([x, y]);
         }
         assert_eq!(words(&recording(gauges, loads)), [""; 0]);
+    }
+
+    #[test]
+    fn a_thermometer_that_drops_out_is_told_from_one_that_warms_switches_or_is_coarse() {
+        let (gauges, loads) = sensor(None);
+        let told = |channel: &dyn Fn(usize) -> f64| {
+            let values = (0..N).map(channel).collect();
+            let recording = recording(gauges.clone(), loads.clone());
+            let with = recording.with_auxiliary(vec!["T".into()], vec!["°C".into()], values);
+            words(&with.unwrap())
+        };
+        let mut random = Random::new(6, &[]);
+        let noise: Vec<f64> = (0..N).map(|_| 0.02 * random.normal()).collect();
+        let warms = |k: usize| 20.0 + 0.01 * k as f64 + noise[k];
+        let coarse = |k: usize| (10.0 * warms(k)).round() / 10.0;
+        let now_and_then = |k: usize| warms(k / 100 * 100);
+        let is_out = |k: usize| {
+            [500, 1200, 1700]
+                .iter()
+                .any(|from| (*from..from + 7).contains(&k))
+        };
+        for channel in [
+            &warms as &dyn Fn(usize) -> f64,
+            &coarse,
+            &now_and_then,
+            &|_| 21.5,
+        ] {
+            assert_eq!(told(channel), [""; 0]);
+            for value in [0.0, -40.0] {
+                let with_outs = |k: usize| if is_out(k) { value } else { channel(k) };
+                // What stands still but for that may be a switch.
+                if value == 0.0 || channel(0) != channel(N - 1) {
+                    assert_eq!(told(&with_outs), ["21 dropped out (T)"], "{value}");
+                }
+            }
+        }
+        let switch = |k: usize| f64::from(k / 30 % 4 == 0);
+        assert_eq!(told(&switch), [""; 0]);
+        let pulses = |k: usize| if is_out(k) { 1.0 } else { 0.0 };
+        assert_eq!(told(&pulses), [""; 0]);
     }
 
     #[test]

@@ -256,6 +256,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         cut_values(values, 0, &starts, &mut parts);
         parts
     };
+    let mut held = held_by_part(&plan, &rows, starts).into_iter();
     // One list after the other, so that never more than half of one is there twice.
     let times = parts(rows.times, 1);
     let gauges = parts(rows.gauges, plan.gauge_names.len());
@@ -276,7 +277,8 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         )
         .expect("rows are finite and of one width, and each recording's times never go back");
         let recording = recording.with_gauge_units(plan.gauge_units.clone());
-        let recording = with_auxiliary(recording, &plan, auxiliary);
+        let recording = with_auxiliary(recording, &plan, auxiliary)
+            .with_held_auxiliary(held.next().unwrap_or_default());
         let mut recording = recording.with_gap(cuts.gap_secs);
         if let Some(before) = recordings.last()
             && follows(before, &recording)
@@ -286,6 +288,24 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         recordings.push(recording);
     }
     recordings
+}
+
+/// From when to when each channel of each part holds a value that is too old.
+fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64, f64)>>> {
+    let n_channels = plan.auxiliary_names.len();
+    let mut parts = vec![vec![Vec::new(); n_channels]; starts.len() + 1];
+    for held in &rows.held {
+        let mut from = held.rows.start;
+        while from < held.rows.end {
+            let part = starts.partition_point(|start| *start <= from);
+            let to = starts
+                .get(part)
+                .map_or(held.rows.end, |end| held.rows.end.min(*end));
+            parts[part][held.channel].push((rows.times[from], rows.times[to - 1]));
+            from = to;
+        }
+    }
+    parts
 }
 
 fn with_auxiliary(recording: Recording, plan: &Plan, values: Vec<f64>) -> Recording {

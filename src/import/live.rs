@@ -33,6 +33,8 @@ pub struct LiveRow {
     pub gauges: Vec<f64>,
     /// Its auxiliary channels, as [`LiveTable::auxiliary_names`] names them; what a line leaves out is as in the line before.
     pub auxiliary: Vec<f64>,
+    /// How long ago each of them was measured, and how far apart its numbers are in the mean (s).
+    pub auxiliary_ages: Vec<(f64, f64)>,
     /// Its reference, as [`LiveTable::axes`] names it.
     pub loads: Vec<f64>,
 }
@@ -46,8 +48,41 @@ pub struct LiveTable {
     keys: Option<Vec<String>>,
     has_list: bool,
     n_rows: f64,
-    /// The newest of each auxiliary channel; NaN before the first.
-    held: Vec<f64>,
+    /// The newest of each auxiliary channel.
+    held: Vec<Newest>,
+}
+
+/// The newest number of a channel.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    /// NaN before the first.
+    value: f64,
+    /// When it came (s).
+    secs: f64,
+    /// How long the numbers took from the first on (s), and how many came after it.
+    since_first: (f64, u64),
+}
+
+impl Newest {
+    const NONE: Self = Self {
+        value: f64::NAN,
+        secs: f64::NAN,
+        since_first: (0.0, 0),
+    };
+
+    fn take(&mut self, secs: f64, value: f64) {
+        let step = secs - self.secs;
+        if step >= 0.0 {
+            self.since_first.0 += step;
+            self.since_first.1 += 1;
+        }
+        (self.value, self.secs) = (value, secs);
+    }
+
+    fn age(&self, secs: f64) -> (f64, f64) {
+        let (all, n) = self.since_first;
+        (secs - self.secs, all / n.max(1) as f64)
+    }
 }
 
 impl LiveTable {
@@ -125,7 +160,7 @@ impl LiveTable {
         let (plan, rows) = Self::of_text(&(text + "\n"), map)?;
         let mut table = Self {
             per_second: per_second(&plan, &rows),
-            held: vec![f64::NAN; plan.auxiliary_names.len()],
+            held: vec![Newest::NONE; plan.auxiliary_names.len()],
             plan,
             has_list: objects
                 .first()
@@ -197,16 +232,18 @@ impl LiveTable {
         let times = rows.times.iter().enumerate();
         let held = &mut self.held;
         times
-            .map(|(k, time)| LiveRow {
-                time: if counted { first + k as f64 } else { *time } / self.per_second,
-                gauges: rows.gauges[k * n_gauges..][..n_gauges].to_vec(),
-                auxiliary: {
-                    let row = &rows.auxiliary[k * held.len()..][..held.len()];
-                    let known = held.iter_mut().zip(row).filter(|(_, new)| new.is_finite());
-                    known.for_each(|(held, new)| *held = *new);
-                    held.clone()
-                },
-                loads: rows.loads[k * n_axes..][..n_axes].to_vec(),
+            .map(|(k, time)| {
+                let time = if counted { first + k as f64 } else { *time } / self.per_second;
+                let row = &rows.auxiliary[k * held.len()..][..held.len()];
+                let known = held.iter_mut().zip(row).filter(|(_, new)| new.is_finite());
+                known.for_each(|(held, new)| held.take(time, *new));
+                LiveRow {
+                    time,
+                    gauges: rows.gauges[k * n_gauges..][..n_gauges].to_vec(),
+                    auxiliary: held.iter().map(|own| own.value).collect(),
+                    auxiliary_ages: held.iter().map(|own| own.age(time)).collect(),
+                    loads: rows.loads[k * n_axes..][..n_axes].to_vec(),
+                }
             })
             .collect()
     }
@@ -370,6 +407,7 @@ mod tests {
             time,
             gauges: gauges.to_vec(),
             auxiliary: Vec::new(),
+            auxiliary_ages: Vec::new(),
             loads: vec![load],
         };
         assert_eq!(rows, [row(0.02, [1.0, 2.0], 3.0)]);
@@ -385,7 +423,14 @@ mod tests {
         assert_eq!(table.auxiliary_names(), ["T"]);
         assert!(rows[0].auxiliary[0].is_nan());
         assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
-        assert_eq!(table.row("2,3,").unwrap().auxiliary, rows[1].auxiliary);
+        let held = table.row("2,3,").unwrap();
+        assert_eq!(held.auxiliary, rows[1].auxiliary);
+        assert_eq!(
+            [rows[1].auxiliary_ages[0], held.auxiliary_ages[0]],
+            [(0.0, 0.0), (1.0, 0.0)]
+        );
+        table.row("3,3,213").unwrap();
+        assert_eq!(table.row("9,3,").unwrap().auxiliary_ages[0], (6.0, 2.0));
     }
 
     #[test]

@@ -110,7 +110,7 @@ impl<'a> Reading<'a> {
         for note in notes {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
-        gauges.rows.hold_auxiliary(&mut gauges.plan);
+        gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
         if let Some(within_secs) = map.average_bursts_secs {
             assemble::average_bursts(&gauges.plan, &mut gauges.rows, within_secs);
         }

@@ -70,6 +70,52 @@ fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
     assert_eq!(findings, [Finding::IgnoredColumns { names }]);
 }
 
+/// One row every 10 ms, whose thermometer says nothing from row 100 on for 60 rows, and in row 20; a slow one that is written every
+/// 20th row stops for 100.
+#[test]
+fn holes_in_an_auxiliary_channel_are_told_and_known_to_the_recording() {
+    let mut text = String::from("t [s],S1,Fz,temperature,humidity\n");
+    for k in 0..400 {
+        let temperature = if k == 20 || (100..160).contains(&k) {
+            ""
+        } else {
+            "21.5"
+        };
+        let humidity = if k % 20 == 0 && !(200..300).contains(&k) {
+            "40"
+        } else {
+            ""
+        };
+        let t = 0.01 * f64::from(k);
+        text += &format!("{t:.2},{k},{k},{temperature},{humidity}\n");
+    }
+    let folder = Folder::with(&[("run.csv", &text)]);
+    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
+    let (recording, findings) = single(loaded);
+    let [
+        Finding::HeldAuxiliary {
+            column,
+            name,
+            n_rows,
+            longest_secs: Some(secs),
+        },
+    ] = &findings[..]
+    else {
+        panic!("the slow one goes on after five of its steps: {findings:?}");
+    };
+    assert_eq!((*column, &**name, *n_rows), (Some(4), "temperature", 61));
+    assert!((secs - 0.61).abs() < 1e-9, "{secs}");
+    let is_held = |recording: &Recording, t: f64| recording.auxiliary().is_held_at(t);
+    let held = [0.2, 0.99, 1.0, 1.59, 1.6].map(|t| is_held(&recording, t));
+    assert_eq!(held, [false, false, true, true, false]);
+    let (_, rest) = recording.split(0.3).unwrap();
+    assert!(is_held(&rest, 1.3) && is_held(&rest.decimated(3), 1.3));
+    let humidity = recording
+        .with_auxiliary_of(&["humidity".to_owned()])
+        .unwrap();
+    assert!(!is_held(&humidity, 1.3));
+}
+
 #[test]
 fn an_auxiliary_channel_of_a_map_has_its_name_and_unit() {
     let parts = r#""table": { "shape": { "columns": 4 }, "columns": [ { "column": 1, "is": "time", "unit": "s" },

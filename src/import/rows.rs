@@ -3,11 +3,14 @@
 //! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two parts gives
 //! what one part with the lines of both would have given.
 
+use std::ops::Range;
+
 use super::plan::{Plan, PosePlan, Use};
 use super::warning::{Finding, Findings, Trouble};
 use crate::formats::text::{ati, lines};
 use crate::formats::{Cell, Part, Row};
 use crate::recording::Axis;
+use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
 /// The rows of a interval of lines, in SI but for the times, which stay in the unit of the file.
 #[derive(Debug, Default)]
@@ -31,6 +34,16 @@ pub(super) struct Rows {
     /// Whether the times are such counts.
     counts_rows: bool,
     lines: Vec<LineRun>,
+    /// Rows in which an auxiliary channel holds a value that is older than a gap, in order of channel and row.
+    pub(super) held: Vec<HeldRows>,
+}
+
+/// Rows in which an auxiliary channel has no number of its own for longer than a gap.
+#[derive(Clone, Debug)]
+pub(super) struct HeldRows {
+    /// Which of the channels.
+    pub(super) channel: usize,
+    pub(super) rows: Range<usize>,
 }
 
 /// From row `row` on, rows stand on successive lines, the first on `line`.
@@ -271,7 +284,7 @@ impl Rows {
 
     /// Gives auxiliary channels the last value where a row has none, and the first where no row before it has one. A channel without
     /// any is gone, and told.
-    pub(super) fn hold_auxiliary(&mut self, plan: &mut Plan) {
+    pub(super) fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
         let known = |at: &usize| {
             let mut values = self.auxiliary.iter().skip(*at).step_by(n);
@@ -296,6 +309,7 @@ impl Rows {
             }
         }
         for at in 0..kept.len() {
+            self.note_held(at, plan, gap_secs);
             let mut values = self.auxiliary.iter_mut().skip(at).step_by(kept.len());
             let first = values.by_ref().map(|value| *value).find(|v| v.is_finite());
             let mut last = first.unwrap_or_default();
@@ -308,14 +322,83 @@ impl Rows {
         }
     }
 
+    /// Notes where a channel has no number, and for how long. What is written now and then has none in between, as it must.
+    fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
+        let n_channels = plan.auxiliary_names.len();
+        let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
+        let (known, missing): (Vec<usize>, Vec<usize>) =
+            (0..self.times.len()).partition(|row| is_known(*row));
+        if missing.is_empty() {
+            return;
+        }
+        let gap_of_rows = gap_secs.unwrap_or_else(|| gap_by_steps(&self.times));
+        let at: Vec<f64> = known.iter().map(|row| self.times[*row]).collect();
+        // A channel that is slower than the gauges has longer gaps.
+        let gap = gap_of_rows.max(steps_of_a_pause(&at));
+        let [step, own] = [&self.times, &at].map(|times| median_step(times).unwrap_or(0.0));
+        let is_now_and_then = own > 1.5 * step;
+        // A pause of the whole file is no part of it.
+        let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
+        let secs_of = |rows: &Range<usize>| {
+            let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
+            steps
+                .filter(|step| (0.0..=gap_of_rows).contains(step))
+                .sum::<f64>()
+        };
+        let runs = missing.chunk_by(|a, b| a + 1 == *b);
+        let runs = runs.map(|run| run[0]..run[run.len() - 1] + 1);
+        let runs: Vec<(Range<usize>, f64)> = runs
+            .map(|rows| {
+                let secs = secs_of(&rows);
+                (rows, secs)
+            })
+            .collect();
+        let told: Vec<&(Range<usize>, f64)> = (runs.iter())
+            .filter(|(_, secs)| plan.is_static || !is_now_and_then || *secs > gap)
+            .collect();
+        let (Some((first, _)), Some((last, _))) = (told.first(), told.last()) else {
+            return;
+        };
+        let secs = told.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
+        let is_auxiliary = |index: &usize| matches!(plan.uses[*index], Use::Auxiliary { .. });
+        let named = |index: &usize| plan.names[*index] == plan.auxiliary_names[channel];
+        let mut columns = (0..plan.uses.len()).filter(is_auxiliary);
+        let finding = Finding::HeldAuxiliary {
+            column: columns.find(named).map(|index| index + 1),
+            name: plan.auxiliary_names[channel].clone(),
+            n_rows: told.iter().map(|(rows, _)| rows.len()).sum(),
+            longest_secs: (!plan.is_static).then_some(secs),
+        };
+        let lines = [first.start, last.end - 1].map(|row| self.line_of(row));
+        let long = runs
+            .iter()
+            .filter(|(_, secs)| !plan.is_static && *secs > gap);
+        let held = long.map(|(rows, _)| HeldRows {
+            channel,
+            rows: rows.clone(),
+        });
+        self.held.extend(held);
+        self.findings.note_many(lines[0], lines[1], 1, finding);
+    }
+
     /// From now on these rows, in order, are the first, the second and so on; only their lines move.
     pub(super) fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
         let before = Self {
             lines: std::mem::take(&mut self.lines),
             ..Self::default()
         };
+        let ends = self
+            .held
+            .iter()
+            .flat_map(|own| [own.rows.start, own.rows.end]);
+        let mut ends: Vec<(usize, usize)> = ends.map(|end| (end, 0)).collect();
         for (new, old) in rows.enumerate() {
             self.place_row(new, before.line_of(old));
+            let ends = ends.iter_mut().filter(|(end, _)| old < *end);
+            ends.for_each(|(_, kept)| *kept = new + 1);
+        }
+        for (held, ends) in self.held.iter_mut().zip(ends.chunks_exact(2)) {
+            held.rows = ends[0].1..ends[1].1;
         }
     }
 }

@@ -60,6 +60,20 @@ pub enum Finding {
         name: String,
         value: f64,
     },
+    /// An auxiliary channel without numbers.
+    #[error(
+        "{}(auxiliary {}) has no number in {}{}; the one before is held there",
+        column.map_or_else(String::new, |column| format!("column {column} ")),
+        shown(name),
+        if *n_rows == 1 { "a row".to_owned() } else { format!("{n_rows} rows") },
+        longest_secs.map_or_else(String::new, |secs| format!(", for {secs:.3} s at the longest"))
+    )]
+    HeldAuxiliary {
+        column: Option<usize>,
+        name: String,
+        n_rows: usize,
+        longest_secs: Option<f64>,
+    },
     /// Time jumps or goes back, so that a new recording starts.
     #[error("time goes from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
@@ -182,8 +196,8 @@ impl Finding {
     fn is_of_kind(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Cell { trouble, .. }, Self::Cell { trouble: other, .. }) => trouble == other,
-            // Constant gauges differ in their columns: each is worth its own warning.
-            (Self::ConstantGauge { .. }, _) => false,
+            // They differ in their columns: each is worth its own warning.
+            (Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. }, _) => false,
             _ => std::mem::discriminant(self) == std::mem::discriminant(other),
         }
     }

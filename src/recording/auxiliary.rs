@@ -2,7 +2,12 @@
 //!
 //! Guarantees: every number is finite; a segment shares the numbers of the recording that it was cut of.
 
+use std::sync::Arc;
+
 use crate::recording::shared::Shared;
+
+/// From when to when (s) a channel holds a value that is too old to be believed.
+pub(crate) type Held = Vec<(f64, f64)>;
 
 /// The auxiliary channels of a recording; none costs nothing.
 ///
@@ -12,6 +17,8 @@ pub struct AuxiliaryTable {
     names: Vec<String>,
     units: Vec<String>,
     values: Shared,
+    /// By channel, in order; empty where nothing was measured for so long nowhere.
+    held: Arc<[Held]>,
 }
 
 impl Default for AuxiliaryTable {
@@ -26,7 +33,23 @@ impl AuxiliaryTable {
             names,
             units,
             values: values.into(),
+            held: Arc::default(),
         }
+    }
+
+    /// The same, having held the last value for longer than a gap there, for each channel in order of time.
+    pub(super) fn with_held(self, held: Vec<Held>) -> Self {
+        let is_any = held.iter().any(|own| !own.is_empty());
+        let held = if is_any { held.into() } else { Arc::default() };
+        Self { held, ..self }
+    }
+
+    /// Whether at that time (s) a channel holds a value that was measured longer ago, or later, than a gap.
+    pub fn is_held_at(&self, secs: f64) -> bool {
+        self.held.iter().any(|own| {
+            let at = own.partition_point(|(_, to)| *to < secs);
+            own.get(at).is_some_and(|(from, _)| *from <= secs)
+        })
     }
 
     /// How many channels there are.
@@ -91,7 +114,11 @@ impl AuxiliaryTable {
         let rows = self.values.chunks_exact(self.len().max(1));
         let values = rows.flat_map(|row| places.iter().map(|at| row[*at]));
         let of = |texts: &[String]| places.iter().map(|at| texts[*at].clone()).collect();
-        Self::new(of(&self.names), of(&self.units), values.collect())
+        let held = match self.held.is_empty() {
+            true => Vec::new(),
+            false => places.iter().map(|at| self.held[*at].clone()).collect(),
+        };
+        Self::new(of(&self.names), of(&self.units), values.collect()).with_held(held)
     }
 
     pub(super) fn shared(&self) -> &Shared {
@@ -100,9 +127,8 @@ impl AuxiliaryTable {
 
     pub(super) fn with_values(&self, values: Shared) -> Self {
         Self {
-            names: self.names.clone(),
-            units: self.units.clone(),
             values,
+            ..self.clone()
         }
     }
 }

@@ -23,7 +23,12 @@ pub const WRAPS_SECS: [f64; 2] = [4_294.967_296, 4_294_967.296];
 
 /// How long the steps of a pause are at least, by the median step; infinite where there is none.
 pub fn steps_of_a_pause(times: &[f64]) -> f64 {
-    median_step(times).map_or(f64::INFINITY, |step| PAUSE_IN_STEPS * step)
+    median_step(times).map_or(f64::INFINITY, pause_by_step)
+}
+
+/// The pause of a channel whose numbers come at this step (s).
+pub fn pause_by_step(step_secs: f64) -> f64 {
+    PAUSE_IN_STEPS * step_secs
 }
 
 /// The step above which samples are missing, by the steps themselves (s).

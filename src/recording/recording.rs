@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::recording::auxiliary::Held;
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::median::median;
 use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, joined};
@@ -216,6 +217,12 @@ impl Recording {
         }
         self.auxiliary = AuxiliaryTable::new(names, units, values);
         Ok(self)
+    }
+
+    /// The same, each of whose auxiliary channels holds a value that is too old to be believed then, from when to when (s) in order.
+    pub(crate) fn with_held_auxiliary(mut self, held: Vec<Held>) -> Self {
+        self.auxiliary = self.auxiliary.with_held(held);
+        self
     }
 
     /// The recording with these of its auxiliary channels alone, in this order; the first name that it has not, if there is one.

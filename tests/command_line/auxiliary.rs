@@ -116,3 +116,62 @@ fn without_an_auxiliary_column_the_reason_is_said() {
         "{said}"
     );
 }
+
+/// A logger whose thermometer says nothing from 6 s to 9 s.
+#[test]
+fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
+    let workshop = Workshop::new();
+    for (name, celsius) in [("a.csv", 10.0), ("b.csv", 40.0), ("c.csv", 25.0)] {
+        write(&workshop, name, celsius);
+    }
+    let every_row = |text: &str, is_hole: &dyn Fn(usize) -> bool| {
+        let mut last = String::new();
+        let rows = text.lines().enumerate().map(|(k, row)| {
+            let (front, cell) = row.rsplit_once(',').unwrap();
+            if !cell.is_empty() {
+                last = cell.to_owned();
+            }
+            let cell = if is_hole(k) { "" } else { &last };
+            format!("{front},{cell}\n")
+        });
+        rows.collect::<String>()
+    };
+    let text = workshop.read("c.csv");
+    workshop.write("c.csv", every_row(&text, &|k| (301..451).contains(&k)));
+    let chosen = [
+        "--train",
+        "a.csv",
+        "b.csv",
+        "--auxiliary",
+        "--look-back",
+        "none",
+    ];
+    succeed(
+        workshop.path(),
+        &[&["fit"], &chosen[..], &["--export", "c.json"]].concat(),
+    );
+    let applied = succeed(
+        workshop.path(),
+        &["apply", "c.json", "c.csv", "--status", "--out", "out"],
+    );
+    let answer = stderr(&applied);
+    assert!(
+        answer.contains("has no number in 150 rows, for 3.020 s at the longest"),
+        "{answer}"
+    );
+    let loads = workshop.read("out/c_loads.csv");
+    let rows = loads.lines().skip(1);
+    let held: Vec<usize> = rows
+        .enumerate()
+        .filter(|(_, row)| row.ends_with(",auxiliary held"))
+        .map(|(row, _)| row)
+        .collect();
+    assert_eq!(held, (300..450).collect::<Vec<_>>());
+    // The same line by line: from one gap on, which is twenty rows here.
+    let rows: Vec<&str> = loads.lines().collect();
+    assert!(
+        rows[200].ends_with(",ok") && rows[500].ends_with(",ok"),
+        "{}",
+        rows[200]
+    );
+}

@@ -29,7 +29,7 @@ pub(super) fn misread(recording: &Recording, channels: &[(&Own, Option<&Expected
             match off(channel, k) {
                 Some(own @ (Channel::Gauge(_), _)) => gauges.push(own),
                 Some(own @ (Channel::Load(_), _)) => loads.push(own),
-                None => {}
+                Some((Channel::Auxiliary(_), _)) | None => {}
             }
         }
         let suspects = match gauges.len() {

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use super::format::FileFormat;
 use super::{Together, WriteError};
-use crate::calibration::{AppliedLoads, Calibration, Estimator};
+use crate::calibration::{AppliedLoads, Calibration, Estimator, Taken};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
@@ -161,6 +161,7 @@ pub fn write_loads_csv(
                     false => recording.auxiliary().at(k),
                 },
                 reference: (recording.axes(), reference),
+                is_held: recording.auxiliary().is_held_at(*time),
             };
             loads.write(&mut estimator, Some(sample))?;
         }
@@ -179,7 +180,12 @@ pub struct LiveSample<'a> {
     pub auxiliary: &'a [f64],
     /// What was really applied, where that is known.
     pub reference: (&'a [Axis], &'a [f64]),
+    /// Whether an auxiliary channel shows what was measured too long ago.
+    pub is_held: bool,
 }
+
+/// What became of a sample that is good but for an auxiliary channel that was measured too long ago.
+const HELD: &str = "auxiliary held";
 
 /// Loads as comma-separated text, a row as each sample comes.
 pub struct LoadRows<W: io::Write> {
@@ -230,7 +236,11 @@ impl<W: io::Write> LoadRows<W> {
                 let updated = estimator.update_with(sample.time, sample.gauges, sample.auxiliary);
                 let compensated = match updated {
                     Ok((taken, loads)) => {
-                        status = taken.label();
+                        status = match taken {
+                            Taken::Beyond => taken.label(),
+                            _ if sample.is_held => HELD,
+                            _ => taken.label(),
+                        };
                         loads.to_vec()
                     }
                     Err(error) => {
