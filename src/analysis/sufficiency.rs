@@ -18,7 +18,7 @@ use crate::evaluation::information::{Information, free_coefficients};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::sufficiency::{
-    AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Reason, Sufficiency, Verdict, enclosed,
+    AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Part, Reason, Sufficiency, Verdict, enclosed,
     faults_verdict, is_far_outside, leverages, percent,
 };
 use crate::features::{Column, Design, FeatureStream};
@@ -96,7 +96,11 @@ pub fn sufficiency(
         .map(|(entry, pieces)| {
             let mut whole = NormalEquations::new(sums.train.n_features(), sums.train.n_targets());
             pieces.iter().for_each(|piece| whole.add(piece));
-            (entry.recording.name().to_owned(), whole)
+            Part {
+                recording: entry.recording.name().to_owned(),
+                sums: whole,
+                is_one_load: coverage.is_one_load(&entry.recording),
+            }
         });
     let of_recordings: Vec<_> = of_recordings.collect();
     let names = calibration.feature_names();
@@ -771,6 +775,74 @@ mod tests {
         assert!(
             free.next
                 .iter()
+    /// Each pose once, without times: some pose is always the largest.
+    #[test]
+    fn only_a_pose_that_stands_alone_is_said_to() {
+        let of_tables = |alone: Option<[f64; 3]>| {
+            let mut random = Random::new(11, &[]);
+            let mut set = RecordingSet::default();
+            for at in 0..60 {
+                let [mut x, mut y, mut z] = [(); 3].map(|()| random.between(-10.0, 10.0));
+                if let (0, Some(load)) = (at, alone) {
+                    [x, y, z] = load;
+                }
+                let [a, b, c, d] = [(); 4].map(|()| 0.05 * random.normal());
+                let gauges = vec![x + a, y - 0.3 * x + b, z + c, x + y + z + d];
+                let names = ["S1", "S2", "S3", "S4"].map(str::to_owned).to_vec();
+                let axes = vec![Axis::Fx, Axis::Fy, Axis::Fz];
+                let one = Recording::new(
+                    format!("pose {at}"),
+                    Source::Simulated,
+                    vec![0.0],
+                    names,
+                    gauges,
+                    axes,
+                    vec![x, y, z],
+                );
+                let entry = Entry::new(one.unwrap().without_times(), Role::Train);
+                set.push(entry).unwrap();
+            }
+            let found = of(Arc::new(set), FitSettings::default());
+            let about = found.reasons.iter();
+            about
+                .filter(|reason| matches!(reason.about, "leverage" | "outside"))
+                .map(|reason| reason.text.clone())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(of_tables(None), [""; 0]);
+        let told = of_tables(Some([0.0, 0.0, 90.0]));
+        assert!(
+            told.len() == 2 && told.iter().all(|text| text.contains("pose 0")),
+            "{told:?}"
+        );
+    }
+
+    #[test]
+    fn entered_limits_of_gauges_count_and_faults_are_looked_for_once() {
+        let set = poses(40, 20, 4);
+        let limited = |high: f64| Request {
+            gauge_range: Some(GaugeRange::All((-100.0, high))),
+            ..Request::fit(Arc::clone(&set), quadratic(0.0))
+        };
+        let told = |request: &Request| {
+            let found = sufficiency(request, None, &Progress::default()).unwrap();
+            let about = found.reasons.iter().find(|reason| reason.about == "faults");
+            about.map(|reason| reason.verdict)
+        };
+        let request = limited(5.0);
+        assert_eq!(told(&limited(100.0)), None);
+        assert_eq!(told(&request), Some(Verdict::Doubtful));
+        let range = ValidRange {
+            gauges: request.gauge_range.clone(),
+            rated: request.settings.full_scale.clone(),
+        };
+        let again = || {
+            let found = request.datasets.faults(&set, &range, &Progress::default());
+            found.unwrap()
+        };
+        assert!(Arc::ptr_eq(&again()[0], &again()[0]));
+    }
+
                 .all(|own| own.load.iter().all(|load| load.abs() <= 20.0))
         );
         assert!(

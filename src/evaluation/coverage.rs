@@ -14,6 +14,8 @@ const NOISE_OF_LOAD: f64 = 4.0;
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
 /// Test loads are outside where they lie further out than this share of what the axes of one unit span.
 const OUTSIDE: f64 = 0.02;
+/// Some load is always the largest: a group that holds one is outside where it lies further out than this share of what the others span.
+const ALONE: f64 = 0.2;
 
 /// What the loads of recordings span.
 ///
@@ -72,6 +74,12 @@ impl Coverage {
             true => self.n_moves,
             false => self.cases.len(),
         }
+    }
+
+    /// Whether a recording holds one load all along.
+    pub fn is_one_load(&self, recording: &Recording) -> bool {
+        let mut axes = recording.load_ranges().iter().enumerate();
+        axes.all(|(axis, (low, high))| high - low <= OUTSIDE * self.span(axis))
     }
 
     /// How far an axis moves in the training recordings.
@@ -163,6 +171,10 @@ pub fn outside_of_others(
                 (all.0.min(own.0), all.1.max(own.1))
             });
             let (low, high) = of_groups[at];
+            let slack = match high - low <= OUTSIDE * spans[axis] {
+                true => slack.max(ALONE * (others.1 - others.0)),
+                false => slack,
+            };
             if others.0 > others.1 || (low >= others.0 - slack && high <= others.1 + slack) {
                 continue;
             }

@@ -30,7 +30,7 @@ const INFLATION_SAID: f64 = 5.0;
 const DIRECTION: f64 = 1e-3;
 /// What a rated load is reached by.
 const REACHED: f64 = 0.8;
-/// A recording matters by more than this share of what determines the coefficients ...
+/// A recording matters by more than this share of what determines the coefficients, one of a single load by that of what it can at most ...
 const LEVERAGE_SHARE: f64 = 0.5;
 /// ... and by so many times its share of the samples.
 const LEVERAGE_TIMES: f64 = 3.0;
@@ -166,6 +166,8 @@ pub struct Leverage {
     pub leverage: f64,
     /// The same as a share.
     pub share: f64,
+    /// What it can be at most: the rank, or one where the recording holds a single load.
+    pub most: f64,
 }
 
 /// Loads of a recording or group outside those of the others.
@@ -387,7 +389,7 @@ impl Sufficiency {
             );
         }
         let grave = |own: &&Leverage| {
-            own.share > LEVERAGE_SHARE
+            own.leverage > LEVERAGE_SHARE * own.most
                 && own.share > LEVERAGE_TIMES * own.sample_share
                 && self.leverage.len() > 2
         };
@@ -395,13 +397,21 @@ impl Sufficiency {
             say(
                 "leverage",
                 Doubtful,
-                format!(
-                    "{} of what determines the coefficients rests on {} alone, with {} of the samples: an error in it goes \
-                     straight into the matrix; repeat such loads",
-                    percent(own.share),
-                    own.recording,
-                    percent(own.sample_share),
-                ),
+                match own.most < self.rank as f64 {
+                    true => format!(
+                        "{} of what the fit says of {} comes from it alone: no other load is like it, and an error in it goes straight \
+                         into the matrix; repeat such loads",
+                        percent((own.leverage / own.most).min(1.0)),
+                        own.recording,
+                    ),
+                    false => format!(
+                        "{} of what determines the coefficients rests on {} alone, with {} of the samples: an error in it goes \
+                         straight into the matrix; repeat such loads",
+                        percent(own.share),
+                        own.recording,
+                        percent(own.sample_share),
+                    ),
+                },
             );
         }
         let far = |own: &&OutsideOf| !own.is_test && own.share > OUTSIDE_SHARE;
@@ -716,26 +726,35 @@ pub fn faults_verdict(share: f64) -> Verdict {
     }
 }
 
-/// The leverages of recordings with these sums, by an [`Information`](super::information::Information).
+/// What of a recording tells how much rests on it.
+#[derive(Debug)]
+pub struct Part {
+    /// Its name.
+    pub recording: String,
+    /// Its sums.
+    pub sums: NormalEquations,
+    /// Whether it holds a single load.
+    pub is_one_load: bool,
+}
+
+/// The leverages of recordings, by an [`Information`](super::information::Information).
 pub fn leverages(
     information: &super::information::Information,
-    recordings: &[(String, NormalEquations)],
+    recordings: &[Part],
 ) -> Vec<Leverage> {
-    let n: u64 = recordings.iter().map(|(_, sums)| sums.n_samples()).sum();
+    let n: u64 = recordings.iter().map(|own| own.sums.n_samples()).sum();
     let of: Vec<f64> = recordings
         .iter()
-        .map(|(_, sums)| information.leverage(sums))
+        .map(|own| information.leverage(&own.sums))
         .collect();
     let all: f64 = of.iter().sum();
-    let own = recordings
-        .iter()
-        .zip(of)
-        .map(|((recording, sums), leverage)| Leverage {
-            recording: recording.clone(),
-            sample_share: sums.n_samples() as f64 / n.max(1) as f64,
-            leverage,
-            share: if all > 0.0 { leverage / all } else { 0.0 },
-        });
+    let own = recordings.iter().zip(of).map(|(own, leverage)| Leverage {
+        recording: own.recording.clone(),
+        sample_share: own.sums.n_samples() as f64 / n.max(1) as f64,
+        leverage,
+        share: if all > 0.0 { leverage / all } else { 0.0 },
+        most: if own.is_one_load { all.min(1.0) } else { all },
+    });
     let mut found: Vec<Leverage> = own.collect();
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
     found
