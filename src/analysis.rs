@@ -38,7 +38,7 @@ use crate::evaluation::metrology::MetrologySettings;
 use crate::evaluation::threshold_study::{GridError, NoSuggestion};
 use crate::panicked::Panicked;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::RecordingSet;
+use crate::recording::{GaugeRange, RecordingSet};
 
 use dataset::{Dataset, Key, is_same};
 use factory::Factory;
@@ -81,6 +81,8 @@ pub struct Request {
     pub trained: bool,
     /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`].
     pub factory: Option<Arc<Calibration>>,
+    /// What gauges can show, where somebody entered it: beyond, they are clipped.
+    pub gauge_range: Option<GaugeRange>,
     /// How loops and figures are measured, in a [`report`].
     pub measuring: MetrologySettings,
     /// What is shared with other questions about the same recordings.
@@ -97,6 +99,7 @@ impl Request {
             calibration: None,
             trained: false,
             factory: None,
+            gauge_range: None,
             measuring: MetrologySettings::default(),
             datasets: Datasets::default(),
         }

@@ -14,14 +14,15 @@ use crate::calibration::{
     VERSION, history_step_by_rate, loads_from_gauges, past_samples,
 };
 use crate::evaluation::coverage::Coverage;
+use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::metrics;
 use crate::evaluation::no_gauge::{NoGauge, no_gauges};
 use crate::features::{Auxiliary, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
-    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, full_scale_of, load_ranges,
-    median,
+    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
+    load_ranges, median,
 };
 
 /// RMSE per axis of one recording: conventional, compensated.
@@ -64,9 +65,6 @@ const BEYOND_TRAINING: f64 = 1.2;
 /// memory would.
 pub(super) const MANY_SAMPLES: usize = 2_000_000;
 
-/// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
-pub(super) type Faulty = (Vec<String>, f64);
-
 /// The searches of all recordings, for one set of weights and one history step.
 pub(super) type Paths = Arc<Vec<LoadPath>>;
 
@@ -93,15 +91,31 @@ pub(super) struct Dataset {
     gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
     no_gauges: OnceLock<Vec<NoGauge>>,
-    /// What is wrong with the channels, for these rated loads.
-    pub(super) faults: Mutex<Option<(Vec<Option<f64>>, Faulty)>>,
     /// The newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
 }
 
 /// The datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
-pub struct Datasets(Arc<Mutex<Vec<Arc<Dataset>>>>);
+pub struct Datasets {
+    prepared: Arc<Mutex<Vec<Arc<Dataset>>>>,
+    /// What is wrong with the recordings that were asked for last.
+    faults: Arc<Mutex<Vec<FaultsOf>>>,
+}
+
+/// What is wrong with a recording, by what was known of the sensor.
+#[derive(Debug)]
+struct FaultsOf {
+    recording: Arc<Recording>,
+    range: ValidRange,
+    faults: Arc<Faults>,
+}
+
+impl FaultsOf {
+    fn is(&self, recording: &Arc<Recording>, range: &ValidRange) -> bool {
+        Arc::ptr_eq(&self.recording, recording) && self.range == *range
+    }
+}
 
 /// More than a fit's and an applied calibration's are not kept.
 const KEPT: usize = 2;
@@ -113,7 +127,7 @@ impl Datasets {
         key: &Key,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.prepared.lock().unwrap_or_else(PoisonError::into_inner);
         // Taken away first: those of other recordings need not fit in memory at once.
         kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
         let found = kept.iter().position(|own| own.key.is_same(key));
@@ -126,6 +140,46 @@ impl Datasets {
         };
         kept.insert(0, Arc::clone(&dataset));
         Ok(dataset)
+    }
+
+    /// What is wrong with each of these recordings, looked for once; whoever asks for the same meanwhile waits for it.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if nobody wants to know any more; what was found by then is kept.
+    pub fn faults(
+        &self,
+        recordings: &RecordingSet,
+        range: &ValidRange,
+        progress: &Progress,
+    ) -> Result<Vec<Arc<Faults>>, Cancelled> {
+        let mut kept = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = std::mem::take(&mut *kept);
+        let all: Vec<&Arc<Recording>> = (recordings.entries().iter())
+            .map(|entry| &entry.recording)
+            .collect();
+        let are_same =
+            before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
+        // Load cases of a table are judged together.
+        let mut of_tables = match !are_same && all.iter().any(|own| own.is_static()) {
+            true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
+            false => Vec::new(),
+        }
+        .into_iter();
+        for recording in all {
+            progress.check()?;
+            let known = before.iter().find(|own| own.is(recording, range));
+            let found = match (of_tables.next(), known) {
+                (Some(found), _) => Arc::new(found),
+                (None, Some(known)) => Arc::clone(&known.faults),
+                (None, None) => Arc::new(faults(recording, range)),
+            };
+            kept.push(FaultsOf {
+                recording: Arc::clone(recording),
+                range: range.clone(),
+                faults: found,
+            });
+        }
+        Ok(kept.iter().map(|own| Arc::clone(&own.faults)).collect())
     }
 }
 
@@ -187,7 +241,6 @@ impl Dataset {
             loads,
             coverage: OnceLock::new(),
             no_gauges: OnceLock::new(),
-            faults: Mutex::default(),
             paths: Mutex::default(),
         })
     }
@@ -240,7 +293,6 @@ impl Dataset {
             auxiliary: self.auxiliary.clone(),
             coverage: OnceLock::new(),
             no_gauges: OnceLock::new(),
-            faults: Mutex::default(),
             paths: Mutex::default(),
         }
     }

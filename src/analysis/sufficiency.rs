@@ -1,10 +1,8 @@
 //! Whether the training recordings carry the model that is asked for: everything from the sums of one pass, before anybody
 //! trusts the matrix.
 
-use std::sync::PoisonError;
-
 use crate::analysis::cautions::Caution;
-use crate::analysis::dataset::{Dataset, Faulty, Key, in_role};
+use crate::analysis::dataset::{Dataset, Key, in_role};
 use crate::analysis::fit::LinearFit;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
@@ -13,7 +11,6 @@ use crate::calibration::{
 use crate::evaluation::Sensitivity;
 use crate::evaluation::coverage::{Coverage, outside_of_others};
 use crate::evaluation::cross_validation::are_left_out_whole;
-use crate::evaluation::faults::faults_of;
 use crate::evaluation::information::{Information, free_coefficients};
 use crate::evaluation::left_out::LeftOut;
 use crate::evaluation::numbers::significant;
@@ -105,7 +102,7 @@ pub fn sufficiency(
     let of_recordings: Vec<_> = of_recordings.collect();
     let names = calibration.feature_names();
     let mut reasons = said_already(&data.cautions(&calibration, true));
-    let (faults, share) = data.faulty(&fitted.settings.full_scale);
+    let (faults, share) = faulty(&fitted, progress)?;
     if share > 0.0 {
         let more = faults.len().saturating_sub(FAULTY);
         let more = if more > 0 {
@@ -192,8 +189,8 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
                 ("undetermined", Enough)
             }
             Caution::AuxiliaryLeft(_) => ("auxiliary", Enough),
-            Caution::Odd(_) => ("odd", Doubtful),
             Caution::NoGauge(_) => ("no_gauge", Doubtful),
+            Caution::Odd(_) => ("odd", Doubtful),
             Caution::FarOff(..) => ("test", Doubtful),
             Caution::Worse(_) => ("error", Doubtful),
             Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {
@@ -207,6 +204,30 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
         })
     });
     said.collect()
+}
+
+/// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
+fn faulty(request: &Request, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
+    let range = ValidRange {
+        gauges: request.gauge_range.clone(),
+        rated: request.settings.full_scale.clone(),
+    };
+    let found = (request.datasets).faults(&request.recordings, &range, progress)?;
+    let all = request.recordings.entries().iter().zip(&found);
+    let training = all.filter(|(entry, _)| entry.role == Role::Train);
+    let (mut words, mut spoiled, mut n) = (Vec::new(), 0, 0);
+    for (entry, found) in training {
+        let own = &entry.recording;
+        (spoiled, n) = (spoiled + found.n_samples(), n + own.n_samples());
+        if !found.found.is_empty() {
+            words.push(format!(
+                "{}: {}",
+                own.name(),
+                found.in_words(own).join(", ")
+            ));
+        }
+    }
+    Ok((words, spoiled as f64 / n.max(1) as f64))
 }
 
 fn reaches(
@@ -326,31 +347,6 @@ fn undetermined(
 }
 
 impl Dataset {
-    /// What is wrong with the channels: looked for once.
-    fn faulty(&self, rated: &[Option<f64>]) -> Faulty {
-        let mut known = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, found)) = known.as_ref().filter(|(of, _)| of == rated) {
-            return found.clone();
-        }
-        let training = in_role(&self.entries, Role::Train);
-        let range = ValidRange {
-            gauges: None,
-            rated: rated.to_vec(),
-        };
-        let found = faults_of(&training, &range);
-        let spoiled: usize = found.iter().map(|own| own.n_samples()).sum();
-        let all: usize = training.iter().map(|own| own.n_samples()).sum();
-        let words = training
-            .iter()
-            .zip(&found)
-            .filter(|(_, found)| !found.found.is_empty());
-        let words =
-            words.map(|(own, found)| format!("{}: {}", own.name(), found.in_words(own).join(", ")));
-        let found: Faulty = (words.collect(), spoiled as f64 / all.max(1) as f64);
-        *known = Some((rated.to_vec(), found.clone()));
-        found
-    }
-
     /// Loads outside those of the others: the test's, then those of each group that is left out.
     fn outside(&self, coverage: &Coverage, axes: &[Axis]) -> Vec<OutsideOf> {
         let tested = axes.iter().zip(&coverage.outside);
@@ -662,7 +658,7 @@ mod tests {
     use crate::calibration::{FitSettings, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::random::Random;
-    use crate::recording::{Entry, RecordingSet, Source, simulated};
+    use crate::recording::{Entry, GaugeRange, RecordingSet, Source, simulated};
 
     /// Static poses on three axes, each held for `held` samples, in recordings of so many poses.
     fn poses(n: usize, held: usize, per_recording: usize) -> Arc<RecordingSet> {
@@ -763,18 +759,6 @@ mod tests {
         );
     }
 
-    #[test]
-    fn what_is_proposed_is_within_the_loads_or_hangs() {
-        let rated = FitSettings {
-            full_scale: vec![Some(20.0); 3],
-            ..quadratic(0.0)
-        };
-        let request = Request::fit(poses(40, 5, 10), rated);
-        let free = sufficiency(&request, None, &Progress::default()).unwrap();
-        assert_eq!(free.next.len(), PROPOSED);
-        assert!(
-            free.next
-                .iter()
     /// Each pose once, without times: some pose is always the largest.
     #[test]
     fn only_a_pose_that_stands_alone_is_said_to() {
@@ -843,6 +827,18 @@ mod tests {
         assert!(Arc::ptr_eq(&again()[0], &again()[0]));
     }
 
+    #[test]
+    fn what_is_proposed_is_within_the_loads_or_hangs() {
+        let rated = FitSettings {
+            full_scale: vec![Some(20.0); 3],
+            ..quadratic(0.0)
+        };
+        let request = Request::fit(poses(40, 5, 10), rated);
+        let free = sufficiency(&request, None, &Progress::default()).unwrap();
+        assert_eq!(free.next.len(), PROPOSED);
+        assert!(
+            free.next
+                .iter()
                 .all(|own| own.load.iter().all(|load| load.abs() <= 20.0))
         );
         assert!(

@@ -69,7 +69,10 @@ pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
         masses: mass,
         arms: arm,
     });
-    let request = Request::fit(Arc::new(set), settings);
+    let request = Request {
+        gauge_range: recordings.read.gauge_range.clone(),
+        ..Request::fit(Arc::new(set), settings)
+    };
     let found = sufficiency(&request, hanging.as_ref(), &Progress::default())?;
     let mut out = io::stdout().lock();
     if json {

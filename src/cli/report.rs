@@ -87,6 +87,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     };
     let request = Request {
         factory,
+        gauge_range: args.recordings.read.gauge_range.clone(),
         measuring: args.measuring.settings(),
         ..Request::fit(Arc::new(recordings), settings)
     };

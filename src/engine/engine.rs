@@ -608,6 +608,7 @@ impl Engine {
         self.faults.ask(FindFaults {
             recordings: Arc::clone(&self.project.recordings),
             range: self.project.valid_range(),
+            datasets: self.datasets.clone(),
         });
     }
 

@@ -414,6 +414,7 @@ impl Project {
             trained: trained.is_some(),
             calibration: applied.cloned().or(trained),
             factory: factory.cloned(),
+            gauge_range: self.gauge_range.clone(),
             measuring: self.measuring.clone(),
             datasets: Datasets::default(),
         }

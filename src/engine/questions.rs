@@ -11,14 +11,14 @@ use crate::analysis::{
 };
 use crate::calibration::{Calibration, EpochReport, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
-use crate::evaluation::faults::{Faults, faults, faults_of};
+use crate::evaluation::faults::Faults;
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::evaluation::uncertainty::Uncertainty;
 use crate::features::Thresholds;
 use crate::progress::Progress;
-use crate::recording::{Identity, Recording, RecordingSet, ValidRange};
+use crate::recording::{Entry, Identity, Recording, RecordingSet, ValidRange};
 
 /// The map has so many F_th, and so many t_th.
 const MAP_SIDE: usize = 40;
@@ -155,6 +155,7 @@ impl Query for CheckData {
     fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.request.recordings, &other.request.recordings)
             && self.request.settings == other.request.settings
+            && self.request.gauge_range == other.request.gauge_range
             && self.hanging == other.hanging
     }
 
@@ -543,6 +544,8 @@ pub struct FindFaults {
     pub recordings: Arc<RecordingSet>,
     /// What is known of the sensor.
     pub range: ValidRange,
+    /// What is shared with other questions about the same recordings.
+    pub datasets: Datasets,
 }
 
 /// What is wrong with one of them, as it is shown.
@@ -572,8 +575,7 @@ impl FaultyRecording {
 impl Query for FindFaults {
     /// In the order of the recordings.
     type Answer = Vec<Arc<FaultyRecording>>;
-    /// A changed role leaves recordings as they are.
-    type Cache = Vec<(Arc<Recording>, ValidRange, Arc<FaultyRecording>)>;
+    type Cache = ();
 
     fn title(&self) -> String {
         "Looking for faulty samples".to_owned()
@@ -584,40 +586,11 @@ impl Query for FindFaults {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work {
-            cache, progress, ..
-        } = work;
-        let before = std::mem::take(cache);
-        let entries = self.recordings.entries();
-        let all: Vec<&Recording> = entries.iter().map(|entry| &*entry.recording).collect();
-        // Load cases of a table are judged together.
-        let tables = match all.iter().any(|recording| recording.is_static()) {
-            true => faults_of(&all, &self.range),
-            false => Vec::new(),
-        };
-        for (at, entry) in entries.iter().enumerate() {
-            progress.check()?;
-            let recording = &entry.recording;
-            if let Some(found) = tables.get(at) {
-                let found = Arc::new(FaultyRecording::of(recording, found));
-                cache.push((Arc::clone(recording), self.range.clone(), found));
-                continue;
-            }
-            let known = before
-                .iter()
-                .find(|(of, range, _)| Arc::ptr_eq(of, recording) && *range == self.range);
-            let found = match known {
-                Some((_, _, found)) => Arc::clone(found),
-                None => {
-                    let found = faults(recording, &self.range);
-                    Arc::new(FaultyRecording::of(recording, &found))
-                }
-            };
-            cache.push((Arc::clone(recording), self.range.clone(), found));
-        }
-        Ok(cache
-            .iter()
-            .map(|(_, _, found)| Arc::clone(found))
+        let found = (self.datasets).faults(&self.recordings, &self.range, work.progress)?;
+        let entries = self.recordings.entries().iter().zip(&found);
+        let of = |entry: &Entry, found: &Faults| FaultyRecording::of(&entry.recording, found);
+        Ok(entries
+            .map(|(entry, found)| Arc::new(of(entry, found)))
             .collect())
     }
 }

@@ -73,3 +73,17 @@ fn what_carries_the_model_is_exit_code_zero() {
     let wrong = run(workshop.path(), &["check", "a.csv", "--mass", "-1"]);
     assert_eq!(wrong.status.code(), Some(2));
 }
+
+/// The verdict counts what lies beyond the limits that are given.
+#[test]
+fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
+    let workshop = Workshop::with_recordings();
+    let faults = |range: &str| {
+        let arguments = ["check", "--json", "--gauge-range", range];
+        let output = run(workshop.path(), &[&arguments[..], &ALL_FILES[..]].concat());
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        found["faults"].as_array().unwrap().len()
+    };
+    assert_eq!(faults("-1e6:1e6"), 0);
+    assert!(faults("-1e-3:1e-3") > 0);
+}
