@@ -538,6 +538,8 @@ pub enum JobError {
         "gauges are tared over a whole recording; tare those that come one by one before they come"
     )]
     TareLive,
+    #[error("{option} is for one file; name the one that it is for")]
+    OneFile { option: &'static str },
     #[error("{}: {source}", .path.display())]
     Follow { path: PathBuf, source: io::Error },
     #[error("the rows have the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
@@ -563,6 +565,7 @@ impl JobError {
             Self::NamedTwice { .. }
                 | Self::NoOutput
                 | Self::NotAlone
+                | Self::OneFile { .. }
                 | Self::TareLive
                 | Self::NoGroup { .. }
                 | Self::NoSuchDated { .. }

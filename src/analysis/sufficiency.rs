@@ -538,6 +538,22 @@ fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
     {
         note.push_str(" Where no rated load is entered, loads stay within those that there are.");
     }
+    if on.hanging.is_some() && !loads.is_empty() {
+        // Nothing reaches it with what there is: an arm of none makes no moment.
+        let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
+        let unreached = (0..on.axes.len()).filter(|axis| !reached(*axis));
+        let unreached: Vec<&str> = unreached.map(|axis| on.axes[axis].axis.symbol()).collect();
+        if !unreached.is_empty() {
+            note.push_str(&format!(
+                " These masses and arms load nothing on {}: that takes {}.",
+                unreached.join(", "),
+                match unreached.iter().any(|axis| axis.starts_with('F')) {
+                    true => "other masses",
+                    false => "a mass on an arm (--arm)",
+                }
+            ));
+        }
+    }
     if sensitivity.moves.contains(&false) {
         note.push_str(" Axes that never move come first of all, and are not among these.");
     }
@@ -850,6 +866,11 @@ mod tests {
             arms: vec![0.1],
         };
         let hung = sufficiency(&request, Some(&hanging), &Progress::default()).unwrap();
+        assert!(
+            !hung.next_note.contains("load nothing on"),
+            "{}",
+            hung.next_note
+        );
         for own in &hung.next {
             let force = own.load.iter().map(|load| load * load).sum::<f64>().sqrt();
             assert!(

@@ -28,8 +28,8 @@ pub struct CheckArgs {
     /// Propose only loads that a hanging mass makes, the sensor turned any way: the masses that there are, in kg.
     #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = positive)]
     mass: Vec<f64>,
-    /// How far from the sensor's origin these masses can hang, in m, along its axes.
-    #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = positive, requires = "mass")]
+    /// How far from the sensor's origin these masses can hang, in m, along its axes; 0 is right at it, where they hang in any case.
+    #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = not_negative, requires = "mass")]
     arm: Vec<f64>,
     /// Print one JSON object instead of tables.
     #[arg(long)]
@@ -40,6 +40,12 @@ fn positive(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok();
     let number = number.filter(|number: &f64| number.is_finite() && *number > 0.0);
     number.ok_or_else(|| "this is not a number above zero".to_owned())
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    let number = number.filter(|number: &f64| number.is_finite() && *number >= 0.0);
+    number.ok_or_else(|| "this is no length: a number of metres, 0 or more".to_owned())
 }
 
 /// What `check --json` prints.

@@ -19,20 +19,21 @@ use crate::shown::{message, printable};
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 pub struct Inspect {
-    #[arg(value_parser = named_file(), help = format!("A recording: {}", formats::listed()))]
-    file: PathBuf,
+    #[arg(required = true, value_name = "FILE", value_parser = named_file(),
+        help = format!("Recordings: {}", formats::listed()))]
+    files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Write the column map that was given or found, to be changed and used with --columns.
+    /// Write the column map that was given or found for the one file, to be changed and used with --columns.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
     /// Write over a map that is there already.
     #[arg(long, requires = "write_map")]
     force: bool,
-    /// Instead of looking: find the weight that the sensor carries, from its pose and a measured load.
+    /// Instead of looking: find the weight that the sensor carries, from its pose and a measured load in one file.
     #[arg(long, requires = "columns")]
     estimate_weight: bool,
-    /// Print one JSON object instead of a text.
+    /// Print one JSON object instead of a text, or of several files a list of them.
     #[arg(long)]
     json: bool,
 }
@@ -45,25 +46,49 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         .map(ColumnMap::read)
         .transpose()?;
     // The map that is read may be written again, with what is added to it.
-    check_targets([&args.file], args.write_map.as_slice(), args.force)?;
-    if let (true, Some(map)) = (args.estimate_weight, &map) {
-        let estimate = estimate_weight(&args.file, map, &Progress::default())?;
+    check_targets(&args.files, args.write_map.as_slice(), args.force)?;
+    let for_one = [
+        (args.write_map.is_some(), "--write-map"),
+        (args.estimate_weight, "--estimate-weight"),
+    ];
+    if let (Some((_, option)), [_, _, ..]) = (for_one.iter().find(|own| own.0), &args.files[..]) {
+        return Err(JobError::OneFile { option });
+    }
+    if let (true, Some(map), [file]) = (args.estimate_weight, &map, &args.files[..]) {
+        let estimate = estimate_weight(file, map, &Progress::default())?;
         return print_weight(&estimate, args.json);
     }
     let known = map.as_ref().map_or(Known::Nothing, Known::Map);
-    let mut inspection = inspect(&args.file, known, &Progress::default())?;
-    inspection.map.tare = args.read.tare.or(inspection.map.tare);
-    // What was assumed stands in the map that is written, to be changed.
-    inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
-    if let Some(path) = &args.write_map {
-        write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
-    }
+    let mut all = Vec::new();
     let mut out = io::stdout().lock();
-    if args.json {
-        serde_json::to_writer_pretty(&mut out, &inspection).map_err(io::Error::from)?;
-        writeln!(out)?;
-    } else {
+    for file in &args.files {
+        let found = inspect(file, known, &Progress::default()).map(Some);
+        let Some(mut inspection) = args.read.or_left_out(found.map_err(JobError::from))? else {
+            continue;
+        };
+        inspection.map.tare = args.read.tare.or(inspection.map.tare);
+        // What was assumed stands in the map that is written, to be changed.
+        inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
+        if let Some(path) = &args.write_map {
+            write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
+        }
+        if args.json {
+            all.push(inspection);
+            continue;
+        }
+        if args.files.len() > 1 {
+            let space = if file == &args.files[0] { "" } else { "\n" };
+            writeln!(out, "{space}== {} ==", message(&file.display()))?;
+        }
         print(&inspection, &mut out)?;
+    }
+    if args.json {
+        match &all[..] {
+            [one] if args.files.len() == 1 => serde_json::to_writer_pretty(&mut out, one),
+            all => serde_json::to_writer_pretty(&mut out, all),
+        }
+        .map_err(io::Error::from)?;
+        writeln!(out)?;
     }
     Ok(())
 }

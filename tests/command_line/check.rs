@@ -70,8 +70,38 @@ fn what_carries_the_model_is_exit_code_zero() {
         assert!(next["load"][0].as_f64().unwrap().abs() < 4.91);
         assert!(next["how"].as_str().unwrap().starts_with("0.5 kg"));
     }
+    let at_it = [&limited[..limited.len() - 1], &["0"]].concat();
+    succeed(workshop.path(), &at_it);
     let wrong = run(workshop.path(), &["check", "a.csv", "--mass", "-1"]);
     assert_eq!(wrong.status.code(), Some(2));
+}
+
+/// Forces and a moment, and masses without an arm.
+#[test]
+fn axes_that_no_mass_reaches_are_said() {
+    let workshop = Workshop::new();
+    let row = |k: usize| {
+        let [x, m] = [0.37, 0.53].map(|step| (step * k as f64).sin());
+        let noise = ((k * 7919) % 101) as f64 / 1e4;
+        format!(
+            "{k},{},{},{},{}\n",
+            x + m + noise,
+            x - m - noise,
+            10.0 * x,
+            2.0 * m
+        )
+    };
+    let text = "t [s],S1,S2,Fz [N],Mx [Nm]\n".to_owned() + &(0..200).map(row).collect::<String>();
+    workshop.write("a.csv", text);
+    let note = |more: &[&str]| {
+        let arguments = [&["check", "a.csv", "--json", "--mass", "0.5"], more].concat();
+        let output = run(workshop.path(), &arguments);
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        found["next_note"].as_str().unwrap().to_owned()
+    };
+    let told = "These masses and arms load nothing on Mx: that takes a mass on an arm (--arm).";
+    assert!(note(&[]).contains(told) && note(&["--arm", "0"]).contains(told));
+    assert!(!note(&["--arm", "0.1"]).contains("load nothing on"));
 }
 
 /// The verdict counts what lies beyond the limits that are given.

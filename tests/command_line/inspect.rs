@@ -300,3 +300,21 @@ fn a_name_without_end_and_columns_without_number_are_shown_in_part() {
     );
     assert!(told.lines().all(|line| line.chars().count() < 400));
 }
+
+#[test]
+fn several_files_stand_each_under_its_heading() {
+    let workshop = Workshop::with_recordings();
+    let output = succeed(workshop.path(), &["inspect", "a.csv", "b.csv"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let headings: Vec<&str> = text.lines().filter(|line| line.starts_with("==")).collect();
+    assert_eq!(headings, ["== a.csv ==", "== b.csv =="]);
+    assert_eq!(text.matches("would be loaded").count(), 2);
+    let both = inspected(&workshop, &["a.csv", "b.csv"]);
+    assert_eq!(both.as_array().unwrap().len(), 2);
+    let refused = run(
+        workshop.path(),
+        &["inspect", "a.csv", "b.csv", "--write-map", "m.json"],
+    );
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("--write-map is for one file"));
+}
