@@ -69,7 +69,7 @@ def matlab_files():
         rows = slice(None) if k == 0 else slice(0, 10)
         runs[k] = (TIME[rows], GAUGES[rows], LOADS[rows])
     savemat(HERE / "structs.mat", {"run": runs}, do_compression=True)
-    dated = {"t": TIME, "S": GAUGES[:, :1], "recorded_on": "5 March 2024"}
+    dated = {"t": TIME, "S": GAUGES[:, :2], "recorded_on": "5 March 2024"}
     savemat(HERE / "dated.mat", {"run": dated}, do_compression=True)
 
 

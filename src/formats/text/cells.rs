@@ -47,8 +47,8 @@ impl TextLayout {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
             point: match (self.decimal, self.delimiter) {
                 (Decimal::Point, _) => b'.',
-                // Within quotes alone, where no number is plain.
-                (Decimal::Comma, Delimiter::Comma) => b'"',
+                // Within quotes alone, where no number is plain: a byte that is in no text.
+                (Decimal::Comma, Delimiter::Comma) => 0xff,
                 (Decimal::Comma, _) => b',',
             },
         })
