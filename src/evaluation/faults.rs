@@ -1014,7 +1014,7 @@ mod tests {
                 }
             }
         }
-        let switch = |k: usize| f64::from(k / 30 % 4 == 0);
+        let switch = |k: usize| f64::from((k / 30).is_multiple_of(4));
         assert_eq!(told(&switch), [""; 0]);
         let pulses = |k: usize| if is_out(k) { 1.0 } else { 0.0 };
         assert_eq!(told(&pulses), [""; 0]);
