@@ -16,6 +16,9 @@ const MAX_SHOWN: usize = 3;
 const WIDTH: f32 = 380.0;
 /// How far above the lower edge of the window they stand: above the status line.
 const ABOVE_STATUS: f32 = 34.0;
+/// While something runs, time goes by so many times slower for them: who waits looks elsewhere, and a
+/// machine that is busy answers late.
+const SLOWER_WHILE_BUSY: u32 = 4;
 /// Characters of one that have room there; the list has all.
 const MAX_CHARACTERS: usize = 240;
 /// A notice stands for so long (s) …
@@ -51,8 +54,13 @@ impl Notices {
     pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         let notices = &engine.notices;
         let now = Instant::now();
+        let slower = if engine.is_busy() {
+            SLOWER_WHILE_BUSY
+        } else {
+            1
+        };
         let passed = match self.drawn {
-            Some((last, false)) => now - last,
+            Some((last, false)) => (now - last) / slower,
             _ => Duration::ZERO,
         };
         let is_there = |number: &u64| notices.iter().any(|notice| notice.number == *number);
@@ -69,7 +77,7 @@ impl Notices {
             match lasts(notice).map(|lasts| lasts.checked_sub(stood)) {
                 None => fresh.push((at, notice)),
                 Some(Some(left)) => {
-                    context.request_repaint_after(left);
+                    context.request_repaint_after(left * slower);
                     fresh.push((at, notice));
                 }
                 Some(None) => {}

@@ -50,7 +50,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     assert_eq!(names(&window), ["first", "test_second"]);
     assert!(state(&window).importing.is_none());
     told(
-        &window,
+        &mut window,
         Level::Info,
         "test_second.dat: read by the column map of an earlier file like it: time is column 1, Fx is column 4, 2 gauges",
     );
@@ -201,7 +201,7 @@ fn a_row_of_imports_ends_at_once() {
             settle(&mut window);
         }
         assert!(state(&window).importing.is_none());
-        told(&window, Level::Info, "not said: bare1.dat, bare2.dat");
+        told(&mut window, Level::Info, "not said: bare1.dat, bare2.dat");
         let send = window.state_mut().as_mut().unwrap();
         send.send(Action::DismissAll);
         settle(&mut window);
@@ -278,7 +278,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let weight = "The load is that of a known weight, by the pose columns";
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
-    told(&window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
+    told(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
     let importing = |window: &Window| state(window).importing.clone().expect("it goes on");
     let found = importing(&window)
         .map

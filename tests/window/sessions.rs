@@ -16,7 +16,7 @@ fn saved(files: &Files) -> PathBuf {
     send(&mut window, Edit::Role(1, recording::Role::Off));
     assert!(state(&window).is_unsaved());
     menu(&mut window, "File", "Save session as…");
-    told(&window, Level::Info, "work.json");
+    told(&mut window, Level::Info, "work.json");
     assert!(!state(&window).is_unsaved());
     path
 }
@@ -63,7 +63,7 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     std::fs::rename(files.path("b.csv"), files.path("moved.csv")).unwrap();
     let mut window = window(vec![path]);
     told(
-        &window,
+        &mut window,
         Level::Warning,
         "not the file that the session was saved with",
     );
@@ -72,7 +72,11 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     assert!(has(&window, "A file of the session is not there"));
     type_into(&mut window, "Now in the folder", "/nowhere");
     click(&mut window, Role::Button, "Look there");
-    told(&window, Level::Error, "/nowhere: none of the missing files");
+    told(
+        &mut window,
+        Level::Error,
+        "/nowhere: none of the missing files",
+    );
     type_into(&mut window, "Now in the folder", moved.to_str().unwrap());
     window.key_press(Key::Enter);
     settle(&mut window);
@@ -124,7 +128,7 @@ fn a_broken_session_says_why_and_loses_nothing() {
     let newer = r#"{"format": "loopscope session", "version": 99}"#;
     let path = files.write("newer.json", newer);
     send(&mut window, Action::Open(vec![path]));
-    told(&window, Level::Error, "version 99");
+    told(&mut window, Level::Error, "version 99");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
 }
 
@@ -183,7 +187,7 @@ fn trained_results_are_saved_where_the_menu_says_so() {
     send(&mut window, Action::Train);
     menu(&mut window, "File", "Save sessions with trained results");
     menu(&mut window, "File", "Save session as…");
-    told(&window, Level::Info, "with its trained results, ");
+    told(&mut window, Level::Info, "with its trained results, ");
     let scores = train_rmse(&window);
     let window = self::window(vec![path]);
     assert!(state(&window).fitting().is_some());

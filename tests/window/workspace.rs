@@ -486,7 +486,7 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
     click(&mut window, Role::Button, "Export");
     click(&mut window, Role::Button, "Replace it");
-    told(&window, Level::Info, "there.csv");
+    told(&mut window, Level::Info, "there.csv");
     assert!(std::fs::read_to_string(&path).unwrap().contains("S1_past"));
 }
 
