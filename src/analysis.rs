@@ -457,6 +457,31 @@ mod tests {
     }
 
     #[test]
+    fn a_moved_threshold_gives_what_a_fit_from_nothing_gives_to_the_last_bit() {
+        let two = FeatureSettings {
+            look_backs: vec![Thresholds::default(); 2],
+            ..FeatureSettings::present()
+        };
+        let creeping = FeatureSettings {
+            blocks: Blocks::default()
+                .with(&Creep, &[4.0])
+                .with(&Polynomial, &[2.0]),
+            ..FeatureSettings::default()
+        };
+        for features in [two, creeping] {
+            let mut request = request(features);
+            let mut analyst = Analyst::default();
+            for f_th in [1.0, 5.0, 0.0, 3.0] {
+                request.settings.features.look_backs[0].f_th = f_th;
+                let moved = analyst.analyse(&request, &Progress::default()).unwrap();
+                let anew = analyse(&request, &Progress::default()).unwrap();
+                assert_eq!(moved.calibration, anew.calibration);
+                assert_eq!(moved.recordings, anew.recordings);
+            }
+        }
+    }
+
+    #[test]
     fn loads_that_are_made_where_somebody_looks_are_those_that_are_kept() {
         let two = FeatureSettings {
             look_backs: vec![Thresholds::default(); 2],

@@ -76,6 +76,7 @@ pub mod export;
 pub mod features;
 pub mod formats;
 pub mod import;
+mod lanes;
 mod outward;
 pub(crate) mod panicked;
 pub mod progress;

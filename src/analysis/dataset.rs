@@ -10,14 +10,14 @@ use rayon::prelude::*;
 use crate::analysis::auxiliary_inputs::AuxiliaryInputs;
 use crate::analysis::{AnalysisError, Request};
 use crate::calibration::{
-    Calibration, Conventional, FORMAT, FitSettings, LinearMap, Past, PresentLoads, Quality, Scores,
-    VERSION, history_step_by_rate, loads_from_gauges, past_samples,
+    Calibration, Conventional, FORMAT, FitSettings, LinearMap, NormalEquations, Past, PresentLoads,
+    Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges, past_samples,
 };
 use crate::evaluation::coverage::Coverage;
 use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::metrics;
 use crate::evaluation::no_gauge::{NoGauge, no_gauges};
-use crate::features::{Auxiliary, LoadPath};
+use crate::features::{Auxiliary, Design, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
@@ -68,6 +68,9 @@ pub(super) const MANY_SAMPLES: usize = 2_000_000;
 /// The searches of all recordings, for one set of weights and one history step.
 pub(super) type Paths = Arc<Vec<LoadPath>>;
 
+/// The sums of each piece of each recording.
+pub(super) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
+
 /// Recordings as they are used, with their conventional loads.
 #[derive(Debug)]
 pub(super) struct Dataset {
@@ -93,6 +96,8 @@ pub(super) struct Dataset {
     no_gauges: OnceLock<Vec<NoGauge>>,
     /// The newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
+    /// The newest sums as if no look-back had found anything, with their design at any thresholds.
+    pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
 /// The datasets that questions about the same recordings share.
@@ -242,6 +247,7 @@ impl Dataset {
             coverage: OnceLock::new(),
             no_gauges: OnceLock::new(),
             paths: Mutex::default(),
+            unmoved: Mutex::default(),
         })
     }
 
@@ -294,6 +300,7 @@ impl Dataset {
             coverage: OnceLock::new(),
             no_gauges: OnceLock::new(),
             paths: Mutex::default(),
+            unmoved: Mutex::default(),
         }
     }
 

@@ -1,12 +1,14 @@
 //! The linear fit: one pass over every recording, then everything from the sums.
 
+use std::sync::{Arc, PoisonError};
+
 use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
     BlockRidge, Calibration, CoefficientUncertainty, CrossValidation, LinearMap, MOST_FEATURES,
     NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
-    fit, fit_targets, recording_sums,
+    fit, fit_targets, look_back_sums, recording_sums,
 };
 use crate::evaluation::cross_validation::{are_left_out_whole, folds};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
@@ -14,7 +16,10 @@ use crate::evaluation::metrics;
 use crate::evaluation::part_squares::PartSquares;
 use crate::features::Design;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::{Recording, Role};
+use crate::recording::{Entry, Recording, Role};
+
+/// Sums that take more than this (bytes) are not kept for the next thresholds.
+const MOST_KEPT_BYTES: usize = 1 << 26;
 
 /// The sums of all recordings on the columns of one design.
 pub(super) struct Sums {
@@ -82,18 +87,7 @@ impl Dataset {
     /// The one pass; not all of it once somebody has asked to stop.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
         let pieces = self.pieces();
-        let of_recordings: Vec<Vec<NormalEquations>> = self
-            .entries
-            .par_iter()
-            .enumerate()
-            .map(|(at, entry)| {
-                if !entry.recording.has_reference() {
-                    return Vec::new();
-                }
-                let (loads, past, pieces) = (self.present_loads(at), &past[at], &pieces[at]);
-                recording_sums(design, loads, past, pieces, progress)
-            })
-            .collect();
+        let of_recordings = self.sums_of_recordings(design, past, &pieces, progress);
         let empty = || NormalEquations::new(design.n_columns(), n_axes);
         let (mut train, mut test) = (empty(), empty());
         let n_folds = pieces.iter().flatten().map(|piece| piece.fold + 1).max();
@@ -116,6 +110,50 @@ impl Dataset {
             test,
             parts,
         }
+    }
+
+    /// One list per recording, one entry per piece. Where only thresholds have changed since the last ones, only what the look-backs
+    /// bring is summed up anew; the bits are the same.
+    fn sums_of_recordings(
+        &self,
+        design: &Design,
+        past: &[Past],
+        pieces: &[Vec<Piece>],
+        progress: &Progress,
+    ) -> Vec<Vec<NormalEquations>> {
+        let key = design.with_any_thresholds();
+        let known = match &*self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some((own, sums)) if *own == key => Some(Arc::clone(sums)),
+            _ => None,
+        };
+        let of_recording = |(at, entry): (usize, &Entry)| {
+            if !entry.recording.has_reference() {
+                return Vec::new();
+            }
+            let (loads, past, pieces) = (self.present_loads(at), &past[at], &pieces[at]);
+            let Some(known) = &known else {
+                return recording_sums(design, loads, past, pieces, progress);
+            };
+            let moved = look_back_sums(design, loads, past, pieces, progress).into_iter();
+            let moved = moved.zip(&known[at]).map(|(moved, known)| {
+                let mut sums = known.clone();
+                moved.add_class_to(0, &mut sums);
+                sums
+            });
+            moved.collect()
+        };
+        let sums: Vec<Vec<_>> = (self.entries.par_iter().enumerate())
+            .map(of_recording)
+            .collect();
+        let bytes: usize = sums.iter().flatten().map(NormalEquations::size_bytes).sum();
+        if known.is_none() && bytes <= MOST_KEPT_BYTES && !progress.is_cancelled() {
+            let look_backs = design.look_backs();
+            let without = |own: &NormalEquations| own.without(look_backs.clone());
+            let unmoved = sums.iter().map(|own| own.iter().map(without).collect());
+            let unmoved = (key, Arc::new(unmoved.collect()));
+            *self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) = Some(unmoved);
+        }
+        sums
     }
 
     /// The training sums by recording, where there are two: blocks of the same recordings would know too much of each

@@ -6,14 +6,15 @@
 //! which the columns are zero, the products give the sums of each t_th in turn.
 
 use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
-use crate::calibration::sums::{BLOCK, RowsOf, residual};
+use crate::calibration::sums::{Pass, TakesRows};
 use crate::calibration::{NormalEquations, Piece, PresentLoads};
-use crate::features::{Design, FeatureStream};
+use crate::features::Design;
+use crate::progress::Progress;
 
-/// The products of a look-back's columns with all columns, kept apart by the age of the past sample.
+/// The products of look-backs' columns with all columns, kept apart by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgedSums {
-    /// The look-back's first column.
+    /// The look-backs' first column.
     first: usize,
     n_columns: usize,
     stride: usize,
@@ -22,9 +23,9 @@ pub struct AgedSums {
 }
 
 impl AgedSums {
-    /// No samples yet: `n_classes` ages, the first look-back of `design`.
-    pub fn new(design: &Design, n_axes: usize, n_classes: usize) -> Self {
-        let (first, n_columns) = (design.n_gauges(), design.n_gauges());
+    /// No samples yet: `n_classes` ages, the first `n_look_backs` of `design`.
+    pub fn new(design: &Design, n_axes: usize, n_look_backs: usize, n_classes: usize) -> Self {
+        let (first, n_columns) = (design.n_gauges(), design.n_gauges() * n_look_backs);
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
         let rows = n_columns.next_multiple_of(TILE);
         Self {
@@ -35,7 +36,7 @@ impl AgedSums {
         }
     }
 
-    /// The memory that one of these takes (bytes).
+    /// The memory that one of these takes with the first look-back (bytes).
     pub fn size_bytes(design: &Design, n_axes: usize, n_classes: usize) -> usize {
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
         n_classes * design.n_gauges().next_multiple_of(TILE) * stride * size_of::<f64>()
@@ -54,8 +55,10 @@ impl AgedSums {
         let products = &self.products[class * self.class_len()..];
         sums.add_products(self.first, &products[..self.n_columns * self.stride]);
     }
+}
 
-    /// Adds rows, of which neighbours in the same class are multiplied together.
+impl TakesRows for AgedSums {
+    /// Neighbours in the same class are multiplied together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
         pulp::Arch::new().dispatch(AddRows {
             class_len: self.class_len(),
@@ -63,6 +66,12 @@ impl AgedSums {
             rows,
             classes,
         });
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (sum, product) in self.products.iter_mut().zip(&other.products) {
+            *sum += product;
+        }
     }
 }
 
@@ -113,46 +122,25 @@ pub fn aged_sums(
     conventional: PresentLoads<'_>,
     ages: ThresholdAges<'_>,
     pieces: &[Piece],
+    progress: &Progress,
 ) -> Vec<AgedSums> {
-    let recording = conventional.recording;
     assert!(!design.features.look_backs.is_empty(), "a look-back");
-    let n_axes = recording.axes().len();
-    let n_columns = design.n_columns();
-    let (times, from) = (recording.times(), RowsOf::of(recording));
-    let mut stream = FeatureStream::of(design, recording);
-    let (mut rows, mut classes) = (Vec::new(), Vec::with_capacity(BLOCK));
-    pieces
-        .iter()
-        .map(|piece| {
-            let mut sums = AgedSums::new(design, n_axes, ages.t_ths_secs.len());
-            let stride = sums.stride;
-            rows.resize(BLOCK * stride, 0.0);
-            for k in piece.samples.clone() {
-                let own = ages.past[k];
-                let row = &mut rows[classes.len() * stride..][..stride];
-                let (features, targets) = row.split_at_mut(n_columns);
-                let past = |at| match at {
-                    0 => own,
-                    more => ages.further[more - 1][k],
-                };
-                // Also where there is no past: the other blocks remember every sample.
-                from.standardised_row(&mut stream, past, k, features);
-                if own as usize != k {
-                    let age = times[k] - times[own as usize];
-                    let class = ages.t_ths_secs.partition_point(|t_th| *t_th < age);
-                    residual(recording.loads(), conventional, k, &mut targets[..n_axes]);
-                    classes.push(class);
-                }
-                if classes.len() == BLOCK {
-                    sums.add_rows(&rows[..classes.len() * stride], &classes);
-                    classes.clear();
-                }
-            }
-            sums.add_rows(&rows[..classes.len() * stride], &classes);
-            classes.clear();
-            sums
-        })
-        .collect()
+    let recording = conventional.recording;
+    let (times, n_axes) = (recording.times(), recording.axes().len());
+    let further = ages.further.iter().map(Vec::as_slice);
+    let past: Vec<&[u32]> = std::iter::once(ages.past).chain(further).collect();
+    let pass = Pass {
+        design,
+        conventional,
+        past: &past,
+        progress,
+    };
+    let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
+    pass.sums(pieces, empty, |k| {
+        let own = ages.past[k] as usize;
+        let age = times[k] - times[own];
+        (own != k).then(|| ages.t_ths_secs.partition_point(|t_th| *t_th < age))
+    })
 }
 
 #[cfg(test)]
@@ -160,7 +148,6 @@ mod tests {
     use super::*;
     use crate::calibration::{Conventional, loads_from_gauges, recording_sums};
     use crate::features::{Blocks, Creep, FeatureSettings, LoadPath, Thresholds};
-    use crate::progress::Progress;
     use crate::recording::simulated;
 
     /// Sums in which the look-back is zero, plus classes in turn, against one pass for each t_th.
@@ -197,7 +184,13 @@ mod tests {
             further: &further,
             t_ths_secs: &t_ths_secs,
         };
-        let aged = aged_sums(&design, conventional_loads, ages, &pieces);
+        let aged = aged_sums(
+            &design,
+            conventional_loads,
+            ages,
+            &pieces,
+            &Progress::default(),
+        );
         let direct = |own: Vec<u32>| {
             let past = [own, further[0].clone()];
             recording_sums(

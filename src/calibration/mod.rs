@@ -56,6 +56,6 @@ pub(crate) use refit::{CannotFold, OutputChange};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::RowsOf;
-pub(crate) use sums::{Piece, recording_sums};
+pub(crate) use sums::{Piece, look_back_sums, recording_sums};
 pub(crate) use used_recording::UsedRecording;
 pub(crate) use validate::CalibrationError;

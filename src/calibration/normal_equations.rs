@@ -158,6 +158,23 @@ impl NormalEquations {
         }
     }
 
+    /// The sums of the same samples as if these features were zero in all of them.
+    pub fn without(&self, features: Range<usize>) -> Self {
+        let (mut rest, stride) = (self.clone(), self.stride());
+        for (i, row) in rest.gram.chunks_exact_mut(stride).enumerate() {
+            match features.contains(&i) {
+                true => row.fill(0.0),
+                false => row[features.clone()].fill(0.0),
+            }
+        }
+        rest
+    }
+
+    /// The memory that these sums take (bytes).
+    pub fn size_bytes(&self) -> usize {
+        self.gram.len() * size_of::<f64>()
+    }
+
     /// Those of these columns that are not zero in every sample.
     pub fn present_among(&self, columns: &[usize]) -> Vec<usize> {
         let columns = columns.iter().copied();

@@ -8,8 +8,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::calibration::{NormalEquations, PresentLoads};
+use crate::calibration::{AgedSums, NormalEquations, PresentLoads};
 use crate::features::{Design, FeatureStream};
+use crate::lanes;
 use crate::progress::Progress;
 use crate::recording::{AuxiliaryTable, Recording};
 
@@ -25,10 +26,161 @@ pub struct Piece {
 /// Samples whose sums one thread makes at a time, however many threads there are.
 const RUN: usize = 1 << 18;
 /// Rows that are filled before they are multiplied.
-pub(super) const BLOCK: usize = 128;
+const BLOCK: usize = 128;
 
-/// The sums of each piece of a recording, in the order of `pieces`, which must follow each other without a gap from
-/// the first sample on: the blocks' memory runs through them. Once somebody has asked to stop, samples are missing.
+/// What rows are added to.
+pub(super) trait TakesRows: Send {
+    /// Adds rows, each of its class.
+    fn add_rows(&mut self, rows: &[f64], classes: &[usize]);
+
+    /// Adds the sums of other samples.
+    fn add(&mut self, other: &Self);
+}
+
+impl TakesRows for NormalEquations {
+    fn add_rows(&mut self, rows: &[f64], _: &[usize]) {
+        Self::add_rows(self, rows);
+    }
+
+    fn add(&mut self, other: &Self) {
+        Self::add(self, other);
+    }
+}
+
+/// A pass over a recording: rows are made, block by block, and added to sums.
+#[derive(Clone, Copy)]
+pub(super) struct Pass<'a> {
+    pub design: &'a Design,
+    pub conventional: PresentLoads<'a>,
+    /// One index per sample for each look-back.
+    pub past: &'a [&'a [u32]],
+    pub progress: &'a Progress,
+}
+
+impl Pass<'_> {
+    /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
+    /// blocks' memory runs through them. Once somebody has asked to stop, samples are missing.
+    ///
+    /// Each sample is of a class; those of none are left away, and the others stay in their blocks: what is added to sums in which
+    /// the samples of no class have zeros gives the same bits.
+    pub fn sums<T: TakesRows>(
+        self,
+        pieces: &[Piece],
+        empty: impl Fn() -> T + Sync,
+        class: impl Fn(usize) -> Option<usize> + Copy + Sync,
+    ) -> Vec<T> {
+        let (design, recording) = (self.design, self.conventional.recording);
+        let stride = NormalEquations::stride_of(design.n_columns() + recording.axes().len());
+        let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
+            let mut sums = empty();
+            if self.progress.is_cancelled() {
+                return sums;
+            }
+            let mut rows = vec![0.0; BLOCK * stride];
+            let [mut kept, mut classes] = [(); 2].map(|()| Vec::with_capacity(BLOCK));
+            for start in samples.clone().step_by(BLOCK) {
+                kept.clear();
+                classes.clear();
+                pulp::Arch::new().dispatch(FillRows {
+                    pass: self,
+                    stream,
+                    samples: start..(start + BLOCK).min(samples.end),
+                    class,
+                    stride,
+                    rows: &mut rows,
+                    kept: &mut kept,
+                    classes: &mut classes,
+                });
+                sums.add_rows(&rows[..classes.len() * stride], &classes);
+            }
+            sums
+        };
+        if design.features.has_memory() {
+            let mut stream = FeatureStream::of(design, recording);
+            let pieces = pieces.iter();
+            return pieces
+                .map(|piece| add(&mut stream, piece.samples.clone()))
+                .collect();
+        }
+        // Nothing runs from sample to sample, so that threads can share even one long recording.
+        let runs_of = |piece: &Piece| {
+            let Range { start, end } = piece.samples;
+            (start..end.max(start + 1))
+                .step_by(RUN)
+                .map(move |from| from..(from + RUN).min(end).max(from))
+                .collect::<Vec<_>>()
+        };
+        pieces
+            .par_iter()
+            .map(|piece| {
+                let runs = runs_of(piece).into_par_iter();
+                let sums: Vec<T> = runs
+                    .map(|samples| add(&mut FeatureStream::new(design), samples))
+                    .collect();
+                let mut sums = sums.into_iter();
+                let mut all = sums.next().expect("a piece has one run at least");
+                sums.for_each(|run| all.add(&run));
+                all
+            })
+            .collect()
+    }
+}
+
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct FillRows<'f, 'd, C> {
+    pass: Pass<'f>,
+    stream: &'f mut FeatureStream<'d>,
+    samples: Range<usize>,
+    class: C,
+    stride: usize,
+    rows: &'f mut [f64],
+    kept: &'f mut Vec<usize>,
+    classes: &'f mut Vec<usize>,
+}
+
+/// The class of samples that are in no sum.
+const NONE: usize = usize::MAX;
+
+impl<C: Fn(usize) -> Option<usize>> pulp::WithSimd for FillRows<'_, '_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Pass {
+            design,
+            conventional,
+            past,
+            ..
+        } = self.pass;
+        let recording = conventional.recording;
+        let (from, reference) = (RowsOf::of(recording), recording.loads());
+        let (n_columns, n_axes) = (design.n_columns(), recording.axes().len());
+        let has_memory = design.features.has_memory();
+        for k in self.samples {
+            // The other blocks remember every sample.
+            let class = (self.class)(k).or(has_memory.then_some(NONE));
+            if let Some(class) = class {
+                self.kept.push(k);
+                self.classes.push(class);
+            }
+        }
+        let stride = self.stride;
+        let rows = &mut self.rows[..self.kept.len() * stride];
+        from.standardised_rows(self.stream, past, self.kept, (rows, stride));
+        for (row, k) in rows.chunks_exact_mut(stride).zip(&*self.kept) {
+            residual(reference, conventional, *k, &mut row[n_columns..][..n_axes]);
+        }
+        if self.classes.contains(&NONE) {
+            let of_some = |at: &usize| self.classes[*at] != NONE;
+            let wanted = (0..self.classes.len()).filter(of_some).enumerate();
+            wanted
+                .for_each(|(to, at)| rows.copy_within(at * stride..(at + 1) * stride, to * stride));
+            self.classes.retain(|class| *class != NONE);
+        }
+    }
+}
+
+/// The sums of each piece of a recording; see [`Pass::sums`].
 ///
 /// **Shapes** `past` holds one index per sample for each look-back; targets are `L − conventional`.
 ///
@@ -41,57 +193,43 @@ pub fn recording_sums(
     pieces: &[Piece],
     progress: &Progress,
 ) -> Vec<NormalEquations> {
-    let recording = conventional.recording;
-    let n_axes = recording.axes().len();
-    let n_columns = design.n_columns();
-    let (from, reference) = (RowsOf::of(recording), recording.loads());
-    let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
-        let mut sums = NormalEquations::new(n_columns, n_axes);
-        let stride = sums.stride();
-        let mut rows = vec![0.0; BLOCK * stride];
-        if progress.is_cancelled() {
-            return sums;
-        }
-        for start in samples.clone().step_by(BLOCK) {
-            let samples = start..(start + BLOCK).min(samples.end);
-            let rows = &mut rows[..samples.len() * stride];
-            for (k, row) in samples.zip(rows.chunks_exact_mut(stride)) {
-                let (features, targets) = row.split_at_mut(n_columns);
-                from.standardised_row(stream, |at| past[at][k], k, features);
-                residual(reference, conventional, k, &mut targets[..n_axes]);
-            }
-            sums.add_rows(rows);
-        }
-        sums
+    let n_axes = conventional.recording.axes().len();
+    let past: Vec<&[u32]> = past.iter().map(Vec::as_slice).collect();
+    let pass = Pass {
+        design,
+        conventional,
+        past: &past,
+        progress,
     };
-    if design.features.has_memory() {
-        let mut stream = FeatureStream::of(design, recording);
-        let pieces = pieces.iter();
-        return pieces
-            .map(|piece| add(&mut stream, piece.samples.clone()))
-            .collect();
-    }
-    // Nothing runs from sample to sample, so that threads can share even one long recording.
-    let runs_of = |piece: &Piece| {
-        let Range { start, end } = piece.samples;
-        (start..end.max(start + 1))
-            .step_by(RUN)
-            .map(move |from| from..(from + RUN).min(end).max(from))
-            .collect::<Vec<_>>()
+    let empty = || NormalEquations::new(design.n_columns(), n_axes);
+    pass.sums(pieces, empty, |_| Some(0))
+}
+
+/// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
+/// [`recording_sums`], to the last bit.
+///
+/// # Panics
+/// As there.
+pub fn look_back_sums(
+    design: &Design,
+    conventional: PresentLoads<'_>,
+    past: &[Vec<u32>],
+    pieces: &[Piece],
+    progress: &Progress,
+) -> Vec<AgedSums> {
+    let n_axes = conventional.recording.axes().len();
+    let past: Vec<&[u32]> = past.iter().map(Vec::as_slice).collect();
+    let pass = Pass {
+        design,
+        conventional,
+        past: &past,
+        progress,
     };
-    pieces
-        .par_iter()
-        .map(|piece| {
-            let runs = runs_of(piece).into_par_iter();
-            let sums: Vec<NormalEquations> = runs
-                .map(|samples| add(&mut FeatureStream::new(design), samples))
-                .collect();
-            let (first, others) = sums.split_first().expect("a piece has one run at least");
-            let mut sums = first.clone();
-            others.iter().for_each(|run| sums.add(run));
-            sums
-        })
-        .collect()
+    let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
+    pass.sums(pieces, empty, |k| {
+        let finds = past.iter().any(|own| own[k] as usize != k);
+        finds.then_some(0)
+    })
 }
 
 /// The samples of a recording, as rows are made of them.
@@ -113,7 +251,7 @@ impl<'a> RowsOf<'a> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn gauges_at(&self, k: usize) -> &'a [f64] {
         &self.gauges[k * self.n_gauges..][..self.n_gauges]
     }
@@ -132,32 +270,35 @@ impl<'a> RowsOf<'a> {
         stream.raw_row(time, self.gauges_at(k), auxiliary, past, row);
     }
 
-    /// [`Self::raw_row`], standardised.
-    #[inline]
-    pub fn standardised_row(
+    /// Writes the standardised rows of these samples; see [`FeatureStream::standardised_rows`].
+    #[inline(always)]
+    fn standardised_rows(
         &self,
         stream: &mut FeatureStream<'_>,
-        past: impl Fn(usize) -> u32,
-        k: usize,
-        row: &mut [f64],
+        past: &[&[u32]],
+        samples: &[usize],
+        rows: (&mut [f64], usize),
     ) {
-        let past = |look_back| self.gauges_at(past(look_back) as usize);
-        let (time, auxiliary) = (self.times[k], self.auxiliary.at(k));
-        stream.standardised_row(time, self.gauges_at(k), auxiliary, past, row);
+        stream.standardised_rows(
+            samples,
+            self.times,
+            |k| self.gauges_at(k),
+            |k| self.auxiliary.at(k),
+            |look_back, k| self.gauges_at(past[look_back][k] as usize),
+            rows,
+        );
     }
 }
 
 /// Writes what `known` loads leave over of the `reference` of a recording at sample `k`.
-#[inline]
-pub(super) fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
+#[inline(always)]
+fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
     let n_axes = out.len();
     let loads = &reference[k * n_axes..][..n_axes];
     match known.kept {
         Some(kept) => {
             let kept = &kept[k * n_axes..][..n_axes];
-            for ((out, load), kept) in out.iter_mut().zip(loads).zip(kept) {
-                *out = load - kept;
-            }
+            lanes::write(out, [loads, kept], |[load, kept]| load - kept);
         }
         None => {
             known.row(k, out);

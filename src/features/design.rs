@@ -3,8 +3,11 @@
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
 //! starts anew with each [`FeatureStream`], or goes on through the gap that a recording follows.
 
+use std::ops::Range;
+
 use crate::features::{
     Appends, Block, Blocks, Column, ColumnKind, FeatureSettings, GaugeScale, History, Stream,
+    Thresholds,
 };
 use crate::recording::Recording;
 
@@ -126,6 +129,19 @@ impl Design {
         groups
     }
 
+    /// The columns of all look-backs.
+    pub fn look_backs(&self) -> Range<usize> {
+        let g = self.n_gauges();
+        g..g * (1 + self.features.look_backs.len())
+    }
+
+    /// The same with other thresholds: what it has in common with designs that differ in nothing else.
+    pub fn with_any_thresholds(&self) -> Self {
+        let mut own = self.clone();
+        own.features.look_backs.fill(Thresholds::default());
+        own
+    }
+
     /// Every column.
     pub fn all(&self) -> Vec<usize> {
         (0..self.n_columns()).collect()
@@ -145,11 +161,9 @@ impl Design {
         let g = self.n_gauges();
         let (gauges, rest) = row.split_at_mut(g);
         for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
-            let raw = history.iter_mut().map(|value| (*value, value));
-            self.scale.relative(raw, gauges);
+            self.scale.make_relative(history, gauges);
         }
-        let raw = gauges.iter_mut().map(|gauge| (*gauge, gauge));
-        self.scale.relative(raw, &self.scale.shift);
+        self.scale.make_relative(gauges, &self.scale.shift);
     }
 
     /// The coefficients on standardised columns that stand for those of the conventional calibration on raw gauges, and on
@@ -293,31 +307,46 @@ impl<'a> FeatureStream<'a> {
         self.rest_of_row(time, gauges, auxiliary, rest);
     }
 
-    /// [`Self::raw_row`], [standardised](Design::standardise): without a copy in between, which would take longer than all else.
-    #[inline]
-    pub fn standardised_row<'g>(
+    /// Takes the next samples and writes their [standardised](Design::standardise) rows.
+    ///
+    /// **Shapes** sample k has time `times[k]`, gauges `gauges(k)`, the auxiliary channels of the settings `auxiliary(k)`, and the past
+    /// gauges `past(i, k)` of look-back i; `rows` has `stride` numbers for each, of which the first are the columns.
+    #[inline(always)]
+    pub fn standardised_rows<'g>(
         &mut self,
-        time: f64,
-        gauges: &[f64],
-        auxiliary: &[f64],
-        past: impl Fn(usize) -> &'g [f64],
-        row: &mut [f64],
+        samples: &[usize],
+        times: &[f64],
+        gauges: impl Fn(usize) -> &'g [f64] + Copy,
+        auxiliary: impl Fn(usize) -> &'g [f64],
+        past: impl Fn(usize, usize) -> &'g [f64],
+        (rows, stride): (&mut [f64], usize),
     ) {
-        let scale = &self.design.scale;
-        let (present, mut look_backs, rest) = self.design.split(row);
-        let written = |from: &[f64], zero: &[f64], out: &mut [f64]| {
-            scale.relative(from.iter().copied().zip(out), zero);
-        };
-        written(gauges, &scale.shift, present);
-        let n_look_backs = self.design.features.look_backs.len();
-        for at in 0..n_look_backs {
-            written(past(at), gauges, next(&mut look_backs, gauges.len()));
+        let design = self.design;
+        let (scale, g) = (&design.scale, design.n_gauges());
+        let n_look_backs = design.features.look_backs.len();
+        for (row, k) in rows.chunks_exact_mut(stride).zip(samples) {
+            let (now, (present, mut look_backs)) = (gauges(*k), row.split_at_mut(g));
+            scale.apply(now, present);
+            for at in 0..n_look_backs {
+                scale.relative(past(at, *k), now, next(&mut look_backs, g));
+            }
         }
-        self.rest_of_row(time, gauges, auxiliary, rest);
-        let mut lags = rest;
-        for _ in n_look_backs..self.design.features.n_histories() {
-            let lag = next(&mut lags, gauges.len()).iter_mut();
-            scale.relative(lag.map(|value| (*value, value)), gauges);
+        let rest = design.look_backs().end..design.n_columns();
+        if self.blocks.is_empty() {
+            let offsets = rows.iter_mut().skip(rest.start).step_by(stride);
+            offsets
+                .take(samples.len() * rest.len())
+                .for_each(|one| *one = 1.0);
+            return;
+        }
+        let n_lags = design.features.n_histories() - n_look_backs;
+        for (row, k) in rows.chunks_exact_mut(stride).zip(samples) {
+            let rest = &mut row[rest.clone()];
+            self.rest_of_row(times[*k], gauges(*k), auxiliary(*k), rest);
+            let mut lags = rest;
+            for _ in 0..n_lags {
+                scale.make_relative(next(&mut lags, g), gauges(*k));
+            }
         }
     }
 
@@ -342,7 +371,7 @@ fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::{Blocks, Creep, FixedLag, Play, Polynomial, Thresholds};
+    use crate::features::{Blocks, Creep, FixedLag, Play, Polynomial};
 
     fn every_block() -> Design {
         Design {

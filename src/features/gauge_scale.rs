@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::lanes;
 use crate::recording::Recording;
 
 /// A spread below this share of the largest value is rounding, not signal.
@@ -24,15 +25,22 @@ pub struct GaugeScale {
 }
 
 impl GaugeScale {
-    /// Writes each raw value, standardised, with `zero` for its zero: the [shift](Self::shift), or the present gauges for past ones.
-    #[inline]
-    pub(super) fn relative<'o>(
-        &self,
-        values: impl Iterator<Item = (f64, &'o mut f64)>,
-        zero: &[f64],
-    ) {
-        for (((value, out), zero), factor) in values.zip(zero).zip(&self.inverse_scale) {
-            *out = (value - zero) * factor;
+    /// Writes each of these values, standardised, with `zero` for its zero: the [shift](Self::shift), or the present gauges for past
+    /// ones.
+    #[inline(always)]
+    pub(super) fn relative(&self, values: &[f64], zero: &[f64], out: &mut [f64]) {
+        lanes::write(
+            out,
+            [values, zero, &self.inverse_scale],
+            |[value, zero, factor]| (value - zero) * factor,
+        );
+    }
+
+    /// [`Self::relative`] of the values that stand there.
+    #[inline(always)]
+    pub(super) fn make_relative(&self, values: &mut [f64], zero: &[f64]) {
+        for ((value, zero), factor) in values.iter_mut().zip(zero).zip(&self.inverse_scale) {
+            *value = (*value - zero) * factor;
         }
     }
 
@@ -108,14 +116,7 @@ impl GaugeScale {
     /// Writes the standardised gauges of one sample.
     #[inline(always)]
     pub fn apply(&self, gauges: &[f64], out: &mut [f64]) {
-        for (((out, gauge), shift), inverse_scale) in out
-            .iter_mut()
-            .zip(gauges)
-            .zip(&self.shift)
-            .zip(&self.inverse_scale)
-        {
-            *out = (gauge - shift) * inverse_scale;
-        }
+        self.relative(gauges, &self.shift, out);
     }
 }
 

@@ -4,10 +4,10 @@
 //! milli into mega.
 
 /// Force units that [`force_in_newtons`] understands, for messages.
-pub const FORCE_UNITS: &str = "N, kN, mN, lbf, kgf, gf";
+pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
 /// Moment units that [`moment_in_newton_metres`] understands, for messages.
 pub const MOMENT_UNITS: &str =
-    "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, kgf·cm (also written Nm, N-m, N.m, N*m)";
+    "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
 /// Angle units that [`angle_in_radians`] understands, for messages.
 pub const ANGLE_UNITS: &str = "rad, deg";
@@ -26,7 +26,9 @@ pub fn force_in_newtons(unit: &str) -> Option<f64> {
         "kn" => 1e3,
         "mn" => 1e-3,
         "lbf" => POUND_FORCE,
-        "kgf" => KILOGRAM_FORCE,
+        "klbf" | "kip" | "kips" => 1e3 * POUND_FORCE,
+        "ozf" => POUND_FORCE / 16.0,
+        "kgf" | "kp" => KILOGRAM_FORCE,
         "gf" => KILOGRAM_FORCE / 1e3,
         _ => return None,
     })
@@ -39,9 +41,14 @@ pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
         "nmm" | "mnm" => 1e-3,
         "ncm" => 1e-2,
         "knm" => 1e3,
-        "lbfin" | "inlbf" => POUND_FORCE * INCH,
-        "lbfft" | "ftlbf" => POUND_FORCE * FOOT,
-        "kgfcm" => KILOGRAM_FORCE / 1e2,
+        // Beside a length a pound can be nothing but a force.
+        "lbfin" | "inlbf" | "lbin" | "inlb" => POUND_FORCE * INCH,
+        "lbfft" | "ftlbf" | "lbft" | "ftlb" => POUND_FORCE * FOOT,
+        "ozfin" | "inozf" | "ozin" | "inoz" => POUND_FORCE / 16.0 * INCH,
+        "kgfm" | "kpm" => KILOGRAM_FORCE,
+        "kgfcm" | "kpcm" => KILOGRAM_FORCE / 1e2,
+        "kgfmm" => KILOGRAM_FORCE / 1e3,
+        "gfcm" => KILOGRAM_FORCE / 1e5,
         _ => return None,
     })
 }
@@ -166,6 +173,9 @@ mod tests {
             ("lbf", 4.448_221_615_260_5),
             ("kgf", 9.806_65),
             (" gf ", 0.009_806_65),
+            ("kp", 9.806_65),
+            ("kip", 4_448.221_615_260_5),
+            ("ozf", 0.278_013_850_953_781_25),
         ] {
             assert_eq!(force_in_newtons(unit), Some(newtons), "{unit}");
         }
@@ -187,6 +197,10 @@ mod tests {
             ("lbf-in", 0.112_984_829_027_616_7), // 4.4482216152605 N · 0.0254 m
             ("lbf·ft", 1.355_817_948_331_400_4), // 4.4482216152605 N · 0.3048 m
             ("kgf·cm", 0.098_066_5),
+            ("kgf*m", 9.806_65),
+            ("gf-cm", 9.806_65e-5),
+            ("ft-lb", 1.355_817_948_331_400_4),
+            ("oz-in", 0.007_061_551_814_226_043), // 4.4482216152605 N / 16 · 0.0254 m
         ] {
             let factor = moment_in_newton_metres(unit).unwrap();
             assert!(

@@ -201,7 +201,9 @@ impl<'a> Rows<'a> {
                     t_ths_secs,
                 };
                 let loads = data.present_loads(at);
-                Ok(aged_sums(&self.design, loads, ages, &self.pieces[at]))
+                let aged = aged_sums(&self.design, loads, ages, &self.pieces[at], progress);
+                progress.check()?;
+                Ok(aged)
             })
             .collect::<Result<_, Cancelled>>()?;
         let (mut parts, mut test, mut n_training) = (Vec::new(), Vec::new(), 0);

@@ -356,6 +356,9 @@ impl<const D: usize> Path<D> {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
         assert_eq!(times.len(), self.n, "one time per sample");
         let mut past: Vec<u32> = (0..self.n as u32).collect();
+        if thresholds.f_th <= 0.0 {
+            return past; // the search starts at the sample itself
+        }
         let runs = past.par_chunks_mut(RUN).enumerate();
         let wanted = runs.filter(|_| !progress.is_cancelled());
         wanted.for_each(|(run, past)| {
