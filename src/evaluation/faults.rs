@@ -6,6 +6,7 @@
 //! **Shapes** samples are counted in the recording that is looked at.
 
 mod misread;
+mod noisy;
 
 use std::fmt;
 use std::ops::Range;
@@ -30,6 +31,8 @@ const STUCK_CASES: usize = 4;
 const JUMP: (f64, f64) = (30.0, 0.05);
 /// Of a jump that is real, the others show at least this share.
 const SHOWN_BY_OTHERS: f64 = 0.3;
+/// What repeats one value this share of the span, and so many standard deviations, from where the others say that it is, dropped out.
+const ELSEWHERE: (f64, f64) = (0.5, 20.0);
 /// After a spike the channel is where it was, but for this share of it.
 const BACK_AGAIN: f64 = 0.25;
 /// No spike is longer than this (samples) …
@@ -80,7 +83,7 @@ impl Channel {
 pub enum FaultKind {
     /// It stands at the end of what the logger can write, where the load goes on.
     Saturated,
-    /// It repeats one value while the load moves.
+    /// It repeats one value, or noise around one, while the load moves.
     Stuck,
     /// For some samples it shows a value that it shows nowhere near, such as zero.
     Dropout,
@@ -132,14 +135,7 @@ impl Faults {
         let faults = self.found.iter().filter(spoiled);
         let mut ranges: Vec<Range<usize>> = faults.map(|fault| fault.samples.clone()).collect();
         ranges.sort_by_key(|range| range.start);
-        let mut joined: Vec<Range<usize>> = Vec::new();
-        for range in ranges {
-            match joined.last_mut() {
-                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
-                _ => joined.push(range),
-            }
-        }
-        joined
+        joined(ranges)
     }
 
     /// How many samples cannot be used.
@@ -261,7 +257,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
                     samples: 0..recording.n_samples(),
                 });
             }
-            return (found, (None, None), None);
+            return (found, Vec::new(), (None, None), None);
         }
         let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
         let others = |wanted: bool| -> Vec<Channel> {
@@ -274,7 +270,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             Channel::Gauge(_) if moving.iter().any(is_load) => others(true),
             Channel::Gauge(_) => others(false),
         };
-        let expected = Expected::of(recording, own, by);
+        let expected = Expected::of(recording, own, by, |_| false);
         let channel = Watched {
             recording,
             own,
@@ -282,19 +278,38 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         };
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
         channel.stuck(&mut found);
+        let mut in_noise = Vec::new();
         // The order of load cases is none, so nothing jumps.
         if !recording.is_static() {
             channel.jumps(&mut found);
+            in_noise = channel.stuck_in_noise(&found);
         }
-        (found, unclipped, expected)
+        (found, in_noise, unclipped, expected)
     };
     let watched: Vec<_> = own.par_iter().map(of_channel).collect();
     let (mut found, mut unclipped, mut expected) = (Vec::new(), Vec::new(), Vec::new());
-    for (own, limits, of_others) in watched {
+    let mut in_noise = Vec::new();
+    for (own, own_in_noise, limits, of_others) in watched {
         found.extend(own);
+        in_noise.extend(own_in_noise);
         unclipped.push(limits);
         expected.push(of_others);
     }
+    // Where what says what to expect is wrong itself, it accuses nobody.
+    let is_sure = |fault: &Fault| {
+        let others = found.iter().filter(|other| other.channel != fault.channel);
+        let shared = others.map(|other| {
+            let start = other.samples.start.max(fault.samples.start);
+            other
+                .samples
+                .end
+                .min(fault.samples.end)
+                .saturating_sub(start)
+        });
+        shared.sum::<usize>() < fault.samples.len() / 10
+    };
+    in_noise.retain(is_sure);
+    found.extend(in_noise);
     if recording.is_static() {
         let channels: Vec<_> = (own.iter())
             .zip(expected.iter().map(Option::as_ref))
@@ -424,15 +439,22 @@ struct Expected {
 }
 
 impl Expected {
-    /// By least squares, three times: each time without what is far from the one before.
-    fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
+    /// By least squares, three times: each time without what is far from the one before; values that are `odd` say nothing.
+    fn of(
+        recording: &Recording,
+        own: &Own,
+        by: Vec<Channel>,
+        odd: impl Fn(f64) -> bool,
+    ) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
         let is_flat = |k: usize| {
             let at = own.flat.partition_point(|run| run.end <= k);
             own.flat.get(at).is_some_and(|run| run.start <= k)
         };
-        let is_inside =
-            |k: &usize| !own.piles_up.contains(&own.channel.of(recording, *k)) && !is_flat(*k);
+        let is_inside = |k: &usize| {
+            let value = own.channel.of(recording, *k);
+            !own.piles_up.contains(&value) && !odd(value) && !is_flat(*k)
+        };
         let fewest = 2 * (by.len() + 1);
         // What may be clipped or stuck would bend the line.
         let mut samples: Vec<usize> = all().filter(is_inside).collect();
@@ -566,11 +588,11 @@ impl Watched<'_> {
         let limits = match entered {
             Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
             None => {
-                let [low, high] = [self.own.low, self.own.high];
-                (
-                    self.is_clipped(low).then_some(low),
-                    self.is_clipped(high).then_some(high),
-                )
+                let limit = |extreme: f64, inward: f64| match self.is_clipped(extreme) {
+                    true => Some(extreme),
+                    false => self.noisy_limit(inward),
+                };
+                (limit(self.own.low, 1.0), limit(self.own.high, -1.0))
             }
         };
         let beyond = |k: usize| {
@@ -612,17 +634,37 @@ impl Watched<'_> {
         is_farther && spread > (3.0 * resolution).max(0.03 * span)
     }
 
-    /// Finds where it repeats one value though the others say that it moves.
+    /// Finds where it repeats one value though the others say that it moves, or is elsewhere.
     fn stuck(&self, found: &mut Vec<Fault>) {
         for run in &self.own.flat {
-            let known = |fault: &Fault| {
-                let is_own = fault.channel == self.own.channel;
-                is_own && fault.samples.start <= run.start && run.end <= fault.samples.end
-            };
-            if !found.iter().any(known) && self.should_move(run.clone()) {
+            if is_known(found, run) {
+                continue;
+            }
+            if !self.recording.is_static() && self.is_elsewhere(run) {
+                found.push(self.fault(FaultKind::Dropout, run.clone()));
+            } else if self.should_move(run.clone()) {
                 found.push(self.fault(FaultKind::Stuck, run.clone()));
             }
         }
+    }
+
+    /// Whether it jumps to one value that is far from where the others say that it is, and jumps back.
+    fn is_elsewhere(&self, run: &Range<usize>) -> bool {
+        let Some(expected) = self.expected else {
+            return false;
+        };
+        let value = self.value(run.start);
+        let every = run.len().div_ceil(256).max(1);
+        let off = run.clone().step_by(every);
+        let off = median(off.map(|k| (value - expected.at(self.recording, k)).abs()));
+        let least = (ELSEWHERE.0 * self.own.span).max(ELSEWHERE.1 * expected.sigma);
+        let inside = [run.start.checked_sub(1), Some(run.end)];
+        let mut beside = (inside.into_iter().flatten())
+            .filter(|k| *k < self.n())
+            .map(|k| (self.value(k) - value).abs())
+            .peekable();
+        let jumps = beside.peek().is_some();
+        off.is_some_and(|off| off > least && jumps && beside.all(|jump| jump > 0.5 * off))
     }
 
     /// Finds where it jumps away and back, and nothing else does.
@@ -671,7 +713,9 @@ impl Watched<'_> {
                 true => FaultKind::Dropout,
                 false => FaultKind::Spike,
             };
-            found.push(self.fault(kind, samples.clone()));
+            if !is_known(found, samples) {
+                found.push(self.fault(kind, samples.clone()));
+            }
         }
     }
 
@@ -689,6 +733,25 @@ impl Watched<'_> {
             samples,
         }
     }
+}
+
+/// Ranges that are sorted by their starts, those that touch made one.
+fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// Whether these samples have a fault already; `found` are those of one channel.
+fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
+    let is_all =
+        |fault: &Fault| fault.samples.start <= samples.start && samples.end <= fault.samples.end;
+    found.iter().any(is_all)
 }
 
 /// Where a channel that nothing says what to expect of, and that changes slowly, is one other value for a while: zero, or one that comes again.
@@ -784,7 +847,7 @@ mod tests {
 
     /// Two axes at 100 Hz that move on their own, and the first rests at times; three gauges that show them with some hysteresis and noise, in
     /// counts where `counts` says how fine.
-    fn sensor(counts: Option<f64>) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn sensor(counts: Option<f64>) -> (Vec<f64>, Vec<f64>) {
         let mut random = Random::new(3, &[]);
         let (mut gauges, mut loads) = (Vec::new(), Vec::new());
         let mut play = 0.0_f64;
@@ -802,7 +865,7 @@ mod tests {
         (gauges, loads)
     }
 
-    fn recording(gauges: Vec<f64>, loads: Vec<f64>) -> Recording {
+    pub(super) fn recording(gauges: Vec<f64>, loads: Vec<f64>) -> Recording {
         let axes = match loads.len() / N {
             0 => Vec::new(),
             _ => vec![Axis::Fx, Axis::Fz],
@@ -812,7 +875,7 @@ mod tests {
         Recording::new("r", Source::Simulated, times, names, gauges, axes, loads).unwrap()
     }
 
-    fn words(recording: &Recording) -> Vec<String> {
+    pub(super) fn words(recording: &Recording) -> Vec<String> {
         faults(recording, &ValidRange::default()).in_words(recording)
     }
 
@@ -938,6 +1001,21 @@ mod tests {
             words(&dead).last().unwrap(),
             "S2 dead: one value throughout"
         );
+    }
+
+    #[test]
+    fn a_gauge_that_shows_zero_for_long_has_dropped_out() {
+        for (from, to) in [(900, 1100), (0, 300), (1800, N)] {
+            let (mut gauges, loads) = sensor(None);
+            for (k, row) in gauges.chunks_exact_mut(3).enumerate() {
+                row.iter_mut().for_each(|gauge| *gauge += 500.0);
+                if (from..to).contains(&k) {
+                    row[1] = 0.0;
+                }
+            }
+            let found = words(&recording(gauges, loads));
+            assert_eq!(found, [format!("{} dropped out (S2)", to - from)]);
+        }
     }
 
     /// The worse it is, the less the rest of it says what it should show.

@@ -6,8 +6,7 @@
 /// Force units that [`force_in_newtons`] understands, for messages.
 pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
 /// Moment units that [`moment_in_newton_metres`] understands, for messages.
-pub const MOMENT_UNITS: &str =
-    "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
+pub const MOMENT_UNITS: &str = "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
 /// Angle units that [`angle_in_radians`] understands, for messages.
 pub const ANGLE_UNITS: &str = "rad, deg";
