@@ -128,13 +128,8 @@ pub fn aged_sums(
     let recording = conventional.recording;
     let (times, n_axes) = (recording.times(), recording.axes().len());
     let further = ages.further.iter().map(Vec::as_slice);
-    let past: Vec<&[u32]> = std::iter::once(ages.past).chain(further).collect();
-    let pass = Pass {
-        design,
-        conventional,
-        past: &past,
-        progress,
-    };
+    let past = std::iter::once(ages.past).chain(further);
+    let pass = Pass::new(design, conventional, past, progress);
     let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
     pass.sums(pieces, empty, |k| {
         let own = ages.past[k] as usize;

@@ -48,23 +48,36 @@ impl TakesRows for NormalEquations {
 }
 
 /// A pass over a recording: rows are made, block by block, and added to sums.
-#[derive(Clone, Copy)]
 pub(super) struct Pass<'a> {
-    pub design: &'a Design,
-    pub conventional: PresentLoads<'a>,
-    /// One index per sample for each look-back.
-    pub past: &'a [&'a [u32]],
-    pub progress: &'a Progress,
+    design: &'a Design,
+    conventional: PresentLoads<'a>,
+    past: Vec<&'a [u32]>,
+    progress: &'a Progress,
 }
 
-impl Pass<'_> {
+impl<'a> Pass<'a> {
+    /// **Shapes** `past` has one index per sample for each look-back; targets are `L − conventional`.
+    pub fn new(
+        design: &'a Design,
+        conventional: PresentLoads<'a>,
+        past: impl IntoIterator<Item = &'a [u32]>,
+        progress: &'a Progress,
+    ) -> Self {
+        Self {
+            design,
+            conventional,
+            past: past.into_iter().collect(),
+            progress,
+        }
+    }
+
     /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
     /// blocks' memory runs through them. Once somebody has asked to stop, samples are missing.
     ///
     /// Each sample is of a class; those of none are left away, and the others stay in their blocks: what is added to sums in which
     /// the samples of no class have zeros gives the same bits.
     pub fn sums<T: TakesRows>(
-        self,
+        &self,
         pieces: &[Piece],
         empty: impl Fn() -> T + Sync,
         class: impl Fn(usize) -> Option<usize> + Copy + Sync,
@@ -128,7 +141,7 @@ impl Pass<'_> {
 
 /// Compiled for each instruction set; which one is decided when the program runs.
 struct FillRows<'f, 'd, C> {
-    pass: Pass<'f>,
+    pass: &'f Pass<'f>,
     stream: &'f mut FeatureStream<'d>,
     samples: Range<usize>,
     class: C,
@@ -152,6 +165,7 @@ impl<C: Fn(usize) -> Option<usize>> pulp::WithSimd for FillRows<'_, '_, C> {
             past,
             ..
         } = self.pass;
+        let conventional = *conventional;
         let recording = conventional.recording;
         let (from, reference) = (RowsOf::of(recording), recording.loads());
         let (n_columns, n_axes) = (design.n_columns(), recording.axes().len());
@@ -194,13 +208,8 @@ pub fn recording_sums(
     progress: &Progress,
 ) -> Vec<NormalEquations> {
     let n_axes = conventional.recording.axes().len();
-    let past: Vec<&[u32]> = past.iter().map(Vec::as_slice).collect();
-    let pass = Pass {
-        design,
-        conventional,
-        past: &past,
-        progress,
-    };
+    let past = past.iter().map(Vec::as_slice);
+    let pass = Pass::new(design, conventional, past, progress);
     let empty = || NormalEquations::new(design.n_columns(), n_axes);
     pass.sums(pieces, empty, |_| Some(0))
 }
@@ -218,13 +227,12 @@ pub fn look_back_sums(
     progress: &Progress,
 ) -> Vec<AgedSums> {
     let n_axes = conventional.recording.axes().len();
-    let past: Vec<&[u32]> = past.iter().map(Vec::as_slice).collect();
-    let pass = Pass {
+    let pass = Pass::new(
         design,
         conventional,
-        past: &past,
+        past.iter().map(Vec::as_slice),
         progress,
-    };
+    );
     let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
     pass.sums(pieces, empty, |k| {
         let finds = past.iter().any(|own| own[k] as usize != k);

@@ -201,21 +201,17 @@ fn told(window: &mut Window, level: Level, part: &str) {
         |notice: &loopscope::engine::Notice| notice.level == level && notice.text.contains(part);
     assert!(notices.iter().any(found), "no {part:?} in {notices:?}");
     // However slow the machine is: what no longer stands over the window is in the list of all.
-    if !has(window, part) {
-        window
-            .state_mut()
-            .as_mut()
-            .unwrap()
-            .send(Command::ToggleNotices);
-        settle(window);
-        assert!(has(window, part), "{part:?} is not on screen");
-        window
-            .state_mut()
-            .as_mut()
-            .unwrap()
-            .send(Command::ToggleNotices);
-        settle(window);
-    }
+    let is_gone = !has(window, part);
+    let list = |window: &mut Window| {
+        if is_gone {
+            let shell = window.state_mut().as_mut().unwrap();
+            shell.send(Command::ToggleNotices);
+            settle(window);
+        }
+    };
+    list(window);
+    assert!(has(window, part), "{part:?} is not on screen");
+    list(window);
 }
 
 fn names(window: &Window) -> Vec<String> {
