@@ -37,15 +37,17 @@ pub struct CheckArgs {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok();
-    let number = number.filter(|number: &f64| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "this is not a number above zero".to_owned())
+    number(text, |number| number > 0.0).ok_or_else(|| "this is not a number above zero".to_owned())
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |number| number >= 0.0)
+        .ok_or_else(|| "this is no length: a number of metres, 0 or more".to_owned())
+}
+
+fn number(text: &str, is_good: fn(f64) -> bool) -> Option<f64> {
     let number = text.trim().parse().ok();
-    let number = number.filter(|number: &f64| number.is_finite() && *number >= 0.0);
-    number.ok_or_else(|| "this is no length: a number of metres, 0 or more".to_owned())
+    number.filter(|number: &f64| number.is_finite() && is_good(*number))
 }
 
 /// What `check --json` prints.

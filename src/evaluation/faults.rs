@@ -11,11 +11,10 @@ mod noisy;
 use std::fmt;
 use std::ops::Range;
 
-use faer::Mat;
-use faer::linalg::solvers::SolveLstsq as _;
 use rayon::prelude::*;
 
 use crate::evaluation::quantile::quantile;
+use crate::evaluation::straight_lines;
 use crate::recording::{GaugeRange, Judged, LeftOut, Recording, ValidRange, median};
 
 /// Samples that say what to expect of a channel; of more, as many spread evenly.
@@ -486,29 +485,21 @@ impl Expected {
             let n = samples.len();
             let value = |k: usize| own.channel.of(recording, k);
             let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
-            // A little of a ridge: channels may say the same.
-            let rows = Mat::from_fn(n + scaled.len(), scaled.len() + 1, |row, column| {
-                match (samples.get(row), scaled.get(column)) {
-                    (Some(_), None) => 1.0,
-                    (Some(k), Some((channel, mean, factor))) => {
-                        (channel.of(recording, *k) - mean) * factor
-                    }
-                    (None, _) if row - n == column => 1e-4 * (n as f64).sqrt(),
-                    (None, _) => 0.0,
+            let ridge = (scaled.len(), 1e-4 * (n as f64).sqrt());
+            let of = |row: usize, column: usize| match scaled.get(column) {
+                None => 1.0,
+                Some((channel, mean, factor)) => {
+                    (channel.of(recording, samples[row]) - mean) * factor
                 }
-            });
-            let values = Mat::from_fn(n + scaled.len(), 1, |row, _| {
-                samples.get(row).map_or(0.0, |k| value(*k) - mean)
-            });
-            let solved = rows.qr().solve_lstsq(values);
+            };
+            let target = |row: usize| value(samples[row]) - mean;
+            let solved = straight_lines::factors(n, scaled.len() + 1, ridge, of, target);
             let by = scaled.iter().enumerate();
             let mut expected = Self {
                 by: by
-                    .map(|(at, (channel, mean, factor))| {
-                        (*channel, *mean, solved[(at, 0)] * factor)
-                    })
+                    .map(|(at, (channel, mean, factor))| (*channel, *mean, solved[at] * factor))
                     .collect(),
-                constant: mean + solved[(scaled.len(), 0)],
+                constant: mean + solved[scaled.len()],
                 sigma: 0.0,
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();

@@ -20,6 +20,7 @@ pub(crate) mod quantile;
 mod sensitivity;
 pub(crate) mod series;
 pub mod sessions;
+mod straight_lines;
 pub mod sufficiency;
 pub mod threshold_study;
 pub mod uncertainty;

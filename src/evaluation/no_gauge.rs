@@ -6,9 +6,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use faer::Mat;
-use faer::linalg::solvers::SolveLstsq as _;
-
+use crate::evaluation::straight_lines;
 use crate::evaluation::sufficiency::LoadSpread;
 use crate::recording::{Axis, Recording, load_ranges, median};
 
@@ -280,18 +278,8 @@ impl Channels {
         }
         let scaled =
             |row: usize, at: usize| by.values[of[at]][row] / by.deviations[of[at]].max(1e-300);
-        // A little of a ridge: channels may say the same.
-        let ridge = 1e-6 * (n as f64).sqrt();
-        let rows = Mat::from_fn(n + d, d, |row, at| match row.checked_sub(n) {
-            None => scaled(row, at),
-            Some(row) if row == at => ridge,
-            Some(_) => 0.0,
-        });
-        let target = Mat::from_fn(n + d, 1, |row, _| {
-            own.get(row).map_or(0.0, |own| own / deviation)
-        });
-        let solved = rows.qr().solve_lstsq(target);
-        let factors: Vec<f64> = (0..d).map(|at| solved[(at, 0)]).collect();
+        let ridge = (d, 1e-6 * (n as f64).sqrt());
+        let factors = straight_lines::factors(n, d, ridge, scaled, |row| own[row] / deviation);
         let left = (0..n).map(|row| {
             let said: f64 = (0..d).map(|at| factors[at] * scaled(row, at)).sum();
             (own[row] / deviation - said).abs()

@@ -55,19 +55,16 @@ impl Watched<'_> {
             (outward(self.value(k)), outward(expected))
         });
         let pairs: Vec<(f64, f64)> = pairs.collect();
-        let mut behind = (Vec::new(), Vec::new());
-        for (value, expected) in &pairs {
-            if expected - value > OFF * sigma {
-                behind.0.push(*value);
-                behind.1.push(*expected);
-            }
-        }
-        if behind.0.len() < FEWEST {
+        let is_behind = |value: f64, expected: f64| expected - value > OFF * sigma;
+        let behind = pairs
+            .iter()
+            .filter(|(value, expected)| is_behind(*value, *expected));
+        let (mut at, mut should_be): (Vec<f64>, Vec<f64>) = behind.copied().unzip();
+        if at.len() < FEWEST {
             return None;
         }
-        let limit = median(behind.0.iter().copied())?;
-        let width = spread(&mut behind.0);
-        let should_be = spread(&mut behind.1);
+        let limit = median(at.iter().copied())?;
+        let (width, should_be) = (spread(&mut at), spread(&mut should_be));
         if should_be < band.max(OFF * sigma) || width > FOLLOWS * should_be {
             return None;
         }
@@ -80,7 +77,6 @@ impl Watched<'_> {
             let some = are.iter().filter(|own| **own).count();
             some as f64 / are.len().max(1) as f64
         };
-        let is_behind = |value: f64, expected: f64| expected - value > OFF * sigma;
         let is_near = |value: f64, expected: f64| (expected - value).abs() <= OFF * sigma;
         let goes_no_farther = share(&|value, _| value <= reach, &|_, _| true) > 0.999;
         let others_follow = share(&is_near, &|_, expected| expected < limit - OFF * sigma) >= MOST;

@@ -19,6 +19,7 @@ use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
 use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::gap::gap_by_rate;
+use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::recording::{Axis, Identity, Item};
 use crate::shown::for_xml;
 
@@ -213,11 +214,16 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
         element: "Calibration",
     })?;
     let n_gauges = number(&sensor, "FTSensor", "NumGages")?;
-    let to_newtons = unit(&about, "ForceUnits", &FORCE_UNITS, "N, kN, lbf, klbf, kgf")?;
+    let to_newtons = unit(
+        &about,
+        "ForceUnits",
+        force_in_newtons,
+        "N, kN, lbf, klbf, kgf",
+    )?;
     let to_newton_metres = unit(
         &about,
         "TorqueUnits",
-        &TORQUE_UNITS,
+        moment_in_newton_metres,
         "N-m, N-mm, kN-m, lbf-in, lbf-ft, kgf-cm",
     )?;
     let (mut matrix, mut full_scale) = (Vec::new(), Vec::new());
@@ -299,40 +305,20 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
     }
 }
 
-/// Exact by definition: pound-force 4.4482216152605 N, inch 25.4 mm, kilogram-force 9.80665 N.
-const POUND: f64 = 4.448_221_615_260_5;
-const KILOGRAM_FORCE: f64 = 9.806_65;
-const FORCE_UNITS: [(&str, f64); 5] = [
-    ("N", 1.0),
-    ("kN", 1000.0),
-    ("lbf", POUND),
-    ("klbf", 1000.0 * POUND),
-    ("kgf", KILOGRAM_FORCE),
-];
-const TORQUE_UNITS: [(&str, f64); 6] = [
-    ("N-m", 1.0),
-    ("N-mm", 0.001),
-    ("kN-m", 1000.0),
-    ("lbf-in", POUND * 0.0254),
-    ("lbf-ft", POUND * 0.3048),
-    ("kgf-cm", KILOGRAM_FORCE * 0.01),
-];
-
+/// What one of the unit that stands there is in SI; of all that the program understands these files have the `known` ones.
 fn unit(
     about: &Attributes,
     attribute_name: &'static str,
-    units: &[(&str, f64)],
+    in_si: fn(&str) -> Option<f64>,
     known: &'static str,
 ) -> Result<f64, CalError> {
     let named = attribute(about, "Calibration", attribute_name)?.trim();
-    let found = units.iter().find(|(unit, _)| *unit == named);
-    found
-        .map(|(_, factor)| *factor)
-        .ok_or_else(|| CalError::Unit {
-            attribute: attribute_name,
-            unit: named.to_owned(),
-            known,
-        })
+    let found = known.split(", ").find(|unit| *unit == named);
+    found.and_then(in_si).ok_or_else(|| CalError::Unit {
+        attribute: attribute_name,
+        unit: named.to_owned(),
+        known,
+    })
 }
 
 fn once(slot: &mut Option<Attributes>, element: &str, found: Attributes) -> Result<(), CalError> {

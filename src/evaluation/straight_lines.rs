@@ -1,0 +1,28 @@
+//! One channel by others, in straight lines.
+
+use faer::Mat;
+use faer::linalg::solvers::SolveLstsq as _;
+
+/// The factors of `columns` that come nearest to `n` targets; of the first `ridged` of them, each is as if it were also told, at this
+/// weight, to be zero: channels may say the same.
+pub fn factors(
+    n: usize,
+    columns: usize,
+    (ridged, ridge): (usize, f64),
+    value: impl Fn(usize, usize) -> f64,
+    target: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let rows = Mat::from_fn(n + ridged, columns, |row, column| {
+        match row.checked_sub(n) {
+            None => value(row, column),
+            Some(of) if of == column => ridge,
+            Some(_) => 0.0,
+        }
+    });
+    let targets = Mat::from_fn(n + ridged, 1, |row, _| match row < n {
+        true => target(row),
+        false => 0.0,
+    });
+    let solved = rows.qr().solve_lstsq(targets);
+    (0..columns).map(|column| solved[(column, 0)]).collect()
+}
