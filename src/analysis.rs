@@ -11,7 +11,7 @@ mod cautions;
 mod comparison;
 mod cross_validated;
 mod dataset;
-mod drift;
+mod expected_error;
 mod factory;
 mod fit;
 mod intervals;
@@ -26,7 +26,6 @@ mod sufficiency;
 mod trace_values;
 mod traces;
 mod training;
-mod uncertainty;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -50,12 +49,12 @@ pub use comparison::compare;
 pub(crate) use comparison::{Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates};
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
-pub use drift::{Drifted, OnStep, drift};
+pub use expected_error::{expected_error, handed_over};
 pub(crate) use factory::read_factory;
 pub(crate) use intervals::{intervals_on_screen, intervals_within};
 pub use learning::TrainingStep;
 pub use models::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
-pub use report::{Told, report, report_of};
+pub use report::{check_limits, report};
 pub(crate) use study::{BlockSuggestion, StudyEvent};
 pub use study::{HistoryBlock, Study};
 pub use sufficiency::{HangingMass, sufficiency};
@@ -64,7 +63,6 @@ pub use traces::View;
 pub(crate) use traces::{AxisTraces, TraceSet};
 pub(crate) use training::train_unscored;
 pub use training::{Scored, train, train_and_score};
-pub use uncertainty::uncertainty;
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -164,14 +162,6 @@ pub enum AnalysisError {
         sample: usize,
         value: f64,
     },
-    #[error(
-        "no error is known that a fit has not seen: record more, test recordings too, or fit linearly"
-    )]
-    NothingUnseen,
-    #[error("{0}")]
-    Measuring(String),
-    #[error("{recording}: its reference has other axes than the calibration")]
-    OtherAxes { recording: String },
     #[error(
         "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
     )]

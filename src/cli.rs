@@ -1,11 +1,9 @@
 //! The command line: the window, or one job for scripts and machines without a display.
 
-mod batch;
 mod best;
 mod check;
 mod choices;
 mod compare;
-mod drift;
 mod examples;
 mod fit;
 mod inspect;
@@ -17,7 +15,6 @@ mod report;
 mod sweep;
 mod traces;
 
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::fmt::Display;
@@ -34,10 +31,10 @@ use crate::about;
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::evaluation::faults::{Faults, faults, faults_of};
-use crate::evaluation::limits::LimitsError;
+use crate::evaluation::limits::{Checked, LimitsError};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
-    DccError, FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
+    FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
     check_targets, name_gauges, names_gauges, read_with_notes, target_endings, target_for,
     write_atomically, write_loads_csv,
 };
@@ -143,8 +140,6 @@ pub enum Job {
     Fit(Box<FitArgs>),
     /// Say whether the recordings carry the model: what they reach, load cases for coefficients, and which to record next.
     Check(Box<check::CheckArgs>),
-    /// Fit, judge and export every sensor of a folder, one folder each: for a factory.
-    Batch(Box<batch::BatchArgs>),
     /// Print a description of a sensor to fill in: `sensor.toml`.
     Sensor,
     /// Fit, and write a report with tables and pictures: one HTML file.
@@ -153,8 +148,6 @@ pub enum Job {
     Best(Box<best::BestArgs>),
     /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
     Compare(Box<CompareArgs>),
-    /// Say what moved between days, and what refitting the offset, a matrix on top, or all of a calibration brings.
-    Drift(Box<drift::DriftArgs>),
     /// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
     Sweep(Box<SweepArgs>),
     /// Apply a calibration: Conv. and Comp. of each sample as CSV.
@@ -300,11 +293,6 @@ impl ReadArgs {
         }
     }
 
-    /// The column map's file.
-    fn map_file(&self) -> impl Iterator<Item = &PathBuf> {
-        self.columns.iter()
-    }
-
     /// Recordings of a file as they are wanted, in parts where what is left out is long; what was done, or looks wrong, goes to
     /// standard error.
     fn prepared(
@@ -434,12 +422,8 @@ pub enum JobError {
     Tare(#[from] TareError),
     #[error("{name}: all samples look faulty; none would be left")]
     AllFaulty { name: String },
-    #[error("{}: no sensors: neither folders with recordings nor, with --sensor-from file, recordings", .path.display())]
-    NoSensors { path: PathBuf },
-    #[error("{count} out of tolerance")]
-    OutOfTolerance { count: usize },
-    #[error("{count} could not be calibrated")]
-    SomeFailed { count: usize },
+    #[error("out of limits: {}", .failed.join("; "))]
+    OutOfLimits { failed: Vec<String> },
     #[error("{source}. It is in {folder}, or leave out what cannot be read by --keep-going")]
     InFolder {
         source: Box<JobError>,
@@ -449,16 +433,10 @@ pub enum JobError {
     LeftOut { count: usize },
     #[error("{}: the folder holds no recordings", .path.display())]
     EmptyFolder { path: PathBuf },
-    #[error(
-        "every recording is called test…, so none is left to train on; --split trains on a part of each"
-    )]
-    OnlyTests,
     #[error(transparent)]
     Sensor(#[from] SensorFileError),
     #[error(transparent)]
     Limits(#[from] LimitsError),
-    #[error(transparent)]
-    Dcc(#[from] DccError),
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
@@ -510,8 +488,6 @@ pub enum JobError {
         "--gauge-range has {given} ranges where there are {n_gauges} gauges; write one for all, or one for each"
     )]
     GaugeRanges { given: usize, n_gauges: usize },
-    #[error("--date {name}=…: no file and no recording is called {name}")]
-    NoSuchDated { name: String },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
     NoSuchAxis {
         axis: &'static str,
@@ -524,8 +500,6 @@ pub enum JobError {
         recording: PathBuf,
         calibration: PathBuf,
     },
-    #[error("the refit of {refit} is no calibration to write: {reason}")]
-    NoRefit { refit: &'static str, reason: String },
     #[error("the recordings do not carry the model")]
     Insufficient,
     #[error("say where the loads go: --out DIR, or --traces FILE")]
@@ -568,9 +542,7 @@ impl JobError {
                 | Self::OneFile { .. }
                 | Self::TareLive
                 | Self::NoGroup { .. }
-                | Self::NoSuchDated { .. }
                 | Self::GaugeRanges { .. }
-                | Self::NoSensors { .. }
                 | Self::EmptyFolder { .. }
                 | Self::InFolder { .. }
                 | Self::Swapped { .. }
@@ -584,7 +556,7 @@ impl JobError {
 
 /// What scripts know wrong arguments by; clap has the same.
 const USAGE: u8 = 2;
-/// What scripts know recordings by that do not carry their model, and calibrations by that are out of tolerance.
+/// Exit code for recordings that do not carry their model, and for calibrations that exceed their limits.
 const INSUFFICIENT: u8 = 3;
 
 impl Job {
@@ -599,7 +571,6 @@ impl Job {
             Self::Best(args) => of(&mut args.recordings),
             Self::Compare(args) => of(&mut args.recordings),
             Self::Sweep(args) => of(&mut args.recordings),
-            Self::Drift(args) => vec![&mut args.files],
             Self::Check(args) => [vec![&mut args.files], of(&mut args.recordings)]
                 .into_iter()
                 .flatten()
@@ -608,7 +579,6 @@ impl Job {
             Self::Metrology(args) => vec![&mut args.files],
             Self::Inspect(_)
             | Self::Demo(_)
-            | Self::Batch(_)
             | Self::Sensor
             | Self::Completions(_)
             | Self::Man(_) => Vec::new(),
@@ -679,7 +649,7 @@ pub fn run(mut job: Job) -> ExitCode {
         Err(error) => {
             tell(&error);
             match error {
-                JobError::Insufficient | JobError::OutOfTolerance { .. } => {
+                JobError::Insufficient | JobError::OutOfLimits { .. } => {
                     ExitCode::from(INSUFFICIENT)
                 }
                 error if error.is_usage() => ExitCode::from(USAGE),
@@ -695,12 +665,10 @@ fn done(job: Job) -> Result<(), JobError> {
         Job::Demo(demo) => write_demo(&demo),
         Job::Fit(args) => fit::run(&args),
         Job::Check(args) => check::run(*args),
-        Job::Batch(args) => batch::run(&args),
         Job::Sensor => print_sensor(),
         Job::Report(args) => report::run(&args),
         Job::Best(args) => best::run(&args),
         Job::Compare(args) => compare::run(&args),
-        Job::Drift(args) => drift::run(&args),
         Job::Sweep(args) => sweep::run(&args),
         Job::Apply(apply) => run_apply(&apply),
         Job::Metrology(args) => metrology::run(&args),
@@ -709,34 +677,12 @@ fn done(job: Job) -> Result<(), JobError> {
     }
 }
 
-thread_local! {
-    /// What is said on this thread, where somebody keeps it.
-    static HEARD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
-}
-
-/// Does something whose messages are kept rather than written.
-fn hearing<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
-    HEARD.set(Some(Vec::new()));
-    let done = work();
-    (done, HEARD.take().unwrap_or_default())
-}
-
 /// Prints every item of a description with what to enter.
 fn print_sensor() -> Result<(), JobError> {
     let mut out = io::stdout().lock();
-    let mut heading = "";
     for item in Item::all() {
-        if item.heading() != heading {
-            heading = item.heading();
-            writeln!(out, "# {heading}")?;
-        }
-        writeln!(
-            out,
-            "{} = \"\"  # {}: {}",
-            item.key(),
-            item.label(),
-            item.hint()
-        )?;
+        let (key, label, hint) = (item.key(), item.label(), item.hint());
+        writeln!(out, "{key} = \"\"  # {label}: {hint}")?;
     }
     writeln!(
         out,
@@ -748,17 +694,17 @@ fn print_sensor() -> Result<(), JobError> {
 /// Writes one line to standard error, made harmless; where nobody can hear it, the exit code still says how it went.
 pub fn tell(message: &dyn Display) {
     let message = shown::message(message);
-    let heard = HEARD.with_borrow_mut(|heard| match heard {
-        Some(all) => {
-            all.push(message.to_string());
-            true
-        }
-        None => false,
-    });
-    if heard {
-        return;
-    }
     let _ = writeln!(io::stderr(), "loopscope: {message}");
+}
+
+/// Fails where a figure exceeds its limit or is not known.
+fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
+    let failed = limits.iter().filter(|own| !own.pass);
+    let failed: Vec<String> = failed.map(Checked::in_words).collect();
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(JobError::OutOfLimits { failed }),
+    }
 }
 
 /// Says which file was written.

@@ -376,8 +376,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
 #[test]
 fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
     for (name, request, _) in all_fitted() {
-        let Ok(Look::Table(table, _)) = Viewer::default().look(&request, &Progress::default())
-        else {
+        let Ok(Look::Table(table)) = Viewer::default().look(&request, &Progress::default()) else {
             panic!("no table of {name}")
         };
         for row in &table.rows {

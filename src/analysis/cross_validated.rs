@@ -4,6 +4,7 @@
 //! and its ridge, standardisation, landmarks, strengths, early stopping, or how much of the second stage is added; only the
 //! full scales, which belong to the sensor, stay. So a score is that of fits to the other parts from scratch.
 
+use std::borrow::Borrow;
 use std::ops::Range;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -62,33 +63,40 @@ fn fold_of(part: usize, n_parts: usize) -> usize {
 
 /// How much of a network's answers is added to its linear stage, per axis, as these parts ask for; all of it where nothing
 /// was left out or held out.
-pub(super) fn best_shares(parts: &[Moments]) -> Vec<f64> {
-    let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
+pub(super) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
+    let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
-        let squares = |at: usize, part: usize| parts[part].squares(axis, SHARES[at]);
+        let squares = |at: usize, part: usize| parts[part].borrow().squares(axis, SHARES[at]);
         SHARES[best_share(parts.len(), squares)]
     };
     (0..n_axes).map(share).collect()
 }
 
-/// The squared errors of parts; with shares that are chosen by them, each fold's by the parts of the others.
-pub(super) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
+/// For each part and axis the share of what is added, chosen by the parts of the other folds where shares are chosen at all.
+pub(super) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
-    let n_folds = n.min(FOLDS);
-    let shares: Vec<Vec<f64>> = (0..n_folds)
+    let of_folds: Vec<Vec<f64>> = (0..n.min(FOLDS))
         .map(|fold| {
             let others = parts.iter().enumerate();
             let others = others.filter(|(part, _)| fold_of(*part, n) != fold);
             match has_shares {
-                true => best_shares(&others.map(|(_, part)| part.clone()).collect::<Vec<_>>()),
+                true => best_shares(&others.map(|(_, part)| part).collect::<Vec<_>>()),
                 false => vec![1.0; parts[0].of_axes.len()],
             }
         })
         .collect();
-    let squares = parts.iter().enumerate().flat_map(|(at, part)| {
-        let shares = shares[fold_of(at, n)].iter().enumerate();
-        shares.map(|(axis, share)| part.squares(axis, *share))
-    });
+    (0..n).map(|at| of_folds[fold_of(at, n)].clone()).collect()
+}
+
+/// The squared errors of parts; with shares that are chosen by them, each fold's by the parts of the others.
+pub(super) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
+    let squares = parts
+        .iter()
+        .zip(part_shares(parts, has_shares))
+        .flat_map(|(part, shares)| {
+            let shares = shares.into_iter().enumerate();
+            shares.map(|(axis, share)| part.squares(axis, share))
+        });
     PartSquares {
         squares: squares.collect(),
         part_samples: parts.iter().map(|part| part.n_samples).collect(),
@@ -118,6 +126,7 @@ pub(super) fn cross_validated(
     if n_folds < 2 || progress.is_cancelled() {
         return None;
     }
+    let step = data.step_of(|entry| entry.role == Role::Train);
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
     let scored = thread::scope(|scope| {
@@ -139,7 +148,7 @@ pub(super) fn cross_validated(
                         };
                         let fold = Fold::new(training, |part| fold_of(part, n_parts) == fold);
                         let settings = fold.settings(settings, calibration);
-                        scored.extend(fold.score(settings, progress, &mut |report| {
+                        scored.extend(fold.score(settings, step, progress, &mut |report| {
                             tell(TrainingStep::Epoch(report).done());
                         })?);
                         tell(1.0);
@@ -175,6 +184,7 @@ pub(super) fn cross_validated(
     for (part, moments) in scored.into_iter().flatten() {
         let own = &mut parts[part];
         own.n_samples += moments.n_samples;
+        own.kept.extend(&moments.kept);
         for (own, more) in own.of_axes.iter_mut().zip(&moments.of_axes) {
             for (own, more) in own.iter_mut().zip(more) {
                 *own += more;
@@ -252,10 +262,11 @@ impl Fold {
         }
     }
 
-    /// What the fit to the training recordings makes of the others: each with its part.
+    /// What the fit to the training recordings makes of the others: each with its part, and every `step`-th sample.
     fn score(
         self,
         settings: FitSettings,
+        step: usize,
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
     ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
@@ -283,7 +294,9 @@ impl Fold {
                     .collect()
             };
             let mut moments = Moments::new(calibration.axes.len());
-            moments.add(&difference(entry.recording.loads()), &difference(&whole));
+            let (left_over, added) = (difference(entry.recording.loads()), difference(&whole));
+            moments.add(&left_over, &added);
+            moments.keep(&left_over, &added, step);
             (part, moments)
         });
         Ok(scored.collect())

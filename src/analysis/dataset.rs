@@ -260,13 +260,6 @@ impl Dataset {
         }
     }
 
-    /// The conventional loads of a recording, all of them.
-    pub fn conventional_loads(&self, at: usize) -> Vec<f64> {
-        let present = self.present_loads(at);
-        let made = || loads_from_gauges(present.map, present.recording);
-        present.kept.map_or_else(made, <[f64]>::to_vec)
-    }
-
     /// As if there were too many to be kept.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {

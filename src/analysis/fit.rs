@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::analysis::dataset::{Dataset, Errors, in_role};
 use crate::calibration::{
-    BlockRidge, Calibration, CoefficientUncertainty, CrossValidation, LinearMap, MOST_FEATURES,
+    BlockRidge, Calibration, CoefficientErrors, CrossValidation, LinearMap, MOST_FEATURES,
     NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
     fit, fit_targets, look_back_sums, recording_sums,
 };
@@ -270,7 +270,7 @@ impl Dataset {
             false => Vec::new(),
         };
         let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();
-        let coefficients = CoefficientUncertainty::of(self.cross_validation(), &maps);
+        let coefficients = CoefficientErrors::of(self.cross_validation(), &maps);
         let left_out_present = left_out(parts, &present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));

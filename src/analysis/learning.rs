@@ -72,6 +72,8 @@ pub(super) struct Moments {
     pub n_samples: u64,
     /// Per axis `Σ r²`, `Σ r g` and `Σ g²`, of what is left over r and what is added g.
     pub of_axes: Vec<[f64; 3]>,
+    /// Left over and added, of evenly spread samples, `n × n_axes` row-major.
+    pub kept: Vec<[f64; 2]>,
 }
 
 impl Moments {
@@ -79,6 +81,7 @@ impl Moments {
         Self {
             n_samples: 0,
             of_axes: vec![[0.0; 3]; n_axes],
+            kept: Vec::new(),
         }
     }
 
@@ -95,6 +98,18 @@ impl Moments {
                 own[2] += g * g;
             }
             self.n_samples += 1;
+        }
+    }
+
+    /// Keeps every `step`-th of these samples, both `n × n_axes` row-major.
+    pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
+        let n_axes = self.of_axes.len();
+        let rows = left_over
+            .chunks_exact(n_axes)
+            .zip(added.chunks_exact(n_axes));
+        for (left_over, added) in rows.step_by(step) {
+            self.kept
+                .extend(left_over.iter().zip(added).map(|(r, g)| [*r, *g]));
         }
     }
 

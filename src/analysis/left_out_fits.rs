@@ -2,10 +2,9 @@
 
 use crate::analysis::dataset::Dataset;
 use crate::analysis::fit::Sums;
-use crate::calibration::{Calibration, LinearMap, Past, Piece, Terms};
+use crate::calibration::{Calibration, LinearMap, Terms};
 use crate::evaluation::left_out::{LeftOut, shares_of_blocks};
 use crate::features::Design;
-use crate::recording::Recording;
 
 /// Why no fit can do without a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -69,28 +68,6 @@ impl Dataset {
             columns: design.columns(),
             matrix: self.map.corrected(design, coefficients),
         }
-    }
-}
-
-impl LeftOutFits {
-    /// The loads of a training recording, each sample by the fit that has not seen it.
-    pub fn loads(
-        &self,
-        recording: &Recording,
-        pieces: &[Piece],
-        calibration: &Calibration,
-        past: &Past,
-    ) -> Vec<f64> {
-        let n_axes = calibration.axes.len();
-        let mut loads = vec![0.0; recording.n_samples() * n_axes];
-        let mut own = calibration.clone();
-        for piece in pieces {
-            own.compensated = Some(self.maps[piece.fold].clone());
-            let all = own.compensated_loads(recording, past);
-            let samples = piece.samples.start * n_axes..piece.samples.end * n_axes;
-            loads[samples.clone()].copy_from_slice(&all[samples]);
-        }
-        loads
     }
 }
 

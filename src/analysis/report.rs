@@ -9,16 +9,17 @@ use crate::analysis::loops::{
 };
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
-    sufficiency, train, uncertainty,
+    expected_error, sufficiency, train,
 };
+use crate::calibration::{Calibration, ExpectedError};
 use crate::evaluation::Series;
-use crate::evaluation::limits::{Limits, measurements};
+use crate::evaluation::limits::{Checked, Limits, Measured};
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::{Along, Measure, ThresholdGrid, ThresholdMap};
 use crate::export::{
-    Certificate, ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh,
-    threshold_curve, used_recordings,
+    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
+    used_recordings,
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
@@ -34,43 +35,18 @@ const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
 /// What a picture leaves free above and below.
 const MARGIN: f64 = 0.05;
 
-/// Fits what `request` asks for (or takes its calibration) and gathers a report on it.
+/// Fits what `request` asks for (or takes its calibration) and gathers a report on it, for a sensor that is known, with limits that it
+/// must keep.
 ///
 /// Loops and figures are of the test recordings, or of the training recordings where there is none; which recordings
 /// `request` shows plays no part. What cannot be computed becomes a sentence in its place.
 ///
 /// # Errors
-/// [`AnalysisError`] where there is no calibration to report on, or somebody asked to stop.
-pub fn report(request: &Request, progress: &Progress) -> Result<ReportData, AnalysisError> {
-    report_of(
-        request,
-        &Identity::default(),
-        &Limits::default(),
-        Told::Notebook,
-        progress,
-    )
-}
-
-/// How much a report tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// All that is known, for a laboratory's notebook.
-    Notebook,
-    /// What a laboratory hands over, with what that rests on.
-    Certificate,
-    /// Figures alone: nothing is drawn.
-    Figures,
-}
-
-/// [`report`] of a sensor that is known, with limits that it must keep.
-///
-/// # Errors
-/// Likewise.
-pub fn report_of(
+/// [`AnalysisError`] where there is no calibration to report on, or the work was cancelled.
+pub fn report(
     request: &Request,
     identity: &Identity,
     limits: &Limits,
-    told: Told,
     progress: &Progress,
 ) -> Result<ReportData, AnalysisError> {
     const STAGES: u64 = 6;
@@ -103,62 +79,29 @@ pub fn report_of(
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
-    let has_look_back = !analysis.calibration.features.look_backs.is_empty();
-    let has_curves = match told {
-        Told::Notebook => true,
-        Told::Certificate => has_look_back,
-        Told::Figures => false,
-    };
+    let not_fitted = "The calibration was not fitted to these recordings.";
     let thresholds = match analysis.fitted {
-        _ if !has_curves => Err("It is not told here.".to_owned()),
         true => thresholds(request, &progress.part(), &mut warnings)?,
-        false => Err("The calibration was not fitted to these recordings.".to_owned()),
+        false => Err(not_fitted.to_owned()),
     };
     let check = match analysis.fitted {
-        _ if told != Told::Notebook => Err("It is not told here.".to_owned()),
         true => sufficiency(request, None, &progress.part())
             .map_err(|error| sentence(&error.to_string())),
-        false => Err("The calibration was not fitted to these recordings.".to_owned()),
+        false => Err(not_fitted.to_owned()),
     };
     progress.advance(1);
     let of = TableOf::usual(&applied.recordings);
     let mut looker = Looker::new(&analysis, &applied, of, progress);
     let loops = (analysis.calibration.axes.iter())
-        .map(|axis| match told {
-            Told::Figures => Ok(Err("They are not drawn here.".to_owned())),
-            _ => looker.loops(*axis),
-        })
+        .map(|axis| looker.loops(*axis))
         .collect::<Result<_, _>>()?;
     progress.advance(1);
     let metrology = looker.table()?;
     progress.advance(1);
     let calibration = Arc::new(analysis.calibration.of_sensor(identity));
-    let uncertainty = uncertainty(
-        request,
-        &calibration,
-        analysis.fitted,
-        &calibration.identity,
-        progress,
-    );
-    let uncertainty = match uncertainty {
-        Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
-        found => found.map_err(|error| sentence(&error.to_string())),
-    };
+    let expected_error = expected_error(request, &calibration, analysis.fitted, progress)?;
+    let checked = checked(limits, &calibration, &expected_error, &metrology);
     progress.advance(1);
-    let certificate = (told != Told::Notebook).then(|| {
-        let axes: Vec<(Axis, f64)> = calibration
-            .axes
-            .iter()
-            .copied()
-            .zip(calibration.full_scale.iter().copied())
-            .collect();
-        let measured = measurements(&axes, &calibration.quality, &metrology, &uncertainty);
-        Certificate {
-            checked: limits.check(&measured, calibration.columns().len()),
-            measured,
-            dated: true,
-        }
-    });
     Ok(ReportData {
         made: SystemTime::now(),
         notes: String::new(),
@@ -175,11 +118,55 @@ pub fn report_of(
             figures: error_figures(&analysis.traces),
         }),
         metrology,
-        uncertainty,
-        certificate,
+        expected_error: expected_error.map_err(|reason| sentence(&reason)),
+        limits: checked,
         warnings,
         calibration,
     })
+}
+
+/// Returns the outcome of each limit, where the loops are those of the usual recordings of a report.
+fn checked(
+    limits: &Limits,
+    calibration: &Calibration,
+    expected_error: &Result<ExpectedError, String>,
+    metrology: &Result<Arc<Metrology>, String>,
+) -> Vec<Checked> {
+    let axes = calibration.axes.iter().copied();
+    let axes: Vec<(Axis, f64)> = axes.zip(calibration.full_scale.iter().copied()).collect();
+    limits.check(&Measured {
+        axes: &axes,
+        quality: &calibration.quality,
+        expected_error,
+        metrology: metrology.as_deref().map_err(|reason| &**reason),
+    })
+}
+
+/// Returns the outcome of each limit for a fitted calibration, as [`report`] has it.
+///
+/// # Errors
+/// As [`report`].
+pub fn check_limits(
+    request: &Request,
+    calibration: &Arc<Calibration>,
+    limits: &Limits,
+    progress: &Progress,
+) -> Result<Vec<Checked>, AnalysisError> {
+    let expected_error = expected_error(request, calibration, true, progress)?;
+    let metrology = match limits.ask_for_loops() {
+        true => {
+            let applied = Request {
+                trained: true,
+                calibration: Some(Arc::clone(calibration)),
+                ..request.clone()
+            };
+            let analysis = Analyst::default().analyse(&applied, progress)?;
+            let of = TableOf::usual(&applied.recordings);
+            Looker::new(&analysis, &applied, of, progress).table()?
+        }
+        false => Err("not measured".to_owned()),
+    };
+    Ok(checked(limits, calibration, &expected_error, &metrology))
 }
 
 fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportRecording> {
@@ -406,7 +393,7 @@ impl<'a> Looker<'a> {
     fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
         let look = self.look(Question::Table(TableQuestion { of: self.of }))?;
         Ok(look.and_then(|look| match look {
-            Look::Table(table, _) => Ok(table),
+            Look::Table(table) => Ok(table),
             _ => Err("There are no figures.".to_owned()),
         }))
     }

@@ -101,7 +101,9 @@ fn fit_and_score(
     if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
         learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
     }
-    let left_out = moments.map(|moments| part_squares(&moments, has_shares));
+    let left_out = moments
+        .as_ref()
+        .map(|moments| part_squares(moments, has_shares));
     // Cancelled or not, what was learned is scored.
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
@@ -114,6 +116,10 @@ fn fit_and_score(
     }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
     calibration.quality.band = band(&data, &past, &calibration);
+    if let Some(moments) = moments {
+        let errors = data.left_out_errors_of(&moments, has_shares);
+        calibration.quality.expected_error = data.expected_error(&calibration, &past, errors).ok();
+    }
     Ok(Scored {
         calibration,
         left_out,

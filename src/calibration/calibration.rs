@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::sums::RowsOf;
 use crate::calibration::{
-    CalibrationError, CoefficientUncertainty, GridEdge, LinearMap, Regressor, UsedRecording,
-    loads_from_gauges,
+    CalibrationError, CoefficientErrors, ExpectedError, GridEdge, LinearMap, Regressor,
+    UsedRecording, loads_from_gauges,
 };
 use crate::features::{
     AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
@@ -23,7 +23,7 @@ use crate::recording::{Axis, Identity, RECORDING, Recording, Tare, span};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
-/// The newest version of the file that this program writes and reads.
+/// Version of the file that this program writes and reads.
 pub const VERSION: u32 = 2;
 
 /// Root mean squared errors per axis; `None` where nothing could be scored.
@@ -84,7 +84,10 @@ pub struct Quality {
     pub cross_validation: Option<CrossValidation>,
     /// How certain the coefficients of the compensated matrix are, where parts were left out and it has not too many.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub coefficients: Option<CoefficientUncertainty>,
+    pub coefficients: Option<CoefficientErrors>,
+    /// Value within which 95 % of the held-out errors lie, where enough groups were held out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected_error: Option<ExpectedError>,
     /// Training recordings that contradict the others, right after the fit; no file keeps it.
     #[serde(skip)]
     pub odd: Vec<OddRecording>,
@@ -225,10 +228,8 @@ pub struct Calibration<M = LinearMap> {
     /// Every how many-th sample was fitted.
     pub decimation: usize,
     /// A longer step than this is a gap (s): look-backs and lags forget what was before it; creep relaxes through it, play holds.
-    #[serde(default = "not_said")]
     pub gap_secs: f64,
     /// Look-backs and lags keep no samples that are closer to each other than this (s).
-    #[serde(default = "not_said")]
     pub history_step_secs: f64,
     /// The load of each axis, in its unit, beyond which nothing is known of the sensor: the rated one where somebody entered it,
     /// else a fifth above the largest that it was fitted to; zero or
@@ -271,11 +272,6 @@ pub struct Calibration<M = LinearMap> {
 
 /// No gauge and no load is as great; single precision has it.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
-
-/// In place of a number that an older file does not have; [`Calibration::from_json`] puts another in its place.
-fn not_said() -> f64 {
-    f64::NAN
-}
 
 /// How far apart kept samples are at least where nobody says (s): a third of a step of recordings of this rate, so that jitter
 /// drops none of them, and the memory of a robot that samples faster stays what these recordings need.

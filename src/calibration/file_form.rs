@@ -1,14 +1,11 @@
-//! How calibrations stand in files, older versions included.
+//! How calibrations stand in files.
 
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 
-use crate::calibration::calibration::history_step_by_rate;
 use crate::calibration::validate::{check_features, check_head};
 use crate::calibration::{Calibration, CalibrationError, LinearMap};
-use crate::features::{Column, Distance, FeatureSettings, GaugeScale, Thresholds};
-use crate::recording::gap::gap_by_rate;
+use crate::features::{Column, FeatureSettings};
 
 /// Why bytes are no calibration that can be used.
 #[derive(Debug, thiserror::Error)]
@@ -29,23 +26,11 @@ pub struct NamedMap {
     matrix: Vec<Vec<f64>>,
 }
 
-/// What a file says of itself, and whether it has what came after version 1.
+/// What a file says of itself.
 #[derive(Deserialize)]
 struct Head {
     format: String,
     version: u32,
-    features: Option<IgnoredAny>,
-    gauge_scale: Option<IgnoredAny>,
-}
-
-/// Version 1 knew one look-back and nothing else: it had these in place of `features`, and no `gauge_scale`, which the
-/// look-back does not need.
-#[derive(Deserialize)]
-struct Version1 {
-    thresholds: Option<Thresholds>,
-    #[serde(default)]
-    distance: Distance,
-    gauges: Vec<String>,
 }
 
 impl Calibration {
@@ -56,10 +41,7 @@ impl Calibration {
     pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
         let head: Head = serde_json::from_slice(content)?;
         check_head(&head.format, head.version)?;
-        let file: Calibration<NamedMap> = match (head.features, head.gauge_scale) {
-            (Some(_), Some(_)) => serde_json::from_slice(content)?,
-            _ => serde_json::from_value(of_version_1(content)?)?,
-        };
+        let file: Calibration<NamedMap> = serde_json::from_slice(content)?;
         let (gauges, offset) = (&file.gauges, file.offset);
         file.features
             .check_columns(gauges.len())
@@ -77,13 +59,6 @@ impl Calibration {
             compensated.map(|compensated| map("compensated", compensated, &file.features));
         let compensated = compensated.transpose()?;
         let mut calibration = file.with_maps(conventional, compensated);
-        let rate_hz = (calibration.rate_hz).map(|rate| rate / calibration.decimation.max(1) as f64);
-        if calibration.gap_secs.is_nan() {
-            calibration.gap_secs = gap_by_rate(rate_hz);
-        }
-        if calibration.history_step_secs.is_nan() {
-            calibration.history_step_secs = history_step_by_rate(rate_hz);
-        }
         let (n_axes, n_columns) = (calibration.axes.len(), calibration.columns().len());
         let known = calibration.quality.coefficients.take();
         calibration.quality.coefficients = known.filter(|known| known.is_of(n_axes, n_columns));
@@ -100,9 +75,6 @@ impl Calibration {
         let known = serde_json::to_value(self.in_file())?;
         let mut unknown = Vec::new();
         add_unknown(&file, &known, "", &mut unknown);
-        if self.version == 1 {
-            unknown.retain(|key| !["thresholds", "distance"].contains(&&**key));
-        }
         Ok(unknown)
     }
 
@@ -176,19 +148,4 @@ fn add_unknown(file: &Value, known: &Value, place: &str, unknown: &mut Vec<Strin
         }
         _ => {}
     }
-}
-
-/// An old file with the fields that are missing in it.
-fn of_version_1(content: &[u8]) -> Result<Value, serde_json::Error> {
-    let old: Version1 = serde_json::from_slice(content)?;
-    let features = FeatureSettings {
-        look_backs: old.thresholds.into_iter().collect(),
-        distance: old.distance,
-        ..FeatureSettings::present()
-    };
-    let mut fields: Map<String, Value> = serde_json::from_slice(content)?;
-    fields.entry("features").or_insert(json!(features));
-    let scale = GaugeScale::identity(old.gauges.len());
-    fields.entry("gauge_scale").or_insert(json!(scale));
-    Ok(Value::Object(fields))
 }

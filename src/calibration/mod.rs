@@ -7,9 +7,10 @@ mod aged_sums;
     reason = "the room's main thing has the room's name"
 )]
 mod calibration;
-mod coefficient_uncertainty;
+mod coefficient_errors;
 mod conventional;
 mod estimator;
+mod expected_error;
 mod file_form;
 pub mod kernel;
 mod learned;
@@ -18,7 +19,6 @@ mod linear_map;
 pub mod network;
 mod normal_equations;
 mod one_standard_error;
-mod refit;
 mod settings;
 mod sums;
 mod used_recording;
@@ -32,11 +32,12 @@ pub(crate) use calibration::{
     VERSION, history_step_by_rate,
 };
 pub(crate) use calibration::{Past, learned_inputs, past_samples};
-pub use coefficient_uncertainty::CoefficientUncertainty;
-pub(crate) use coefficient_uncertainty::MOST_FEATURES;
+pub use coefficient_errors::CoefficientErrors;
+pub(crate) use coefficient_errors::MOST_FEATURES;
 pub(crate) use conventional::Conventional;
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError, Taken};
+pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut, counted};
 pub(crate) use kernel::GridEdge;
 pub(crate) use kernel::LANDMARKS;
 pub use kernel::{Kernel, KernelSettings};
@@ -52,7 +53,6 @@ pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;
 pub use one_standard_error::Paired;
 pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
-pub(crate) use refit::{CannotFold, OutputChange};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use sums::RowsOf;

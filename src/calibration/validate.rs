@@ -10,7 +10,7 @@ use crate::features::{Column, FeatureError, FeatureSettings};
 pub enum CalibrationError {
     #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
     Format,
-    #[error("the calibration has version {version}; this program knows versions up to {VERSION}")]
+    #[error("the calibration has version {version}; this program reads version {VERSION}")]
     Version { version: u32 },
     #[error("the calibration has no {what}")]
     Nothing { what: &'static str },
@@ -198,7 +198,7 @@ pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationEr
     if format != FORMAT {
         return Err(CalibrationError::Format);
     }
-    if version == 0 || version > VERSION {
+    if version != VERSION {
         return Err(CalibrationError::Version { version });
     }
     Ok(())

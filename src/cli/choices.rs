@@ -12,6 +12,7 @@ use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
     LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
 };
+use crate::evaluation::limits::Limits;
 use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
     listed,
@@ -121,11 +122,33 @@ impl RecordingArgs {
     }
 }
 
+/// Limits that the calibration must keep.
+#[derive(Debug, Args)]
+pub struct LimitsArgs {
+    /// Check the calibration against limits: a TOML file like `expected_error = 1.0` (percent of full scale), `rmse = "0.2 N"`,
+    /// `loop_width = { Fx = 0.5 }`. A figure that is not known does not pass; the exit code is 3 then.
+    #[arg(long, value_name = "LIMITS.toml", value_parser = named_file())]
+    pub limits: Option<PathBuf>,
+}
+
+impl LimitsArgs {
+    /// Returns the file that is read.
+    pub fn input(&self) -> impl Iterator<Item = &PathBuf> {
+        self.limits.iter()
+    }
+
+    /// Reads the limits; there are none without a file.
+    pub fn read(&self) -> Result<Limits, JobError> {
+        let read = self.limits.as_deref().map(Limits::read);
+        Ok(read.transpose()?.unwrap_or_default())
+    }
+}
+
 /// Which sensor it is.
 #[derive(Debug, Args)]
 pub struct SensorArgs {
     /// Which sensor it is, who calibrates it, when, and against what, and its rated loads: a TOML file whose items go into every
-    /// export and the certificate; `loopscope sensor` prints one to fill in.
+    /// export and the report; `loopscope sensor` prints one to fill in.
     #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
     pub sensor: Option<PathBuf>,
 }

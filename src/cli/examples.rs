@@ -53,13 +53,6 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         )],
     ),
     (
-        "batch",
-        &[(
-            "loopscope batch sensors --out results --limits limits.toml --export json --export h --certificate",
-            "every folder in sensors; exit code 3 if one is out of tolerance",
-        )],
-    ),
-    (
         "sensor",
         &[(
             "loopscope sensor",
@@ -74,8 +67,8 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "one page to print or to send",
             ),
             (
-                "loopscope report --train recordings --sensor sensor.toml --certificate --limits limits.toml --out certificate.html",
-                "what a laboratory hands over",
+                "loopscope report --train recordings --sensor sensor.toml --limits limits.toml --out report.html",
+                "with the sensor's identity; exit code 3 if a limit is exceeded",
             ),
         ],
     ),
@@ -92,19 +85,6 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             "loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv",
             "the paper's comparison of these",
         )],
-    ),
-    (
-        "drift",
-        &[
-            (
-                "loopscope drift monday.csv friday.csv",
-                "what moved since the first",
-            ),
-            (
-                "loopscope drift friday.csv --calibration sensor.json --refit offset --out friday.json",
-                "the old calibration with a new offset",
-            ),
-        ],
     ),
     (
         "sweep",
@@ -130,7 +110,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "metrology",
         &[(
             "loopscope metrology press.csv --full-scale 200,200,400 --csv figures.csv",
-            "the figures of a certificate, in % of these loads",
+            "hysteresis, repeatability and more, in % of these loads",
         )],
     ),
     (

@@ -7,28 +7,28 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
+use super::choices::{LimitsArgs, ModelArgs, RecordingArgs, SensorArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
-use super::{JobError, named_file, tell};
+use super::{JobError, keep_limits, named_file, tell};
 use crate::analysis::{
-    Caution, Request, TrainingStep, analyse, cautions, cross_validation_cost, read_factory, train,
-    uncertainty,
+    Caution, Request, TrainingStep, analyse, cautions, check_limits, cross_validation_cost,
+    expected_error, handed_over, read_factory, train,
 };
 use crate::calibration::{
-    BlockRidge, Calibration, CrossValidation, EpochReport, FactoryScores, FitSettings, Regressor,
-    Scores,
+    BlockRidge, Calibration, CrossValidation, EpochReport, ExpectedError, FactoryScores,
+    FitSettings, Regressor, Scores,
 };
+use crate::evaluation::limits::Checked;
 use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::evaluation::uncertainty::Uncertainty;
 use crate::export::{
     Footprint, Outline, Together, WriteError, add_calibration, caution, check_targets,
-    listed_targets, target_for, with_sources,
+    listed_targets, target_for,
 };
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::progress::Progress;
-use crate::report::{Shown, errors, factory_note, uncertainty_tables};
+use crate::report::{Shown, errors, expected_error_table, factory_note, limits_table};
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -52,9 +52,8 @@ pub struct FitArgs {
     /// Write over files that are there already, and export a fit to fewer samples than it has coefficients.
     #[arg(long)]
     force: bool,
-    /// Also say how far a reading may be off: U (k = 2) of each axis with its budget, and how often it holds.
-    #[arg(long)]
-    uncertainty: bool,
+    #[command(flatten)]
+    limits: LimitsArgs,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -72,8 +71,10 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         .cloned()
         .collect();
     let inputs = args.recordings.inputs().chain(&args.factory);
-    check_targets(inputs.chain(args.sensor.input()), &outputs, args.force)?;
+    let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
+    check_targets(inputs, &outputs, args.force)?;
     let sensor = args.sensor.read()?;
+    let limits = args.limits.read()?;
     let recordings = args.recordings.read(&args.model.rated().and(&sensor))?;
     let n_recordings = recordings.entries().len();
     let mut settings = args.model.settings(&recordings);
@@ -95,7 +96,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     args.traces.check_stretches(all(), args.model.decimate)?;
     let mut line = ProgressLine::default();
     let cost = cross_validation_cost(&request.settings);
-    let calibration = train(&request, &Progress::default(), &mut |step| {
+    let mut calibration = train(&request, &Progress::default(), &mut |step| {
         line.say(&step_text(&step, cost));
     })?;
     line.end();
@@ -116,20 +117,15 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         Some(path) => factory_scores(path, &request, &calibration)?,
         None => None,
     };
-    let uncertain = match args.uncertainty {
-        true => Some(uncertainty(
-            &request,
-            &calibration,
-            true,
-            &sensor.identity,
-            &Progress::default(),
-        )?),
-        false => None,
-    };
+    let progress = Progress::default();
+    let expected = expected_error(&request, &calibration, true, &progress)?;
+    calibration.quality.expected_error = expected.as_ref().ok().cloned();
+    let calibration = Arc::new(calibration);
+    let limits = check_limits(&request, &calibration, &limits, &progress)?;
     warn_of(&calibration, &args.export);
     let mut files = Together::default();
     if !args.export.is_empty() {
-        let told = with_sources(&calibration, &request.recordings).of_sensor(&sensor.identity);
+        let told = handed_over(&request, &calibration, &progress)?.of_sensor(&sensor.identity);
         for path in &args.export {
             add_calibration(&mut files, &told, path)?;
         }
@@ -144,7 +140,9 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     if args.json {
         let report = FitReport {
             factory,
-            uncertainty: uncertain,
+            expected_error: expected.as_ref().ok(),
+            no_expected_error: expected.as_ref().err(),
+            limits: &limits,
             cautions: cautions.iter().map(ToString::to_string).collect(),
             ..FitReport::new(&calibration, n_recordings)
         };
@@ -152,8 +150,12 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         writeln!(out)?;
     } else {
         print_fit(&calibration, factory.as_ref(), n_recordings, &mut out)?;
-        if let Some(found) = &uncertain {
-            print_uncertainty(found, &mut out)?;
+        match &expected {
+            Ok(found) => write!(out, "\n{}", expected_error_table(found).text())?,
+            Err(reason) => writeln!(out, "\nNo expected error: {reason}")?,
+        }
+        if !limits.is_empty() {
+            write!(out, "\n{}", limits_table(&limits).text())?;
         }
         let mut others = cautions
             .iter()
@@ -166,7 +168,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             writeln!(out, "* {caution}")?;
         }
     }
-    Ok(())
+    keep_limits(&limits)
 }
 
 /// Whether what is written is C.
@@ -309,8 +311,12 @@ struct FitReport<'a> {
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
+    /// Or why there is none.
+    expected_error: Option<&'a ExpectedError>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    uncertainty: Option<Uncertainty>,
+    no_expected_error: Option<&'a String>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    limits: &'a [Checked],
     /// What is to be known beside the scores.
     cautions: Vec<String>,
 }
@@ -344,20 +350,12 @@ impl<'a> FitReport<'a> {
             cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
             factory: None,
-            uncertainty: None,
+            expected_error: None,
+            no_expected_error: None,
+            limits: &[],
             cautions: Vec::new(),
         }
     }
-}
-
-fn print_uncertainty(found: &Uncertainty, out: &mut impl Write) -> io::Result<()> {
-    for table in uncertainty_tables(found) {
-        write!(out, "\n{}", table.text())?;
-    }
-    for note in &found.notes {
-        writeln!(out, "Note: {note}")?;
-    }
-    Ok(())
 }
 
 fn print_fit(

@@ -1,4 +1,4 @@
-//! `metrology`: the figures that a calibration certificate asks for, conventional beside compensated.
+//! `metrology`: hysteresis, nonlinearity, repeatability and more, conventional beside compensated.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};

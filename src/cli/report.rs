@@ -5,12 +5,11 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::{ModelArgs, RecordingArgs, SensorArgs};
+use super::choices::{LimitsArgs, ModelArgs, RecordingArgs, SensorArgs};
 use super::metrology::MeasuringArgs;
-use super::{JobError, named_file, print_path};
-use crate::analysis::{Request, Told, read_factory, report_of};
-use crate::evaluation::limits::Limits;
-use crate::export::{Together, check_targets, dcc_of, html_of, with_sources};
+use super::{JobError, keep_limits, named_file, print_path};
+use crate::analysis::{Request, handed_over, read_factory, report};
+use crate::export::{check_targets, write_report};
 use crate::progress::Progress;
 use crate::recording::simulated;
 
@@ -31,16 +30,8 @@ pub struct ReportArgs {
     factory: Option<PathBuf>,
     #[command(flatten)]
     measuring: MeasuringArgs,
-    /// Write a certificate: on the first page what a laboratory hands over, then what that rests on; without thresholds where
-    /// there is no look-back.
-    #[arg(long)]
-    certificate: bool,
-    /// Also write the certificate for machines: a Digital Calibration Certificate (XML of PTB, schema 3.1.2).
-    #[arg(long, value_name = "FILE.xml", requires = "certificate", value_parser = named_file())]
-    dcc: Option<PathBuf>,
-    /// What the calibration must keep to pass: a TOML file like `U = 1.0` (percent of full scale), `condition = 1e4`.
-    #[arg(long, value_name = "LIMITS.toml", requires = "certificate", value_parser = named_file())]
-    limits: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitsArgs,
     /// What the report says under "Notes"; \n begins a new paragraph.
     #[arg(long, value_name = "TEXT", default_value = "")]
     notes: String,
@@ -50,22 +41,11 @@ pub struct ReportArgs {
 }
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
-    let outputs: Vec<PathBuf> = std::iter::once(&args.out)
-        .chain(&args.dcc)
-        .cloned()
-        .collect();
-    let inputs = args
-        .recordings
-        .inputs()
-        .chain(&args.factory)
-        .chain(&args.limits);
-    check_targets(inputs.chain(args.sensor.input()), &outputs, args.force)?;
+    let inputs = args.recordings.inputs().chain(&args.factory);
+    let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
+    check_targets(inputs, std::slice::from_ref(&args.out), args.force)?;
     let sensor = args.sensor.read()?;
-    let limits = args.limits.as_deref().map(Limits::read).transpose()?;
-    let told = match args.certificate {
-        true => Told::Certificate,
-        false => Told::Notebook,
-    };
+    let limits = args.limits.read()?;
     let mut heard = Vec::new();
     let rated = args.model.rated().and(&sensor);
     let mut recordings = args
@@ -91,27 +71,12 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
         measuring: args.measuring.settings(),
         ..Request::fit(Arc::new(recordings), settings)
     };
-    let set = Arc::clone(&request.recordings);
-    let mut data = report_of(
-        &request,
-        &sensor.identity,
-        &limits.unwrap_or_default(),
-        told,
-        &Progress::default(),
-    )?;
-    data.calibration = Arc::new(with_sources(&data.calibration, &set));
+    let progress = Progress::default();
+    let mut data = report(&request, &sensor.identity, &limits, &progress)?;
+    data.calibration = Arc::new(handed_over(&request, &data.calibration, &progress)?);
     data.notes = args.notes.replace("\\n", "\n");
     data.warnings.extend(heard);
-    let mut files = Together::default();
-    let html = html_of(&data);
-    files.write(&args.out, |out| out.write_all(html.as_bytes()))?;
-    if let Some(path) = &args.dcc {
-        let xml = dcc_of(&data)?;
-        files.write(path, |out| out.write_all(xml.as_bytes()))?;
-    }
-    files.finish()?;
-    for path in &outputs {
-        print_path(path)?;
-    }
-    Ok(())
+    write_report(&args.out, &data)?;
+    print_path(&args.out)?;
+    keep_limits(&data.limits)
 }

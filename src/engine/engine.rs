@@ -11,7 +11,7 @@ use std::time::Duration;
 use crate::analysis::loops::LookRequest;
 use crate::analysis::loops::Question;
 use crate::analysis::{
-    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, Told, View,
+    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
 };
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
@@ -20,24 +20,23 @@ use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
-    Analyse, AskUncertainty, CheckData, ChooseBlock, Compare, CompareDays, FaultyRecording,
-    FindBest, FindFaults, LookAt, StudyThresholds, Train, Trained,
+    Analyse, AskExpectedError, CheckData, ChooseBlock, Compare, FaultyRecording, FindBest,
+    FindFaults, LookAt, StudyThresholds, Train, Trained,
 };
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
-use crate::engine::results::{KeptTraining, Results, ResultsId};
 use crate::engine::saving::{About, Doubt, Existing, FileContent, TracesToWrite};
-use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts};
+use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
-    Project, Row, Split,
+    Project, Split,
 };
-use crate::evaluation::numbers::{file_size, significant};
+use crate::evaluation::numbers::significant;
 use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
-use crate::recording::{Identity, Item, Recording, RecordingSet, Role, Tare};
+use crate::recording::{Recording, RecordingSet, Role, Tare};
 
 /// Files with the maps that they are read by.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
@@ -102,8 +101,6 @@ pub enum Action {
     Train,
     /// Stop training; a network keeps the best it had.
     StopTraining,
-    /// Train again what was learned, to compare days by it, or stop doing so.
-    TrainDays(bool),
     /// Choose a block's numbers by cross-validation; whose errors count, if that was chosen.
     ChooseBlock(HistoryBlock, Option<Measure>),
     /// Try sensible models and propose one; begin none after this time.
@@ -132,8 +129,6 @@ pub enum Action {
     ShowLeft(bool),
     /// This is one of the session's files that are not where they were, or the folder that they are in now.
     Locate(PathBuf),
-    /// Whether sessions are to be saved with what took long to find.
-    KeepTrained(bool),
     /// Go on without this one of them.
     Forget(usize),
     /// Close the window.
@@ -175,12 +170,10 @@ pub struct Engine {
     pub gesture: Option<u64>,
     /// The session's file, if it has one.
     pub session: Option<PathBuf>,
-    /// Whether it is saved with what took long to find.
-    pub keeps_trained: bool,
-    /// What was kept when it was saved last.
-    saved_results: ResultsId,
-    /// What the session that was opened kept, until its recordings are all there to prove it by.
-    unproven: Option<Arc<serde_json::Value>>,
+    /// The trained calibration that was saved last beside the session.
+    saved_trained: Option<Arc<Calibration>>,
+    /// The trained calibration beside the session that was opened, until all its recordings are there.
+    unproven: Option<Arc<Calibration>>,
     /// Where the panes stood in a session that was just opened.
     pub layout: Option<serde_json::Value>,
     /// What the thresholds begin with, of these recordings measured this way.
@@ -218,10 +211,8 @@ pub struct Engine {
     pub study: Lane<StudyThresholds>,
     /// What the pane of the data check shows.
     pub check: Lane<CheckData>,
-    /// How far readings may be off.
-    pub uncertainty: Lane<AskUncertainty>,
-    /// What the pane of drift shows.
-    pub drift: Lane<CompareDays>,
+    /// Expected error of the calibration that is shown.
+    pub expected_error: Lane<AskExpectedError>,
     /// The choice of a block's numbers.
     pub choice: Lane<ChooseBlock>,
     analysis: Lane<Analyse>,
@@ -248,8 +239,7 @@ impl Engine {
             saved: None,
             gesture: None,
             session: None,
-            keeps_trained: false,
-            saved_results: ResultsId::default(),
+            saved_trained: None,
             unproven: None,
             layout: None,
             default_thresholds: None,
@@ -270,8 +260,7 @@ impl Engine {
             figures: Lane::new(&notify),
             study: Lane::new(&notify),
             check: Lane::new(&notify),
-            uncertainty: Lane::new(&notify),
-            drift: Lane::new(&notify),
+            expected_error: Lane::new(&notify),
             choice: Lane::new(&notify),
             analysis: Lane::new(&notify),
             training: Lane::new(&notify),
@@ -428,15 +417,14 @@ impl Engine {
     }
 
     /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 12] {
+    fn lanes(&self) -> [&dyn Background; 11] {
         [
             &self.faults,
             &self.loops,
             &self.figures,
             &self.study,
             &self.check,
-            &self.uncertainty,
-            &self.drift,
+            &self.expected_error,
             &self.choice,
             &self.analysis,
             &self.training,
@@ -458,20 +446,16 @@ impl Engine {
             Some(saved) => !saved.is_same(&self.project),
             None => !recordings.entries().is_empty() && !recordings.is_simulated(),
         };
-        is_changed || (self.keeps_trained && self.results_id() != self.saved_results)
+        let trained = self.trained_to_save().map(Arc::as_ptr);
+        is_changed || trained.is_some() && trained != self.saved_trained.as_ref().map(Arc::as_ptr)
     }
 
-    /// What took long to find and is of the recordings of now.
-    pub fn results(&self) -> Results {
-        let rows = self.models.kept(&self.project);
-        let training = self
-            .last_training()
-            .map(|(settings, trained, own)| KeptTraining {
-                settings: settings.clone(),
-                epochs: trained.epochs.clone(),
-                calibration: Arc::clone(own),
-            });
-        Results::new(training, rows, self.models.said.clone())
+    /// Returns the trained calibration that is saved beside the session: that of the settings, where they ask for a training.
+    fn trained_to_save(&self) -> Option<&Arc<Calibration>> {
+        let learns = self.project.settings.regressor.learner().is_some();
+        self.unproven
+            .as_ref()
+            .or_else(|| self.fitting().filter(|_| learns))
     }
 
     /// The last training, if it is of the recordings of now.
@@ -480,16 +464,6 @@ impl Engine {
         let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
         let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
         Some((&of.settings, trained, calibration))
-    }
-
-    fn results_id(&self) -> ResultsId {
-        let fresh = self.models.rows.iter();
-        let fresh = fresh.filter(|row| row.model().is_some() && !row.is_stale(&self.project));
-        let training = self
-            .last_training()
-            .map(|(_, _, own)| Arc::as_ptr(own) as usize);
-        let row = |row: &Row| (row.id, row.name.clone(), row.is_pinned);
-        (training, fresh.map(row).collect())
     }
 
     /// The window's title: the session's name, and a star while it is not saved.
@@ -504,15 +478,9 @@ impl Engine {
 
     /// The session as a file's content; `layout` says where the panes stand.
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
-        let mut session = Session::of(&self.project, layout);
-        let mut results = None;
-        if self.keeps_trained {
-            match &self.unproven {
-                Some(kept) => session.trained = Some(serde_json::Value::clone(kept)),
-                None => results = Some(Box::new(self.results())),
-            }
-        }
-        FileContent::Session(Box::new(session), Box::new(self.project.clone()), results)
+        let session = Box::new(Session::of(&self.project, layout));
+        let trained = self.trained_to_save().cloned();
+        FileContent::Session(session, Box::new(self.project.clone()), trained)
     }
 
     /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
@@ -520,9 +488,7 @@ impl Engine {
         let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
         let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
-        let fitted_to = applied
-            .is_none()
-            .then(|| Arc::clone(&self.project.recordings));
+        let fitted_to = applied.is_none().then(|| Box::new(self.request()));
         let identity = &self.project.identity;
         let calibration = match *identity == calibration.identity {
             true => Arc::clone(calibration),
@@ -533,19 +499,9 @@ impl Engine {
 
     /// A report as a file's content.
     pub fn report_content(&self) -> FileContent {
-        self.told(Told::Notebook)
-    }
-
-    /// A certificate as a file's content.
-    pub fn certificate_content(&self) -> FileContent {
-        self.told(Told::Certificate)
-    }
-
-    fn told(&self, told: Told) -> FileContent {
         let about = About {
             notes: self.project.notes.clone(),
             identity: self.project.identity.clone(),
-            told,
         };
         FileContent::Report(Box::new(self.request()), Box::new(about))
     }
@@ -687,65 +643,19 @@ impl Engine {
         self.check.ask(CheckData { request, hanging });
     }
 
-    /// Asks how far readings of the calibration that is shown may be off.
-    pub fn ask_uncertainty(&mut self) {
-        let Some((_, analysis)) = self.exact() else {
-            self.uncertainty.forget();
+    /// Asks for the expected error of the calibration that is shown, once no slider moves.
+    pub fn ask_expected_error(&mut self) {
+        let Some((_, analysis)) = self.exact().filter(|_| self.gesture.is_none()) else {
             return;
         };
         let (calibration, fitted) = (Arc::clone(&analysis.calibration), analysis.fitted);
-        let request = self.request();
-        let is_other = |of: &AskUncertainty| of.calibration.axes != calibration.axes;
-        if self.uncertainty.asked().is_some_and(is_other) {
-            self.uncertainty.forget();
-        }
-        let mut reference = Identity::default();
-        let item = Item::ReferenceUncertainty;
-        reference.set(item, self.project.identity.get(item));
-        self.uncertainty.ask(AskUncertainty {
-            request,
-            calibration,
-            fitted,
-            reference,
-        });
-    }
-
-    /// Asks what changed between the sessions of the document.
-    pub fn ask_drift(&mut self) {
-        let project = &self.project;
-        let recordings = Arc::clone(&project.recordings);
-        if recordings.entries().is_empty() {
-            self.drift.forget();
-            return;
-        }
-        let is_other = |of: &CompareDays| of.recordings.layout() != recordings.layout();
-        if self.drift.asked().is_some_and(is_other) {
-            self.drift.forget();
-        }
-        let calibration = project
-            .applied
-            .as_ref()
-            .map(|own| Arc::clone(&own.calibration));
-        let mut question = CompareDays {
-            recordings,
-            calibration,
-            settings: project.settings.clone(),
-            trains: false,
-        };
-        // What somebody asked to train stays so until something changes.
-        let asked = self.drift.asked();
-        question.trains = asked.is_some_and(|asked| asked.trains && asked.is_of_same(&question));
-        self.drift.ask(question);
-    }
-
-    /// Trains again what was learned, or stops doing so.
-    fn train_drift(&mut self, trains: bool) {
-        let asked = self.drift.asked().cloned();
-        if let Some(question) = asked.filter(|asked| asked.trains != trains) {
-            if !trains {
-                self.drift.cancel();
-            }
-            self.drift.ask_again(CompareDays { trains, ..question });
+        if self.is_current() {
+            let request = self.request();
+            self.expected_error.ask(AskExpectedError {
+                request,
+                calibration,
+                fitted,
+            });
         }
     }
 
@@ -872,7 +782,6 @@ impl Engine {
                 }
             }
             Action::StopTraining => self.training.cancel(),
-            Action::TrainDays(trains) => self.train_drift(trains),
             Action::ChooseBlock(block, measure) => {
                 if self.choice.is_idle() {
                     self.choice.ask_again(ChooseBlock {
@@ -936,7 +845,6 @@ impl Engine {
                     self.prove();
                 }
             }
-            Action::KeepTrained(yes) => self.keeps_trained = yes,
             Action::Close => self.leave_for(Leaving::Close),
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
@@ -967,8 +875,7 @@ impl Engine {
         self.figures.take();
         self.study.take();
         self.check.take();
-        self.uncertainty.take();
-        self.drift.take();
+        self.expected_error.take();
         for heard in self.training.take() {
             if heard == LaneEvent::Problem {
                 let problem = self.training.problem().unwrap_or_default();
@@ -1070,17 +977,19 @@ impl Engine {
                 }
                 self.prove();
             }
-            Done::Written(FileContent::Session(_, project, results), path, Ok(())) => {
+            Done::Written(FileContent::Session(_, project, trained), path, Ok(())) => {
                 self.preferences.remember(&path);
-                let mut said = format!("Saved the session {}", path.display());
-                if results.is_some_and(|results| !results.is_empty()) {
-                    let bytes = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
-                    said.push_str(&format!(" with its trained results, {}", file_size(bytes)));
-                }
-                self.tell(Level::Info, said);
+                let beside = trained.as_ref().map(|_| trained_beside(&path));
+                let beside = beside.map_or_else(String::new, |own| {
+                    format!(", with the trained calibration {}", own.display())
+                });
+                self.tell(
+                    Level::Info,
+                    format!("Saved the session {}{beside}", path.display()),
+                );
                 self.session = Some(path);
                 self.saved = Some(*project);
-                self.saved_results = self.results_id();
+                self.saved_trained = trained;
                 if !self.is_unsaved() {
                     self.leave();
                 }
@@ -1112,14 +1021,14 @@ impl Engine {
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
             Done::Located(place, found) => self.take_located(&place, found),
-            Done::Proven(kept, recordings, proven) => {
+            Done::Proven(trained, recordings, proven) => {
                 // Another session may have been opened meanwhile, or the same thing been asked twice.
-                let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &kept);
+                let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &trained);
                 if self.unproven.take_if(is_own).is_none() {
                     return;
                 }
                 match proven {
-                    Ok(results) => self.take_results(*results, &recordings),
+                    Ok(()) => self.take_trained(trained, recordings),
                     Err(reason) => self.tell(Level::Warning, reason),
                 }
             }
@@ -1233,41 +1142,41 @@ impl Engine {
         self.prove();
     }
 
-    /// Proves what the session kept, once its recordings are there.
+    /// Checks that the session's trained calibration is of its recordings, once these are there.
     fn prove(&mut self) {
         let recordings = &self.project.recordings;
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
-        if let Some(kept) = self.unproven.as_ref().filter(|_| is_whole) {
-            let task = Task::Prove(Arc::clone(recordings), Arc::clone(kept));
+        if let Some(trained) = self.unproven.as_ref().filter(|_| is_whole) {
+            let task = Task::Prove(Arc::clone(recordings), Arc::clone(trained));
             self.start(task);
         }
     }
 
-    /// Takes what a session kept of these recordings.
-    fn take_results(&mut self, results: Results, recordings: &Arc<RecordingSet>) {
-        if let Some(training) = results.training {
-            let request = Request {
-                datasets: self.datasets.clone(),
-                ..Request::fit(Arc::clone(recordings), training.settings)
-            };
-            let trained = Trained {
-                epochs: training.epochs,
-                step: None,
-                calibration: Some(training.calibration),
-            };
-            self.training.put(Train(request), trained);
-        }
-        self.models
-            .take_kept(results.rows, results.said, recordings);
-        self.saved_results = self.results_id();
+    /// Takes the session's trained calibration as if it had just been trained.
+    fn take_trained(&mut self, calibration: Arc<Calibration>, recordings: Arc<RecordingSet>) {
+        let request = Request {
+            datasets: self.datasets.clone(),
+            ..Request::fit(recordings, self.project.settings.clone())
+        };
+        let trained = Trained {
+            calibration: Some(calibration),
+            ..Trained::default()
+        };
+        self.training.put(Train(request), trained);
     }
 
     /// Puts a session in place of everything that is loaded; one without a path was recovered.
     fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
         self.layout.clone_from(&opened.session.layout);
-        self.unproven = opened.session.trained.take().map(Arc::new);
-        self.keeps_trained = self.unproven.is_some();
-        self.saved_results = ResultsId::default();
+        self.unproven = match opened.trained.take() {
+            Some(Ok(trained)) => Some(trained),
+            Some(Err(error)) => {
+                self.tell(Level::Warning, error);
+                None
+            }
+            None => None,
+        };
+        self.saved_trained.clone_from(&self.unproven);
         let is_built_in = opened.session.built_in;
         let (project, notices) = opened.into_project();
         notices.into_iter().for_each(|notice| self.say(notice));
@@ -1332,12 +1241,8 @@ impl Engine {
         }
         let mut recovery = std::mem::take(&mut self.recovery);
         let unsaved = || Unsaved {
-            session: Session {
-                trained: self.unproven.as_deref().cloned(),
-                ..Session::of(&self.project, Some(layout()))
-            },
-            results: self.results(),
-            id: self.results_id(),
+            session: Session::of(&self.project, Some(layout())),
+            trained: self.trained_to_save().cloned(),
             of: Arc::clone(&self.project.recordings),
         };
         let unsaved: Option<&dyn Fn() -> Unsaved> = match self.is_unsaved() {

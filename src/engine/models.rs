@@ -5,14 +5,11 @@
 
 use std::sync::{Arc, Weak};
 
-use serde::{Deserialize, Serialize};
-
 use crate::analysis::{
     Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,
 };
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::Project;
-use crate::engine::model_in_file::ModelInFile;
 use crate::engine::questions::{Compare, RowState};
 use crate::evaluation::threshold_study::ScoreSet;
 use crate::recording::RecordingSet;
@@ -46,7 +43,7 @@ pub enum State {
 }
 
 /// Who tried it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
     /// A search, and its so many-th candidate.
     Search(u64, usize),
@@ -54,20 +51,6 @@ enum Origin {
     Paper(u64, usize),
     /// Somebody kept it.
     Kept,
-}
-
-/// A row with what came of it, as a session keeps it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct KeptRow {
-    name: String,
-    is_pinned: bool,
-    settings: FitSettings,
-    mark: Mark,
-    data: String,
-    origin: Origin,
-    /// What came of it.
-    #[serde(with = "ModelInFile")]
-    pub model: Model,
 }
 
 /// A row of the list.
@@ -274,54 +257,6 @@ impl Models {
             origin: Origin::Kept,
             recordings: Arc::downgrade(recordings),
         });
-    }
-
-    /// What has come of the recordings of now.
-    pub(super) fn kept(&self, project: &Project) -> Vec<KeptRow> {
-        let fresh = self.rows.iter().filter(|row| !row.is_stale(project));
-        let kept = fresh.filter_map(|row| {
-            Some(KeptRow {
-                name: row.name.clone(),
-                is_pinned: row.is_pinned,
-                settings: row.settings.clone(),
-                mark: row.mark,
-                data: row.data.clone(),
-                origin: row.origin,
-                model: row.model()?.clone(),
-            })
-        });
-        kept.collect()
-    }
-
-    /// Takes what a session kept of these recordings.
-    pub(super) fn take_kept(
-        &mut self,
-        rows: Vec<KeptRow>,
-        said: Vec<String>,
-        recordings: &Arc<RecordingSet>,
-    ) {
-        for row in rows {
-            self.push(Row {
-                id: 0,
-                name: row.name,
-                is_pinned: row.is_pinned,
-                state: State::Ready(Box::new(Model {
-                    settings: row.settings.clone(),
-                    ..row.model
-                })),
-                settings: row.settings,
-                mark: row.mark,
-                data: row.data,
-                // No run of this window has this number.
-                origin: match row.origin {
-                    Origin::Search(_, at) => Origin::Search(0, at),
-                    Origin::Paper(_, at) => Origin::Paper(0, at),
-                    Origin::Kept => Origin::Kept,
-                },
-                recordings: Arc::downgrade(recordings),
-            });
-        }
-        self.said = said;
     }
 
     /// What was trained for just these recordings and settings.

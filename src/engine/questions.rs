@@ -6,19 +6,17 @@ use std::time::Duration;
 use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
 use crate::analysis::{
     Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
-    Drifted, HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep,
-    compare, drift, find_best, sufficiency, train, uncertainty,
+    HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare,
+    expected_error, find_best, sufficiency, train,
 };
-use crate::calibration::{Calibration, EpochReport, FitSettings};
+use crate::calibration::{Calibration, EpochReport, ExpectedError, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::evaluation::faults::Faults;
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::sufficiency::Sufficiency;
 use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
-use crate::evaluation::uncertainty::Uncertainty;
 use crate::features::Thresholds;
-use crate::progress::Progress;
-use crate::recording::{Entry, Identity, Recording, RecordingSet, ValidRange};
+use crate::recording::{Entry, Recording, RecordingSet, ValidRange};
 
 /// The map has so many F_th, and so many t_th.
 const MAP_SIDE: usize = 40;
@@ -168,32 +166,28 @@ impl Query for CheckData {
     }
 }
 
-/// How far readings may be off.
+/// The expected error of the calibration that is shown.
 #[derive(Clone, Debug)]
-pub struct AskUncertainty {
-    /// What was asked when the calibration came of it.
+pub struct AskExpectedError {
+    /// The request that the calibration answers.
     pub request: Request,
     /// The calibration.
     pub calibration: Arc<Calibration>,
     /// Whether it was fitted to these recordings.
     pub fitted: bool,
-    /// How certain the reference is.
-    pub reference: Identity,
 }
 
-impl Query for AskUncertainty {
-    type Answer = Uncertainty;
+impl Query for AskExpectedError {
+    type Answer = Result<ExpectedError, String>;
     type Cache = ();
 
     fn title(&self) -> String {
-        "Uncertainty of a reading".to_owned()
+        "Expected error".to_owned()
     }
 
     fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.request.recordings, &other.request.recordings)
             && Arc::ptr_eq(&self.calibration, &other.calibration)
-            && self.request.measuring == other.request.measuring
-            && self.reference == other.reference
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -201,72 +195,13 @@ impl Query for AskUncertainty {
             request,
             calibration,
             fitted,
-            reference,
         } = self;
-        Ok(uncertainty(
+        Ok(expected_error(
             request,
             calibration,
             *fitted,
-            reference,
             work.progress,
         )?)
-    }
-}
-
-/// What changed between the sessions of the recordings.
-#[derive(Clone, Debug)]
-pub struct CompareDays {
-    /// The recordings.
-    pub recordings: Arc<RecordingSet>,
-    /// The calibration that there is; without it, that which the first session gives.
-    pub calibration: Option<Arc<Calibration>>,
-    /// What is fitted.
-    pub settings: FitSettings,
-    /// Whether networks and kernels are trained.
-    pub trains: bool,
-}
-
-impl CompareDays {
-    /// Whether the other is of the same recordings and settings.
-    pub fn is_of_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings)
-            && is_same_one(self.calibration.as_ref(), other.calibration.as_ref())
-            && self.settings == other.settings
-    }
-
-    fn answer(&self, trains: bool, progress: &Progress) -> Result<Drifted, AnalysisError> {
-        let calibration = self.calibration.as_deref();
-        let (settings, on_step) = (&self.settings, &mut |_| {});
-        let training = trains.then_some(on_step as &mut dyn FnMut(TrainingStep));
-        let mut drifted = drift(&self.recordings, calibration, settings, training, progress)?;
-        // Whoever gives files to the command line says that they are sessions; recordings that are open need not be.
-        if !drifted.found.is_between_sessions() {
-            drifted.found = drifted.found.of_unknown_days(calibration.is_some());
-            if calibration.is_none() {
-                drifted.calibrations.clear();
-            }
-        }
-        Ok(drifted)
-    }
-}
-
-impl Query for CompareDays {
-    type Answer = Drifted;
-    type Cache = ();
-
-    fn title(&self) -> String {
-        "Comparing days".to_owned()
-    }
-
-    fn is_same(&self, other: &Self) -> bool {
-        self.trains == other.trains && self.is_of_same(other)
-    }
-
-    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        if self.trains {
-            (work.show)(self.answer(false, work.progress)?);
-        }
-        Ok(self.answer(self.trains, work.progress)?)
     }
 }
 

@@ -10,11 +10,9 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::SystemTime;
 
-use serde_json::Value;
-
-use crate::engine::results::{Results, ResultsId};
-use crate::engine::session::Session;
-use crate::export::{clean_up_in, write_atomically};
+use crate::calibration::Calibration;
+use crate::engine::session::{Session, trained_beside, write_session};
+use crate::export::clean_up_in;
 use crate::recording::RecordingSet;
 
 /// How often what is not saved is written down (s).
@@ -38,12 +36,12 @@ pub struct LeftSession {
 }
 
 /// The file of this window.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Recovery {
     folder: Option<PathBuf>,
     own: Option<Own>,
     /// What was written down last.
-    written: Option<Written>,
+    written: Option<Unsaved>,
     /// What is being written down.
     writing: Option<Writing>,
     /// What this window took over of others; it goes once it is safe here.
@@ -52,7 +50,6 @@ pub struct Recovery {
     due_secs: f64,
 }
 
-#[derive(Debug)]
 struct Own {
     session: PathBuf,
     lock: PathBuf,
@@ -61,34 +58,33 @@ struct Own {
 }
 
 /// What is not saved.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Unsaved {
-    /// The session, with what it kept where that is not proven yet.
+    /// The session.
     pub session: Session,
-    /// What took long to find, whether or not it is to be saved: a crash asks nobody.
-    pub results: Results,
-    /// What tells them from others.
-    pub id: ResultsId,
-    /// The recordings that they are of.
+    /// The trained calibration that is written beside it.
+    pub trained: Option<Arc<Calibration>>,
+    /// The recordings that it was trained on.
     pub of: Arc<RecordingSet>,
 }
 
-#[derive(Debug)]
-struct Written {
-    session: Session,
-    id: ResultsId,
-    /// The results as the file has them: to make them, all samples are gone through.
-    results: Option<Arc<Value>>,
+impl Unsaved {
+    fn is_same(&self, other: &Self) -> bool {
+        let trained = |own: &Self| own.trained.as_ref().map(Arc::as_ptr);
+        self.session == other.session && trained(self) == trained(other)
+    }
+
+    fn write(&self, path: &Path) -> bool {
+        write_session(&self.session, self.trained.as_deref(), &self.of, path).is_ok()
+    }
 }
 
-#[derive(Debug)]
 struct Writing {
-    session: Session,
-    id: ResultsId,
-    /// What the session was restored from.
+    unsaved: Unsaved,
+    /// Autosaved sessions of other windows that this one restored.
     restored: Vec<PathBuf>,
-    /// Results that were written; none where nothing could be.
-    thread: JoinHandle<Option<Option<Arc<Value>>>>,
+    /// Whether it could be written.
+    thread: JoinHandle<bool>,
 }
 
 impl Recovery {
@@ -122,8 +118,8 @@ impl Recovery {
         let Some(unsaved) = unsaved else {
             drop_all(std::mem::take(&mut self.restored));
             if let (Some(_), Some(own)) = (self.written.take(), &self.own) {
-                // Whoever reads it would go back behind what is saved; a file that stays does no other harm.
-                let _ = fs::remove_file(&own.session);
+                // Restored, it would go back behind what is saved.
+                remove_pair(&own.session);
             }
             return None;
         };
@@ -134,40 +130,20 @@ impl Recovery {
         self.due_secs = now_secs + EVERY_SECS;
         let unsaved = unsaved();
         let restored = std::mem::take(&mut self.restored);
-        let before = self.written.as_ref().filter(|own| own.id == unsaved.id);
-        if before.is_some_and(|own| own.session == unsaved.session) {
+        if self
+            .written
+            .as_ref()
+            .is_some_and(|own| own.is_same(&unsaved))
+        {
             drop_all(restored);
             return Some(EVERY_SECS);
         }
-        let (path, kept) = (
-            own.session.clone(),
-            before.and_then(|own| own.results.clone()),
-        );
-        let Unsaved {
-            session,
-            results,
-            id,
-            of,
-        } = unsaved;
+        let (path, own) = (own.session.clone(), unsaved.clone());
         self.writing = Some(Writing {
-            session: session.clone(),
-            id,
+            unsaved,
             restored,
-            // Nobody waits for it; a folder that cannot be written was not asked for by anyone.
-            thread: std::thread::spawn(move || {
-                let mut session = session;
-                let make = || results.in_file(&of).map(Arc::new);
-                let kept = match results.is_empty() {
-                    true => None,
-                    false => kept.or_else(make),
-                };
-                if let Some(kept) = &kept {
-                    session.trained = Some(Value::clone(kept));
-                }
-                let text = session.to_json(Path::new(""));
-                let written = write_atomically(&path, |out| out.write_all(&text));
-                written.is_ok().then_some(kept)
-            }),
+            // A folder that cannot be written is no error of the user's.
+            thread: std::thread::spawn(move || own.write(&path)),
         });
         Some(SOON_SECS)
     }
@@ -187,12 +163,8 @@ impl Recovery {
         let Some(writing) = self.writing.take() else {
             return;
         };
-        if let Some(results) = writing.thread.join().unwrap_or(None) {
-            self.written = Some(Written {
-                session: writing.session,
-                id: writing.id,
-                results,
-            });
+        if writing.thread.join().unwrap_or(false) {
+            self.written = Some(writing.unsaved);
             drop_all(writing.restored);
         } else {
             self.restored.extend(writing.restored);
@@ -212,7 +184,7 @@ impl Recovery {
         // It would come after its file is taken away.
         self.take_written();
         if let Some(own) = self.own.take() {
-            let _ = fs::remove_file(&own.session);
+            remove_pair(&own.session);
             let _ = fs::remove_file(&own.lock);
         }
     }
@@ -268,7 +240,7 @@ fn left_in(folder: &Path) -> Vec<LeftSession> {
                     let _ = fs::remove_file(&path);
                 }
             }
-            Some("json") => {
+            Some("json") if !name.ends_with(".trained.json") => {
                 let lock = path.with_extension("lock");
                 let is_free = !lock.exists() || free(&lock).is_some();
                 let metadata = fs::metadata(&path).ok().filter(|_| is_free);
@@ -290,8 +262,14 @@ fn left_in(folder: &Path) -> Vec<LeftSession> {
 
 /// Takes away what another window left.
 pub fn drop_left(session: &Path) {
-    let _ = fs::remove_file(session);
+    remove_pair(session);
     let _ = fs::remove_file(session.with_extension("lock"));
+}
+
+/// Removes a session and the trained calibration beside it; a file that stays does no harm.
+fn remove_pair(session: &Path) {
+    let _ = fs::remove_file(trained_beside(session));
+    let _ = fs::remove_file(session);
 }
 
 fn drop_all(restored: Vec<PathBuf>) {

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::analysis::{Request, Told, TraceSet, intervals_on_screen, report_of};
+use crate::analysis::{AnalysisError, Request, TraceSet, handed_over, intervals_on_screen, report};
 use crate::calibration::{Calibration, Undetermined};
-use crate::engine::results::Results;
+use crate::engine::session::write_session;
 use crate::engine::{Project, Session};
 use crate::evaluation::limits::Limits;
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
     FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, caution,
-    map_format, with_sources, write_atomically, write_calibration, write_report, write_traces,
+    map_format, write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
 use crate::recording::{Identity, RecordingSet};
@@ -21,8 +21,8 @@ use crate::report::{Table, figure_records};
 /// What is to be written into a file; where there is a choice, the ending of its name says how.
 #[derive(Clone, Debug)]
 pub enum FileContent {
-    /// A calibration, with what it was fitted to.
-    Calibration(Arc<Calibration>, Option<Arc<RecordingSet>>),
+    /// A calibration, with the request that it answers where it was fitted.
+    Calibration(Arc<Calibration>, Option<Box<Request>>),
     /// A report on what is asked for, with the notes.
     Report(Box<Request>, Box<About>),
     /// Loads and errors over time.
@@ -33,8 +33,8 @@ pub enum FileContent {
     Metrology(Arc<Metrology>),
     /// The map of thresholds with its curves.
     Thresholds(Arc<ThresholdMap>, Measure),
-    /// A session, with the document that it holds, and what is kept with it of what took long to find.
-    Session(Box<Session>, Box<Project>, Option<Box<Results>>),
+    /// A session, with the document that it holds, and the trained calibration that is written beside it.
+    Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
     /// A finished file, such as a figure.
     Bytes(Arc<[u8]>),
 }
@@ -70,8 +70,6 @@ pub struct About {
     pub notes: String,
     /// Which sensor it is.
     pub identity: Identity,
-    /// How much it tells.
-    pub told: Told,
 }
 
 /// Why somebody is asked before a file is written.
@@ -88,10 +86,7 @@ impl FileContent {
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",
-            Self::Report(_, about) => match about.told {
-                Told::Certificate => "certificate.html",
-                _ => "report.html",
-            },
+            Self::Report(..) => "report.html",
             Self::Traces(_) => "traces.csv",
             Self::Models(_) => "models.csv",
             Self::Metrology(_) => "metrology.csv",
@@ -148,23 +143,22 @@ impl FileContent {
     pub fn write(&self, path: &Path, progress: &Progress) -> Result<(), String> {
         let mut files = Together::default();
         let written: Result<(), WriteError> = match self {
-            Self::Calibration(calibration, Some(recordings)) => {
-                write_calibration(&with_sources(calibration, recordings), path)
+            Self::Calibration(calibration, Some(request)) => {
+                let own = handed_over(request, calibration, progress);
+                write_calibration(&own.map_err(|error| error.to_string())?, path)
             }
             Self::Calibration(calibration, None) => write_calibration(calibration, path),
             Self::Report(request, about) => {
-                let About {
-                    notes,
-                    identity,
-                    told,
-                } = &**about;
-                let made = report_of(request, identity, &Limits::default(), *told, progress);
-                let made = made.map_err(|error| error.to_string())?;
+                let told = |error: AnalysisError| error.to_string();
+                let made =
+                    report(request, &about.identity, &Limits::default(), progress).map_err(told)?;
                 let calibration = match made.fitted {
-                    true => Arc::new(with_sources(&made.calibration, &request.recordings)),
+                    true => {
+                        Arc::new(handed_over(request, &made.calibration, progress).map_err(told)?)
+                    }
                     false => Arc::clone(&made.calibration),
                 };
-                let notes = notes.clone();
+                let notes = about.notes.clone();
                 write_report(
                     path,
                     &ReportData {
@@ -186,14 +180,9 @@ impl FileContent {
             Self::Metrology(table) => {
                 write_atomically(path, |out| figure_records(table).write_csv(out))
             }
-            Self::Session(session, project, results) => {
-                let folder = path.parent().unwrap_or(Path::new(""));
-                let mut session = session.with_hashes();
-                if let Some(results) = results {
-                    session.trained = results.in_file(&project.recordings);
-                }
-                let text = session.to_json(folder);
-                write_atomically(path, |out| out.write_all(&text))
+            Self::Session(session, project, trained) => {
+                let trained = trained.as_deref();
+                write_session(&session.with_hashes(), trained, &project.recordings, path)
             }
             Self::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),
         };

@@ -1,7 +1,6 @@
 //! A session: which files were open, what they are for, and how everything was set; recordings and results stay where they are.
 //!
-//! Guarantees: what is written reads back the same; parts that a file does not name are as in a new window, so that
-//! older sessions keep loading.
+//! Guarantees: what is written reads back the same; parts that a file does not name are as in a new window.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,21 +11,27 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::View;
-use crate::calibration::FitSettings;
+use crate::calibration::{Calibration, FitSettings, UsedRecording};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
 use crate::evaluation::faults::faults_of;
 use crate::evaluation::metrology::MetrologySettings;
-use crate::export::{read_calibration, sha256};
+use crate::export::{
+    Together, WriteError, add_calibration, read_calibration, sha256, with_sources,
+};
 use crate::import::{self, Loaded};
 use crate::progress::Progress;
-use crate::recording::{Axis, GaugeRange, Identity, Recording, Source, Tare, ValidRange};
+use crate::recording::{
+    Axis, GaugeRange, Identity, Recording, RecordingSet, Source, Tare, ValidRange,
+};
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
-/// A session is short, unless trained results are kept in it; whatever is longer is something else.
-const BYTES_LIMIT: u64 = 256 << 20;
+/// Ending of the trained calibration beside a session.
+const TRAINED: &str = "trained.json";
+/// Maximum length of a session's file.
+const BYTES_LIMIT: u64 = 64 << 20;
 
 /// What a session's file holds.
 ///
@@ -44,7 +49,7 @@ const BYTES_LIMIT: u64 = 256 << 20;
 /// | `on_screen` | the name of the recording on screen; absent: all of them |
 /// | `hidden_axes` | axes that are not shown |
 /// | `layout` | where the panes stand |
-/// | `trained` | what took long to find, where that was asked for |
+/// | `trained` | file of the trained calibration beside the session, where the settings ask for a training |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {
@@ -67,7 +72,7 @@ pub struct Session {
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub trained: Option<serde_json::Value>,
+    pub trained: Option<PathBuf>,
 }
 
 /// Why a file is no session.
@@ -115,15 +120,7 @@ impl Session {
                 Err(_) => file.absolute.clone(),
             };
         }
-        let trained = session.trained.take();
         let mut text = serde_json::to_vec_pretty(&session).unwrap_or_default();
-        if let Some(trained) = trained
-            && text.ends_with(b"\n}")
-        {
-            // Thousands of numbers, which nobody reads: on one line.
-            text.truncate(text.len() - b"\n}".len());
-            text.extend_from_slice(format!(",\n  \"trained\": {trained}\n}}").as_bytes());
-        }
         text.push(b'\n');
         text
     }
@@ -149,6 +146,8 @@ pub struct OpenedSession {
     pub parts: Vec<SessionPart>,
     /// The calibration that it applies.
     pub calibration: Option<Result<FromFile, String>>,
+    /// The trained calibration beside it.
+    pub trained: Option<Result<Arc<Calibration>, String>>,
 }
 
 impl Session {
@@ -267,6 +266,60 @@ fn found_again(path: &Path, folder: &Path) -> PathBuf {
     }
 }
 
+/// Returns the file of the trained calibration beside a session.
+pub fn trained_beside(session: &Path) -> PathBuf {
+    session.with_extension(TRAINED)
+}
+
+/// Writes a session, and the calibration that was trained on these recordings beside it; both or neither.
+///
+/// # Errors
+/// [`WriteError`] if one of them cannot be written.
+pub fn write_session(
+    session: &Session,
+    trained: Option<&Calibration>,
+    recordings: &RecordingSet,
+    path: &Path,
+) -> Result<(), WriteError> {
+    let mut files = Together::default();
+    let beside = trained_beside(path);
+    let mut session = session.clone();
+    session.trained = trained.and_then(|_| Some(beside.file_name()?.into()));
+    if let Some(trained) = trained {
+        // One that came with a session keeps its sources, some of which may be missing now.
+        let own = match trained.sources.is_empty() {
+            true => &with_sources(trained, recordings),
+            false => trained,
+        };
+        add_calibration(&mut files, own, &beside)?;
+    }
+    let text = session.to_json(path.parent().unwrap_or(Path::new("")));
+    files.write(path, |out| out.write_all(&text))?;
+    files.finish()
+}
+
+/// Checks that a calibration was trained on these recordings in these roles, by names and by what their files hold.
+///
+/// # Errors
+/// A sentence that says what is different.
+pub fn prove_trained(trained: &Calibration, recordings: &RecordingSet) -> Result<(), String> {
+    let layout = recordings.layout();
+    if trained.gauges != layout.gauge_names || trained.axes != layout.axes {
+        return Err("The trained calibration beside the session is not used: it is of other gauges or axes. Train again".to_owned());
+    }
+    let now = with_sources(trained, recordings).sources;
+    let then = &trained.sources;
+    let is_known = |own: &&UsedRecording| !then.contains(own);
+    let gone = then.iter().find(|own| !now.contains(own));
+    match now.iter().find(is_known).or(gone) {
+        None => Ok(()),
+        Some(other) => Err(format!(
+            "The trained calibration beside the session is not used: {} or its role has changed since. Train again",
+            other.name
+        )),
+    }
+}
+
 fn text_of(path: &Path) -> io::Result<Vec<u8>> {
     read_small(path, "a session", BYTES_LIMIT)
 }
@@ -291,9 +344,16 @@ impl OpenedSession {
             read.map(|calibration| FromFile { path, calibration })
                 .map_err(|error| format!("{error}; open the calibration to apply it again"))
         });
+        let trained = session.trained.as_ref().map(|path| {
+            let read = read_calibration(&found_again(path, folder)).map(Arc::new);
+            read.map_err(|error| {
+                format!("{error}. The network or kernel of the session has to be trained again")
+            })
+        });
         Ok(Self {
             parts: parts.collect(),
             calibration,
+            trained,
             session,
         })
     }
@@ -528,6 +588,7 @@ mod tests {
         let opened = OpenedSession {
             parts: parts.collect(),
             calibration: None,
+            trained: None,
             session,
         };
         let (project, notices) = opened.into_project();
@@ -621,6 +682,7 @@ mod tests {
         let opened = OpenedSession {
             parts: parts.collect(),
             calibration: None,
+            trained: None,
             session: session.clone(),
         };
         let (back, notices) = opened.into_project();

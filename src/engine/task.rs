@@ -9,9 +9,8 @@ use crate::engine::files::{OpenedFile, open_all};
 use crate::engine::lost::find;
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Answered, Query, Work};
-use crate::engine::results::Results;
 use crate::engine::saving::{Existing, FileContent};
-use crate::engine::session::{OpenedSession, SessionPart};
+use crate::engine::session::{OpenedSession, SessionPart, prove_trained};
 use crate::evaluation::faults::faults_of;
 use crate::export::{TargetError, check_targets};
 use crate::import;
@@ -49,8 +48,8 @@ pub enum Task {
     Restore(PathBuf),
     /// Find these files of the session, of which this is one or the folder that they are in, and read them; others are open.
     Locate(Vec<SessionFile>, PathBuf, Vec<PathBuf>),
-    /// Whether what a session kept holds for these recordings.
-    Prove(Arc<RecordingSet>, Arc<serde_json::Value>),
+    /// Check that a session's trained calibration is of these recordings.
+    Prove(Arc<RecordingSet>, Arc<Calibration>),
     /// Find out what a calibration of these recordings costs, to list it with these settings.
     Keep(Arc<RecordingSet>, Box<FitSettings>, Arc<Calibration>),
 }
@@ -76,12 +75,8 @@ pub enum Done {
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
     /// Of the session's files those that were found at this place, each beside what was known of it.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
-    /// What a session kept, understood for these recordings, or why it does not hold.
-    Proven(
-        Arc<serde_json::Value>,
-        Arc<RecordingSet>,
-        Result<Box<Results>, String>,
-    ),
+    /// The session's trained calibration with the recordings, or why it is not of them.
+    Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
     /// The model of these recordings is there.
     Kept(Arc<RecordingSet>, Box<Model>),
 }
@@ -113,7 +108,7 @@ impl Query for Task {
             Self::ReadMap(_) => "Reading a column map".to_owned(),
             Self::FindWeight(..) => "Finding the weight".to_owned(),
             Self::Restore(_) => "Restoring".to_owned(),
-            Self::Prove(..) => "Reading trained results".to_owned(),
+            Self::Prove(..) => "Checking the trained calibration".to_owned(),
             Self::Locate(..) => "Finding the session's files".to_owned(),
             Self::Keep(..) => "Keeping the model".to_owned(),
         }
@@ -178,9 +173,9 @@ impl Query for Task {
                 progress.check()?;
                 Done::Located(place.clone(), found)
             }
-            Self::Prove(recordings, kept) => {
-                let proven = Results::proven(kept, recordings).map(Box::new);
-                Done::Proven(Arc::clone(kept), Arc::clone(recordings), proven)
+            Self::Prove(recordings, trained) => {
+                let proven = prove_trained(trained, recordings);
+                Done::Proven(Arc::clone(trained), Arc::clone(recordings), proven)
             }
             Self::Keep(recordings, settings, calibration) => {
                 let model = Model::fitted(FitSettings::clone(settings), calibration, recordings);

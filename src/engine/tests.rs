@@ -1272,6 +1272,7 @@ fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done 
         session,
         parts,
         calibration: None,
+        trained: None,
     };
     let opened = Opened::Session(Box::new(opened));
     Done::Opened(vec![(path.into(), Ok(opened))])
@@ -1599,26 +1600,20 @@ fn a_split_comes_back_with_the_files_that_moved() {
     assert_eq!(split.map(|split| split.fraction), Some(0.5));
 }
 
-/// An engine with two recordings of files and a trained network, kept as a model, which is saved in the folder.
-fn saved_with_results(folder: &Path) -> Engine {
+/// An engine with two recordings of files and a trained network, which is saved in the folder.
+fn saved_with_training(folder: &Path) -> Engine {
     let files = ["a", "b"].map(|name| write_recording(folder, name, true));
     let mut engine = engine();
     engine.act(Action::Open(files.to_vec()));
     settle(&mut engine);
     edit(&mut engine, Edit::Settings(network(3)));
+    save_session(&mut engine, &folder.join("s.json"));
+    assert!(!engine.is_unsaved() && !folder.join("s.trained.json").exists());
     engine.act(Action::Train);
     settle(&mut engine);
-    engine.act(Action::KeepTrained(true));
-    save_session(&mut engine, &folder.join("trained.json"));
-    last_notice(&engine, Level::Info, "with its trained results");
-    assert!(!engine.is_unsaved());
-    analysed(&mut engine);
-    engine.act(Action::KeepModel);
-    settle(&mut engine);
-    assert!(engine.is_unsaved(), "a model more");
-    let unsure = engine.models.rows[0].id;
-    engine.act(Action::Model(unsure, ModelChange::Name("mine".to_owned())));
+    assert!(engine.is_unsaved(), "a training is not saved yet");
     save_session(&mut engine, &folder.join("s.json"));
+    last_notice(&engine, Level::Info, "s.trained.json");
     assert!(!engine.is_unsaved());
     engine
 }
@@ -1632,43 +1627,34 @@ fn opened_again(path: &Path) -> Engine {
 }
 
 #[test]
-fn trained_results_come_back_with_the_session_where_that_was_asked_for() {
+fn a_trained_calibration_is_an_ordinary_file_and_comes_back_with_the_session() {
     let folder = tempfile::tempdir().unwrap();
-    let mut before = saved_with_results(folder.path());
-    let trained = before.fitting().unwrap().clone();
-    for name in ["trained.json", "s.json"] {
-        let mut engine = opened_again(&folder.path().join(name));
-        assert_eq!(engine.fitting(), Some(&trained), "{name}");
-        assert_eq!(analysed(&mut engine).calibration.learned, trained.learned);
-        assert!(engine.keeps_trained && !engine.is_unsaved());
-        assert_eq!(n_notices(&engine, Level::Warning), 0);
-        let epochs = engine.trained().map(|trained| trained.epochs.len());
-        assert_eq!(epochs, Some(3), "{name}");
-    }
-    let engine = opened_again(&folder.path().join("s.json"));
-    let sets = [ScoreSet::Train];
-    let [back, then] = [&engine, &before].map(|own| own.models.table(own.project(), &sets));
-    assert_eq!(back, then);
-    assert_eq!(engine.models.rows[0].name, "mine");
-    before.act(Action::KeepTrained(false));
-    save_session(&mut before, &folder.path().join("s.json"));
-    let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
-    assert!(!text.contains("trained\""), "{text}");
-    assert!(
-        opened_again(&folder.path().join("s.json"))
-            .fitting()
-            .is_none()
-    );
+    let at = |name: &str| folder.path().join(name);
+    let trained = saved_with_training(folder.path())
+        .fitting()
+        .unwrap()
+        .clone();
+    let beside = read_calibration(&at("s.trained.json")).unwrap();
+    assert_eq!(beside.learned, trained.learned);
+    let mut engine = opened_again(&at("s.json"));
+    assert_eq!(engine.fitting().unwrap().learned, trained.learned);
+    assert_eq!(analysed(&mut engine).calibration.learned, trained.learned);
+    assert!(!engine.is_unsaved());
+    assert_eq!(n_notices(&engine, Level::Warning), 0);
+    // A linear fit needs no training, and so no file beside the session.
+    edit(&mut engine, Edit::Settings(FitSettings::default()));
+    save_session(&mut engine, &at("linear.json"));
+    assert!(!at("linear.trained.json").exists());
+    let text = fs::read_to_string(at("linear.json")).unwrap();
+    assert!(!text.contains("\"trained\""), "{text}");
 }
 
 #[test]
-fn a_crash_costs_no_training_though_sessions_are_saved_without() {
+fn a_crash_costs_no_training() {
     let folder = tempfile::tempdir().unwrap();
     let left = folder.path().join("left");
-    let mut crashed = saved_with_results(folder.path());
+    let mut crashed = saved_with_training(folder.path());
     crashed.recover_in(&left);
-    crashed.act(Action::KeepTrained(false));
-    crashed.act(Action::Edit(Edit::Notes("not saved".to_owned())));
     let trained = crashed.fitting().unwrap().clone();
     let autosaved = |engine: &mut Engine, from_secs: f64| {
         engine.write_down(from_secs, &|| serde_json::Value::Null);
@@ -1676,75 +1662,70 @@ fn a_crash_costs_no_training_though_sessions_are_saved_without() {
             thread::sleep(Duration::from_millis(1));
         }
     };
-    autosaved(&mut crashed, 0.0);
-    // What was found before is not found out again.
-    crashed.act(Action::Edit(Edit::Notes("not saved either".to_owned())));
-    autosaved(&mut crashed, 1000.0);
-    let models = crashed.models.rows.len();
+    for (n, notes) in ["not saved", "not saved either"].into_iter().enumerate() {
+        crashed.act(Action::Edit(Edit::Notes(notes.to_owned())));
+        autosaved(&mut crashed, 1000.0 * n as f64);
+    }
     drop(crashed);
     let mut engine = engine();
     engine.recover_in(&left);
+    assert_eq!(engine.recoverable.len(), 1, "the pair is one session");
     engine.act(Action::Restore(engine.recoverable[0].path.clone()));
     settle(&mut engine);
     assert_eq!(engine.project().notes, "not saved either");
-    assert_eq!(engine.fitting(), Some(&trained));
-    assert_eq!(engine.models.rows.len(), models);
+    assert_eq!(engine.fitting().unwrap().learned, trained.learned);
+    // Once this window is closed as it should, nothing of either remains.
+    autosaved(&mut engine, 0.0);
+    engine.end();
+    assert_eq!(fs::read_dir(&left).unwrap().count(), 0);
 }
 
 #[test]
-fn trained_results_of_something_else_are_left_away_with_the_reason() {
+fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() {
     let folder = tempfile::tempdir().unwrap();
-    saved_with_results(folder.path());
+    saved_with_training(folder.path());
     let at = |name: &str| folder.path().join(name);
-    let session = fs::read_to_string(at("s.json")).unwrap();
+    let (session, beside) = ["s.json", "s.trained.json"]
+        .map(|name| fs::read_to_string(at(name)).unwrap())
+        .into();
     let data = fs::read_to_string(at("b.csv")).unwrap();
-    let check = |session: &str, reason: &str| {
-        fs::write(at("s.json"), session).unwrap();
+    let check = |reason: &str| {
         let engine = opened_again(&at("s.json"));
-        let notices = engine.notices.iter();
-        let said: Vec<_> = notices.map(|notice| notice.text.as_str()).collect();
-        let is_said =
-            |text: &&str| text.contains("without its trained results") && text.contains(reason);
-        assert!(said.iter().any(is_said), "{reason} in {said:?}");
-        assert!(engine.fitting().is_none() && engine.models.rows.is_empty());
+        let mut said = engine.notices.iter().map(|notice| &notice.text);
+        assert!(
+            said.any(|text| text.contains(reason)),
+            "{reason}: {:?}",
+            engine.notices
+        );
+        assert!(engine.fitting().is_none());
         assert_eq!(engine.project().recordings.entries().len(), 2);
     };
-    let start = session.find("\"trained\": ").unwrap();
-    let with = |trained: &str| format!("{}\"trained\": {trained}}}", &session[..start]);
-    check(&with("5"), "invalid type");
-    check(&with("{}"), "a was not among the recordings then");
-    check(&with(r#"{"rows": [{"name": 3}]}"#), "invalid type");
-    for (own, other, reason) in [
-        (
-            r#""gauges":["S1","S2","S3"]"#,
-            r#""gauges":["S1","S2"]"#,
-            "",
-        ),
-        (
-            r#""role":"train""#,
-            r#""role":"off""#,
-            "a had another role then",
-        ),
-        (r#""axes":["#, r#""axes":["Mz","#, ""),
-        (r#""train_rmse":["#, r#""train_rmse":[1,1,1,1,1,"#, ""),
-        (r#""matrix":[["#, r#""matrix":[[],["#, ""),
-        (r#""weights":["#, r#""weights":[null,"#, ""),
-    ] {
-        let changed = session.replace(own, other);
-        assert_ne!(changed, session, "{own}");
-        check(&changed, reason);
+    let no_rows = beside.replacen("\"matrix\": [", "\"matrix\": [[],", 1);
+    for torn in ["", "5", "{}", &no_rows] {
+        fs::write(at("s.trained.json"), torn).unwrap();
+        check("has to be trained again");
     }
+    let renamed = beside.replace("\"S1\"", "\"S9\"");
+    fs::write(at("s.trained.json"), renamed).unwrap();
+    check("it is of other gauges or axes");
+    fs::write(at("s.trained.json"), &beside).unwrap();
+    fs::write(at("s.json"), session.replace("\"train\"", "\"off\"")).unwrap();
+    check("a or its role has changed since");
+    fs::write(at("s.json"), &session).unwrap();
     let (first, last) = data.trim_end().rsplit_once('\n').unwrap();
     let cells = last.rsplit_once(',').unwrap().0;
     fs::write(at("b.csv"), format!("{first}\n{cells},0.125\n")).unwrap();
-    check(&session, "b holds other samples than then");
+    check("b or its role has changed since");
 }
 
-/// What cannot be proved yet stays in the session's file, and comes back when its recordings do.
+/// What cannot be checked yet stays beside the session, and comes back when its recordings do.
 #[test]
-fn trained_results_wait_for_files_that_moved() {
+fn a_trained_calibration_waits_for_files_that_moved() {
     let folder = tempfile::tempdir().unwrap();
-    let trained = saved_with_results(folder.path()).fitting().unwrap().clone();
+    let trained = saved_with_training(folder.path())
+        .fitting()
+        .unwrap()
+        .clone();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("moved")).unwrap();
     fs::rename(at("b.csv"), at("moved/b.csv")).unwrap();
@@ -1754,7 +1735,7 @@ fn trained_results_wait_for_files_that_moved() {
     let mut engine = opened_again(&at("t.json"));
     engine.act(Action::Locate(at("moved")));
     settle(&mut engine);
-    assert_eq!(engine.fitting(), Some(&trained));
+    assert_eq!(engine.fitting().unwrap().learned, trained.learned);
 }
 
 #[test]

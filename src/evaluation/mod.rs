@@ -2,6 +2,7 @@
 
 pub(crate) mod coverage;
 pub mod cross_validation;
+pub mod expected_error;
 pub mod faults;
 pub mod holds;
 pub mod information;
@@ -19,11 +20,9 @@ pub(crate) mod pixels;
 pub(crate) mod quantile;
 mod sensitivity;
 pub(crate) mod series;
-pub mod sessions;
 mod straight_lines;
 pub mod sufficiency;
 pub mod threshold_study;
-pub mod uncertainty;
 
 pub use sensitivity::Sensitivity;
 pub(crate) use series::Series;

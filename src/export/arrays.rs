@@ -39,13 +39,6 @@ pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Entry> {
             }
         }
     }
-    if let Some(known) = &calibration.quality.coefficients {
-        let axes = calibration.axes.iter().zip(&known.covariance);
-        arrays.extend(axes.map(|(axis, own)| {
-            let name = format!("covariance_{}", axis.symbol().to_lowercase());
-            matrix(&name, own)
-        }));
-    }
     match &calibration.learned {
         Some(Learned::Network(network)) => arrays.extend(of_network(network)),
         Some(Learned::Kernel(kernel)) => arrays.extend(of_kernel(kernel)),

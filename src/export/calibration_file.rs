@@ -180,28 +180,6 @@ mod tests {
         assert_eq!(read_calibration(&path).unwrap(), calibration);
     }
 
-    /// Version 1 had one look-back, told apart from the rest, and no scale of the gauges.
-    #[test]
-    fn a_file_of_version_1_reads_as_its_one_look_back() {
-        let calibration = calibration();
-        let (_directory, path) = written(&calibration, "c.json");
-        let mut file: serde_json::Value =
-            serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-        let fields = file.as_object_mut().unwrap();
-        fields.remove("gauge_scale");
-        let features = fields.remove("features").unwrap();
-        fields.insert("thresholds".to_owned(), features["look_backs"][0].clone());
-        fields.insert("distance".to_owned(), features["distance"].clone());
-        fields.insert("version".to_owned(), 1.into());
-        fs::write(&path, file.to_string()).unwrap();
-        let version = 1;
-        let expected = Calibration {
-            version,
-            ..calibration
-        };
-        assert_eq!(read_calibration(&path).unwrap(), expected);
-    }
-
     /// Of two axes the first has a rated load.
     #[test]
     fn every_target_says_which_full_scales_are_rated_loads() {

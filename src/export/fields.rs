@@ -165,7 +165,7 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     ]);
     let quality = &calibration.quality;
     if let Some(known) = &quality.coefficients {
-        let group = "uncertainty";
+        let group = "coefficient_errors";
         fields.push(field(
             group,
             "left_out",

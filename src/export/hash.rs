@@ -28,20 +28,6 @@ pub fn sha256(path: &Path) -> io::Result<String> {
     Ok(digits_of(hasher))
 }
 
-/// The SHA-256 of a text, in hexadecimal digits.
-pub(crate) fn sha256_of_text(text: &str) -> String {
-    let mut hasher = Sha256::new();
-    hasher.update(text.as_bytes());
-    digits_of(hasher)
-}
-
-/// The SHA-256 of numbers, in hexadecimal digits.
-pub(crate) fn sha256_of(numbers: impl Iterator<Item = f64>) -> String {
-    let mut hasher = Sha256::new();
-    numbers.for_each(|number| hasher.update(number.to_le_bytes()));
-    digits_of(hasher)
-}
-
 fn digits_of(hasher: Sha256) -> String {
     let mut text = String::new();
     for byte in hasher.finalize() {

@@ -6,7 +6,7 @@ use std::error::Error;
 use std::io;
 
 use super::facts::{Fact, facts};
-use crate::calibration::{Calibration, FitSettings, Learned, Learner, Regressor};
+use crate::calibration::{Calibration, FitSettings};
 use crate::features::FeatureSettings;
 use crate::recording::{Axis, Layout};
 
@@ -66,8 +66,6 @@ pub trait Target: Sync {
 /// What a calibration is made of, as far as it is known before the fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline<'a> {
-    pub regressor: Regressor,
-    pub learner: Option<Learner>,
     pub n_gauges: usize,
     pub axes: &'a [Axis],
     pub features: &'a FeatureSettings,
@@ -77,8 +75,6 @@ impl<'a> Outline<'a> {
     /// Of a calibration that is there.
     pub fn of(calibration: &'a Calibration) -> Self {
         Self {
-            regressor: calibration.regressor,
-            learner: calibration.learned.as_ref().map(Learned::learner),
             n_gauges: calibration.gauges.len(),
             axes: &calibration.axes,
             features: &calibration.features,
@@ -88,8 +84,6 @@ impl<'a> Outline<'a> {
     /// Of what these settings will make of recordings of this layout.
     pub fn of_fit(settings: &'a FitSettings, layout: &'a Layout) -> Self {
         Self {
-            regressor: settings.regressor,
-            learner: settings.regressor.learner(),
             n_gauges: layout.gauge_names.len(),
             axes: &layout.axes,
             features: &settings.features,

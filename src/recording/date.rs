@@ -132,12 +132,6 @@ impl Day {
         Some(Self(time.to_zoned(jiff::tz::TimeZone::UTC).date()))
     }
 
-    /// Whole days since 1970.
-    pub fn since_1970(self) -> f64 {
-        let epoch = jiff::civil::date(1970, 1, 1);
-        (self.0.duration_since(epoch).as_hours() / 24) as f64
-    }
-
     /// The one day that a text names.
     pub(crate) fn in_text(text: &str) -> Option<Self> {
         let words = words(text);

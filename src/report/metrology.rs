@@ -1,4 +1,4 @@
-//! The figures of a certificate as tables.
+//! Metrology figures as tables.
 
 use super::loops::{MOVES, moves};
 use super::table::{self, Cell, Column, Table};

@@ -3,21 +3,20 @@
 //!
 //! Guarantees: knows nothing of windows, command lines or files.
 
-mod drift;
 mod errors;
+mod expected_error;
 pub mod figure;
+mod limits;
 mod loops;
 mod metrology;
 mod sufficiency;
 mod table;
 mod trace;
-mod uncertainty;
 
-#[cfg(feature = "gui")]
-pub(crate) use drift::drift_figures;
-pub(crate) use drift::drift_tables;
 pub use errors::errors;
 pub(crate) use errors::factory_note;
+pub(crate) use expected_error::expected_error_table;
+pub(crate) use limits::limits_table;
 pub(crate) use loops::{LoopMeasures, LoopScale, drifts, loop_figures};
 pub use metrology::crosstalk;
 pub(crate) use metrology::{axis_figures, figure_records, overview};
@@ -27,4 +26,3 @@ pub(crate) use sufficiency::sufficiency_tables;
 pub(crate) use table::{Align, Cell};
 pub use table::{Column, Table, Value};
 pub(crate) use trace::{Shown, Trace};
-pub(crate) use uncertainty::uncertainty_tables;

@@ -6,7 +6,6 @@ use std::time::Duration;
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
-use crate::evaluation::numbers::file_size;
 use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
@@ -130,13 +129,6 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
         )
         .only_if(fitted),
         action(
-            "Save certificate…",
-            "What a laboratory hands over: sensor, uncertainty, results, lines to sign",
-            None,
-            Command::ChooseCertificate,
-        )
-        .only_if(fitted),
-        action(
             "Save traces on screen…",
             format!(
                 "Calculated, Conventional and Compensated over the interval on screen, as {}",
@@ -158,31 +150,7 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
             ctrl_shift(Key::S),
             Command::SaveSessionAs,
         ),
-        keep_trained(engine),
     ]
-}
-
-/// Whether sessions keep what took long to find, with how much that is now.
-fn keep_trained(engine: &Engine) -> Action {
-    let results = engine.results();
-    let size = match results.is_empty() {
-        true => "nothing yet".to_owned(),
-        false => format!("about {}", file_size(results.size() as u64)),
-    };
-    let (name, explanation) = match engine.keeps_trained {
-        true => (
-            "Save sessions without trained results",
-            format!("They are saved with them: {size}. Without, a session is a few kilobytes"),
-        ),
-        false => (
-            "Save sessions with trained results",
-            format!(
-                "The last training and the list of models, {size}: opened again they are shown at once, where the recordings are the same"
-            ),
-        ),
-    };
-    let command = Do::KeepTrained(!engine.keeps_trained);
-    action(name, explanation, None, command.into())
 }
 
 /// What leaves.

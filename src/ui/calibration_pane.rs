@@ -35,7 +35,7 @@ pub const PANE: Pane = Pane(&Kind {
 pub struct View {
     /// The path to export to.
     path: String,
-    /// Whether coefficients are shown with their standard uncertainty.
+    /// Whether coefficients are shown with their standard errors.
     uncertain: bool,
 }
 
@@ -120,7 +120,7 @@ impl View {
                         }
                         if let Some(known) = known {
                             ui.checkbox(uncertain, "± u").on_hover_text(format!(
-                                "The standard uncertainty of each coefficient: a jackknife, {}",
+                                "The standard error of each coefficient: a jackknife, {}",
                                 known.left_out
                             ));
                         }

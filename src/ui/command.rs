@@ -198,8 +198,6 @@ pub enum Command {
     ChooseExport,
     /// Ask where to write a report.
     ChooseReport,
-    /// Ask where to write a certificate.
-    ChooseCertificate,
     /// Ask where to write the traces that are on screen.
     ChooseTraces,
     /// Save the session where it was saved before, or ask where.

@@ -3,7 +3,7 @@
 use crate::analysis::Analysis;
 use crate::engine::Engine;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::report::{Shown, Table, errors};
+use crate::report::{Shown, Table, errors, expected_error_table};
 use crate::ui::command::{Kind, Pane};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
@@ -13,7 +13,7 @@ use crate::ui::table;
 pub const PANE: Pane = Pane(&Kind {
     key: "errors",
     title: "Errors",
-    explanation: "RMSE per axis: on train, on test, and by cross-validation",
+    explanation: "RMSE per axis: on train, on test, and by cross-validation; and the expected error",
 });
 
 /// Nothing of its own.
@@ -23,6 +23,8 @@ pub struct View;
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         errors_pane(ui, cx.engine);
+        // Asked only where it is on screen.
+        cx.engine.ask_expected_error();
     }
 }
 
@@ -66,7 +68,31 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     };
     egui::ScrollArea::both()
         .auto_shrink([false, false])
-        .show(ui, |ui| table::show(ui, &all_errors(analysis)));
+        .show(ui, |ui| {
+            table::show(ui, &all_errors(analysis));
+            ui.add_space(8.0);
+            expected(ui, engine);
+        });
+}
+
+/// Draws the expected error, or says why there is none.
+fn expected(ui: &mut egui::Ui, engine: &Engine) {
+    let lane = &engine.expected_error;
+    match lane.answer() {
+        Some(Ok(found)) => {
+            let table = expected_error_table(found);
+            if !lane.is_current() {
+                ui.weak("updating");
+            }
+            table::show(ui, &table);
+        }
+        Some(Err(reason)) => {
+            ui.weak(format!("No expected error: {reason}"));
+        }
+        None => {
+            ui.weak(lane.problem().unwrap_or("Expected error: not yet known"));
+        }
+    }
 }
 
 /// One row per axis, the sets of samples beside each other as far as they are scored.

@@ -78,8 +78,8 @@ const GUIDE: [(&str, &str); 13] = [
     ("Exports", include_str!("../../assets/guide/exports.md")),
     ("On a robot", include_str!("../../assets/guide/robot.md")),
     (
-        "Certificates",
-        include_str!("../../assets/guide/certificates.md"),
+        "Many sensors",
+        include_str!("../../assets/guide/many-sensors.md"),
     ),
     (
         "Calibration file",

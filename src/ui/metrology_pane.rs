@@ -1,4 +1,4 @@
-//! The figures of a certificate: rows with their definitions at hand, Conv. beside Comp. for every axis.
+//! Metrology figures: rows with their definitions at hand, Conv. beside Comp. for every axis.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::ui::table::{self, Saving};
 pub const PANE: Pane = Pane(&Kind {
     key: "metrology",
     title: "Metrology",
-    explanation: "The figures of a certificate, Conv. beside Comp.",
+    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Conv. beside Comp.",
 });
 
 /// What the pane remembers between frames.
@@ -60,7 +60,7 @@ impl MetrologyPane {
             .answer()
             .filter(|_| engine.analysis().is_some())
         {
-            Some(Look::Table(table, _)) => Some(table),
+            Some(Look::Table(table)) => Some(table),
             _ => None,
         };
         let tables: Vec<Table> = table.map_or_else(Vec::new, |table| {
@@ -223,7 +223,7 @@ fn notes(ui: &mut egui::Ui, table: &Metrology) {
     ui.weak(format!(
         "{} recordings, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
          at a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do \
-         not replace a certificate's measurement.",
+         not replace a calibration in steps on a reference machine.",
         table.n_recordings, table.n_samples
     ));
     for note in &table.notes {

@@ -34,11 +34,7 @@ const PANES: &[Entry] = &[
     (super::notes_pane::PANE, of::<super::notes_pane::View>),
     (super::live_pane::PANE, of::<super::live_pane::View>),
     (super::check_pane::PANE, of::<super::check_pane::View>),
-    (super::drift_pane::PANE, of::<super::drift_pane::View>),
-    (
-        super::certificate_pane::PANE,
-        of::<super::certificate_pane::View>,
-    ),
+    (super::sensor_pane::PANE, of::<super::sensor_pane::View>),
 ];
 
 fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {

@@ -228,9 +228,6 @@ impl Shell {
                 self.ask_where(content, "There is no calibration to export yet");
             }
             Command::ChooseReport => self.ask_where(Some(self.engine.report_content()), ""),
-            Command::ChooseCertificate => {
-                self.ask_where(Some(self.engine.certificate_content()), "");
-            }
             Command::ChooseTraces => {
                 let content = self.engine.traces_content(self.time.visible_time());
                 self.ask_where(content, "There are no traces to save yet");

@@ -32,8 +32,8 @@ const STEPS: [Step; 6] = [
     (
         loops_pane::PANE,
         "Loops",
-        "The error over the load: hysteresis as an area, before and after. Metrology gives the figures that a \
-         calibration certificate asks for, and Models finds what to calibrate with.",
+        "The error over the load: hysteresis as an area, before and after. Metrology gives the figures of \
+         a data sheet, and Models finds what to calibrate with.",
     ),
     (
         recordings_panel::PANE,

@@ -54,11 +54,11 @@ impl Workspace {
     /// One of the arrangements to begin from.
     pub fn preset(preset: Preset) -> Self {
         use crate::ui::{
-            calibration_pane::PANE as CALIBRATION, certificate_pane::PANE as CERTIFICATE,
-            check_pane::PANE as CHECK, drift_pane::PANE as DRIFT, errors_pane::PANE as ERRORS,
-            live_pane::PANE as LIVE, loops_pane::PANE as LOOPS, metrology_pane::PANE as METROLOGY,
-            models_pane::PANE as MODELS, notes_pane::PANE as NOTES,
-            recordings_panel::PANE as RECORDINGS, settings_panel::PANE as SETTINGS,
+            calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
+            errors_pane::PANE as ERRORS, live_pane::PANE as LIVE, loops_pane::PANE as LOOPS,
+            metrology_pane::PANE as METROLOGY, models_pane::PANE as MODELS,
+            notes_pane::PANE as NOTES, recordings_panel::PANE as RECORDINGS,
+            sensor_pane::PANE as SENSOR, settings_panel::PANE as SETTINGS,
             thresholds_pane::PANE as THRESHOLDS, trace_panes::PANE as TRACES,
         };
         let mut tiles = Tiles::default();
@@ -68,15 +68,7 @@ impl Workspace {
                 let (top, below) = (build.tabs(&[RECORDINGS]), build.tabs(&[SETTINGS]));
                 let left = build.column([top, below], 0.5);
                 let middle = build.tabs(&[
-                    TRACES,
-                    THRESHOLDS,
-                    MODELS,
-                    LOOPS,
-                    METROLOGY,
-                    LIVE,
-                    CHECK,
-                    DRIFT,
-                    CERTIFICATE,
+                    TRACES, THRESHOLDS, MODELS, LOOPS, METROLOGY, LIVE, CHECK, SENSOR,
                 ]);
                 let (errors, matrix) = (build.tabs(&[ERRORS]), build.tabs(&[CALIBRATION, NOTES]));
                 let foot = build.row([errors, matrix], 0.66);
@@ -85,7 +77,7 @@ impl Workspace {
             }
             Preset::InspectLoops => {
                 let left = build.tabs(&[SETTINGS, RECORDINGS]);
-                let loops = build.tabs(&[LOOPS, METROLOGY, MODELS, CHECK, DRIFT, CERTIFICATE]);
+                let loops = build.tabs(&[LOOPS, METROLOGY, MODELS, CHECK, SENSOR]);
                 let traces = build.tabs(&[TRACES, THRESHOLDS, ERRORS, CALIBRATION, NOTES, LIVE]);
                 let right = build.column([loops, traces], 0.5);
                 build.row([left, right], 0.26)
@@ -96,16 +88,7 @@ impl Workspace {
                     build.tabs(&[ERRORS, CALIBRATION, NOTES]),
                 );
                 let left = build.column([settings, others], 0.62);
-                let traces = build.tabs(&[
-                    TRACES,
-                    LOOPS,
-                    METROLOGY,
-                    MODELS,
-                    LIVE,
-                    CHECK,
-                    DRIFT,
-                    CERTIFICATE,
-                ]);
+                let traces = build.tabs(&[TRACES, LOOPS, METROLOGY, MODELS, LIVE, CHECK, SENSOR]);
                 let map = build.tabs(&[THRESHOLDS]);
                 let right = build.column([traces, map], 0.5);
                 build.row([left, right], 0.34)

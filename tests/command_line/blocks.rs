@@ -127,38 +127,6 @@ fn the_same_seed_gives_the_same_network() {
     assert_ne!(error("5"), error("6"));
 }
 
-/// As the first version of the file stood: one look-back, no scale of the gauges.
-#[test]
-fn a_calibration_of_the_first_version_still_applies() {
-    let workshop = Workshop::with_recordings();
-    fitted(&workshop, &["--export", "c.json"]);
-    succeed(
-        workshop.path(),
-        &["apply", "c.json", "test.csv", "--out", "new"],
-    );
-    let mut calibration: Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
-    let fields = calibration.as_object_mut().unwrap();
-    for newer in ["features", "gauge_scale", "regressor"] {
-        fields.remove(newer).unwrap();
-    }
-    fields["quality"].as_object_mut().unwrap().remove("ridge");
-    fields["version"] = 1.into();
-    fields.insert(
-        "thresholds".into(),
-        serde_json::json!({"f_th": 3.0, "t_th_secs": 15.0}),
-    );
-    fields.insert("distance".into(), "force".into());
-    workshop.write("old.json", calibration.to_string());
-    succeed(
-        workshop.path(),
-        &["apply", "old.json", "test.csv", "--out", "old"],
-    );
-    assert_eq!(
-        workshop.read("old/test_loads.csv"),
-        workshop.read("new/test_loads.csv")
-    );
-}
-
 #[test]
 fn choices_out_of_range_are_refused_with_a_way_out() {
     let workshop = Workshop::with_recordings();

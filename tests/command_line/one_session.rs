@@ -56,7 +56,7 @@ fn window_report_and_command_line_give_the_same_number() {
         }),
     );
     settle(&mut engine);
-    let Some(Look::Table(table, _)) = engine.figures.answer() else {
+    let Some(Look::Table(table)) = engine.figures.answer() else {
         panic!("no table: {:?}", engine.figures.problem())
     };
     let Some(Look::Loops(picture)) = engine.loops.answer() else {

@@ -44,7 +44,7 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
             "--export a.json --export a.cal --export a.h",
             &["a.cal", "up to 8 gauges"],
         ),
-        ("--export a.json --export a.onnx", &["a.onnx", "networks"]),
+        ("--export a.json --export a.xyz", &["a.xyz", "format"]),
         (
             "--export a.json --export gone/a.h",
             &["gone/a.h", "directory"],

@@ -138,7 +138,7 @@ for name in sys.argv[1:]:
     succeed(python.arg("-c").arg(code).args(&files));
 }
 
-/// The distance is spelled as on the command line; files that have it otherwise still open.
+/// The distance is spelled as on the command line.
 #[test]
 fn names_of_choices_are_those_of_the_command_line() {
     let directory = tempfile::tempdir().unwrap();
@@ -146,7 +146,5 @@ fn names_of_choices_are_those_of_the_command_line() {
     let calibration = by_full_scale();
     let text = export(&calibration, &path);
     assert!(text.contains("\"distance\": \"full-scale\""), "{text}");
-    assert_eq!(read_calibration(&path).unwrap(), calibration);
-    fs::write(&path, text.replace("\"full-scale\"", "\"full_scale\"")).unwrap();
     assert_eq!(read_calibration(&path).unwrap(), calibration);
 }

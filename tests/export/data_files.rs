@@ -8,10 +8,7 @@ use loopscope::calibration::{Calibration, Regressor};
 use loopscope::export::{TARGETS, read_calibration, target_for, write_calibration};
 use loopscope::features::{FeatureSettings, Thresholds};
 
-use crate::matrices::in_counts;
-use crate::support::{
-    RECORDING, calibration, every_block, export, is_there, lines, samples, succeed,
-};
+use crate::support::{calibration, every_block, export, is_there, succeed};
 
 /// Runs Python in `directory`, beside the JSON of the same calibration as `truth`.
 #[track_caller]
@@ -183,40 +180,6 @@ fn octave_rebuilds_the_conventional_load() {
 
 /// The row is made by the exported Python file, the load by the model: single precision, 1e-4 of full scale.
 #[test]
-fn a_runtime_of_onnx_gives_the_same_loads() {
-    if !is_there("python3", &["-c", "import onnxruntime"]) {
-        return;
-    }
-    for regressor in [Regressor::Network, Regressor::HybridNetwork] {
-        let calibration = calibration(every_block(), regressor);
-        let directory = exported(&calibration, "c.onnx");
-        export(&calibration, &directory.path().join("exported.py"));
-        fs::write(
-            directory.path().join("samples.txt"),
-            lines(&samples(&RECORDING)),
-        )
-        .unwrap();
-        python(
-            directory.path(),
-            "import sys, onnxruntime
-sys.path.insert(0, '.')
-import exported
-samples = np.loadtxt('samples.txt')
-rows, answer = [], exported._answer
-exported._answer = lambda row: rows.append(row) or answer(row)
-loads, _ = exported.apply(samples[:, 0], samples[:, 1:])
-session = onnxruntime.InferenceSession('c.onnx', providers=['CPUExecutionProvider'])
-about = session.get_modelmeta().custom_metadata_map
-assert np.allclose(np.array(about['row_centre'].split(), dtype=float), exported.CENTRE)
-given = session.run(['load'], {'row': np.array(rows, dtype=np.float32)})[0]
-off = np.abs(given - loads) / truth['full_scale']
-assert off.max() < 1e-4, off.max()
-",
-        );
-    }
-}
-
-#[test]
 fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
     let directory = tempfile::tempdir().unwrap();
     let linear = calibration(FeatureSettings::default(), Regressor::Linear);
@@ -235,7 +198,6 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
     let mut broken = linear.clone();
     broken.conventional.matrix[0].pop();
     for (calibration, name, word) in [
-        (&linear, "c.onnx", "fit a network"),
         (&small, "c.cal", "6 gauges and the axes Fx Fy Fz Mx My"),
         (&endless, "c.h", "smaller t_th"),
         (&broken, "c.yaml", "row Fx"),
@@ -253,7 +215,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
 #[test]
 fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
     let directory = tempfile::tempdir().unwrap();
-    let network = in_counts(calibration(every_block(), Regressor::Network));
+    let network = calibration(every_block(), Regressor::Network);
     for target in TARGETS {
         for ending in target.endings() {
             let path = directory

@@ -4,11 +4,12 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use loopscope::analysis::{Request, report};
+use loopscope::analysis::Request;
 use loopscope::calibration::FitSettings;
+use loopscope::evaluation::limits::Limits;
 use loopscope::export::{ReportData, write_report};
 use loopscope::progress::Progress;
-use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+use loopscope::recording::{Axis, Entry, Identity, Recording, RecordingSet, Role, Source};
 
 const HOSTILE: &str =
     "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
@@ -39,9 +40,13 @@ fn hostile_set(roles: &[Role]) -> Arc<RecordingSet> {
     Arc::new(set)
 }
 
+fn report(request: &Request) -> ReportData {
+    let (identity, limits) = (Identity::default(), Limits::default());
+    loopscope::analysis::report(request, &identity, &limits, &Progress::default()).unwrap()
+}
+
 fn reported(roles: &[Role]) -> ReportData {
-    let request = Request::fit(hostile_set(roles), FitSettings::default());
-    report(&request, &Progress::default()).unwrap()
+    report(&Request::fit(hostile_set(roles), FitSettings::default()))
 }
 
 fn written(data: &ReportData, path: &Path) -> String {
@@ -90,16 +95,16 @@ fn parsed(html: &str) -> (Vec<String>, String) {
 fn notes_and_the_factory_s_errors_stand_in_the_report_as_text() {
     let directory = tempfile::tempdir().unwrap();
     let recordings = hostile_set(&[Role::Train, Role::Train, Role::Test]);
-    let fitted = report(
-        &Request::fit(Arc::clone(&recordings), FitSettings::default()),
-        &Progress::default(),
-    );
-    let factory = fitted.unwrap().calibration;
+    let fitted = report(&Request::fit(
+        Arc::clone(&recordings),
+        FitSettings::default(),
+    ));
+    let factory = fitted.calibration;
     let request = Request {
         factory: Some(factory),
         ..Request::fit(recordings, FitSettings::default())
     };
-    let mut data = report(&request, &Progress::default()).unwrap();
+    let mut data = report(&request);
     data.notes = format!("bolted anew\n\n{HOSTILE}");
     let own = data
         .calibration

@@ -175,19 +175,18 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
 }
 
 #[test]
-fn trained_results_are_saved_where_the_menu_says_so() {
+fn a_trained_calibration_is_saved_beside_the_session() {
     let files = Files::new();
     let choices = Choices::default();
-    let path = files.path("trained.json");
+    let path = files.path("work.json");
     choices.export.replace(Some(path.clone()));
     let mut window = window_with(files.three(), choices);
     let mut settings = state(&window).project().settings.clone();
     settings.regressor = Regressor::Kernel;
     send(&mut window, Edit::Settings(settings));
     send(&mut window, Action::Train);
-    menu(&mut window, "File", "Save sessions with trained results");
     menu(&mut window, "File", "Save session as…");
-    told(&mut window, Level::Info, "with its trained results, ");
+    told(&mut window, Level::Info, "work.trained.json");
     let scores = train_rmse(&window);
     let window = self::window(vec![path]);
     assert!(state(&window).fitting().is_some());

@@ -163,8 +163,8 @@ pub enum Look {
     Cross(CrossPlot),
     /// Where the load dwells.
     Dwells(DwellPlot),
-    /// The table of figures, with the question.
-    Table(Arc<Metrology>, TableQuestion),
+    /// The table of figures.
+    Table(Arc<Metrology>),
 }
 
 /// Why there is no answer.
@@ -246,7 +246,7 @@ fn table_of(
     source.apply(chosen.iter().copied(), progress)?;
     let runs: Vec<Run<'_>> = chosen.iter().filter_map(|at| source.run(*at)).collect();
     let figures = table_by(&runs, &source.rules(&request.measuring))?;
-    Ok(Look::Table(Arc::new(figures), question.clone()))
+    Ok(Look::Table(Arc::new(figures)))
 }
 
 /// The place of an axis in the calibration, with its full scale.

@@ -317,7 +317,7 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
     let question = |of| Question::Table(TableQuestion { of });
     let mut request = request(&recordings, question(TableOf::Train));
-    let Ok(Look::Table(table, _)) = look(&request) else {
+    let Ok(Look::Table(table)) = look(&request) else {
         panic!("no table")
     };
     assert_eq!((table.n_recordings, table.n_samples), (1, 2000));
@@ -382,7 +382,7 @@ fn whatever_is_looked_at_the_dead_band_is_the_same() {
         Question::Table(TableQuestion { of: TableOf::All }),
     );
     request.decimation = 10;
-    let Ok(Look::Table(table, _)) = look(&request) else {
+    let Ok(Look::Table(table)) = look(&request) else {
         panic!("no table")
     };
     assert_eq!(table.dead_bands, [expected]);

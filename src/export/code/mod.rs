@@ -12,7 +12,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, merge_maps};
 use minijinja::{Environment, State, UndefinedBehavior, Value, context};
 
-pub(in crate::export) use self::program::{LearnedProgram, Program, gauges_per_load};
+pub(in crate::export) use self::program::{Program, gauges_per_load};
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Learned, STRAYS};
 use crate::export::target::{Export, Outline, Refusal, Target};

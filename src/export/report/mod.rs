@@ -3,8 +3,6 @@
 //! Guarantees: well-formed markup, whatever names files have; no script, and nothing that is fetched from elsewhere; what
 //! could not be computed is said in its place.
 
-mod certificate;
-mod dcc;
 mod figures;
 mod markup;
 mod metrology;
@@ -16,15 +14,12 @@ use std::time::SystemTime;
 
 use jiff::Timestamp;
 
-pub use self::dcc::DccError;
-pub(crate) use self::dcc::dcc_of;
 use self::markup::Markup;
 use super::{WriteError, write_atomically};
-use crate::calibration::{Calibration, FactoryScores, UsedRecording};
-use crate::evaluation::limits::{Checked, Measurement};
+use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
+use crate::evaluation::limits::Checked;
 use crate::evaluation::metrology::Metrology;
 use crate::evaluation::sufficiency::Sufficiency;
-use crate::evaluation::uncertainty::Uncertainty;
 use crate::report::figure::Figure;
 
 /// Everything that a report says.
@@ -56,23 +51,12 @@ pub struct ReportData {
     pub errors: Option<ReportErrors>,
     /// The table of figures, or a sentence that says why it is missing.
     pub metrology: Result<Arc<Metrology>, String>,
-    /// How far readings may be off, or a sentence that says why that is not known.
-    pub uncertainty: Result<Uncertainty, String>,
-    /// What makes it a certificate; `None` for the notebook of a laboratory, which tells all.
-    pub certificate: Option<Certificate>,
+    /// Expected error of a reading, or a sentence that says why there is none.
+    pub expected_error: Result<ExpectedError, String>,
+    /// Outcome of each limit; empty without limits.
+    pub limits: Vec<Checked>,
     /// What to know before reading on.
     pub warnings: Vec<String>,
-}
-
-/// What a certificate says beside a report.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Certificate {
-    /// What came of the limits, where there are any.
-    pub checked: Vec<Checked>,
-    /// Every figure that could be limited.
-    pub measured: Vec<Measurement>,
-    /// Whether it says when it was written; without, the same input gives the same bytes.
-    pub dated: bool,
 }
 
 /// One recording in a report.
@@ -138,32 +122,23 @@ pub(crate) fn html_of(report: &ReportData) -> String {
         page.within("head", "", |head| {
             head.raw("<meta charset=\"utf-8\"/>");
             head.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>");
-            head.element(
-                "title",
-                match report.certificate {
-                    Some(_) => "Calibration certificate",
-                    None => "LoopScope calibration report",
-                },
-            );
+            head.element("title", "LoopScope calibration report");
             head.within("style", "", |style| style.raw(STYLE));
         });
-        match &report.certificate {
-            Some(own) => page.within("body", "class=\"certificate\"", |body| {
-                certificate::contents(report, own, body);
-            }),
-            None => page.within("body", "", |body| contents(report, body)),
-        }
+        page.within("body", "", |body| contents(report, body));
     });
     page.into_string()
 }
 
 fn contents(report: &ReportData, page: &mut Markup) {
     tables::head(report, page);
+    tables::sensor(report, page);
     tables::notes(report, page);
     tables::warnings(report, page);
     tables::check(report, page);
     tables::scores(report, page);
-    tables::uncertainty(report, page);
+    tables::expected_error(report, page);
+    tables::limits(report, page);
     tables::settings(report, page);
     figures::thresholds(report, page);
     figures::loops(report, page);

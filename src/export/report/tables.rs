@@ -9,7 +9,8 @@ use crate::export::facts::settings_of;
 use crate::features::Distance;
 use crate::recording::Role;
 use crate::report::{
-    Align, Cell, Column, Shown, Table, errors, factory_note, sufficiency_tables, uncertainty_tables,
+    Align, Cell, Column, Shown, Table, errors, expected_error_table, factory_note, limits_table,
+    sufficiency_tables,
 };
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
@@ -38,6 +39,45 @@ pub(super) fn head(report: &ReportData, page: &mut Markup) {
         report.recordings.len(),
     ));
     page.raw("</p>");
+}
+
+/// Writes the sensor's identity, where any of it was entered.
+pub(super) fn sensor(report: &ReportData, page: &mut Markup) {
+    let calibration = &report.calibration;
+    let entered = calibration.identity.entered();
+    let mut rows: Vec<(&str, String)> = entered
+        .map(|(item, text)| (item.label(), text.to_owned()))
+        .collect();
+    let rated = calibration
+        .axes
+        .iter()
+        .zip(&calibration.full_scale)
+        .zip(&calibration.rated);
+    let rated = rated
+        .filter(|(_, is_rated)| **is_rated)
+        .map(|((axis, load), _)| {
+            format!(
+                "{} {} {}",
+                axis.symbol(),
+                significant(*load, 4),
+                axis.unit()
+            )
+        });
+    let rated: Vec<String> = rated.collect();
+    if !rated.is_empty() {
+        rows.push(("Rated loads", rated.join(", ")));
+    }
+    if rows.is_empty() {
+        return;
+    }
+    page.section("sensor", "", "Sensor", |page| {
+        page.within("dl", "", |page| {
+            for (label, text) in rows {
+                page.element("dt", label);
+                page.element("dd", &text);
+            }
+        });
+    });
 }
 
 /// Each paragraph of the notes as one.
@@ -169,19 +209,28 @@ fn rmse_row(recording: &ReportRecording, n_columns: usize) -> Vec<Cell> {
     row
 }
 
-pub(super) fn uncertainty(report: &ReportData, page: &mut Markup) {
-    page.section("uncertainty", "", "Uncertainty", |page| {
-        match &report.uncertainty {
-            Ok(found) => {
-                uncertainty_tables(found)
-                    .iter()
-                    .for_each(|table| page.table(table));
-                for note in &found.notes {
-                    page.element("p", &format!("{note}."));
-                }
-            }
+pub(super) fn expected_error(report: &ReportData, page: &mut Markup) {
+    page.section(
+        "expected-error",
+        "",
+        "Expected error",
+        |page| match &report.expected_error {
+            Ok(found) => page.table(&Table {
+                title: String::new(),
+                ..expected_error_table(found)
+            }),
             Err(reason) => page.element("p", reason),
-        }
+        },
+    );
+}
+
+/// Writes the outcome of each limit, where there are any.
+pub(super) fn limits(report: &ReportData, page: &mut Markup) {
+    if report.limits.is_empty() {
+        return;
+    }
+    page.section("limits", "", "Limits", |page| {
+        page.table(&limits_table(&report.limits))
     });
 }
 
@@ -232,7 +281,7 @@ pub(super) fn matrices(report: &ReportData, page: &mut Markup) {
             matrix("Compensated (Comp.)", map, calibration, page);
             if let Some(known) = &calibration.quality.coefficients {
                 let map = LinearMap { columns: map.columns.clone(), matrix: known.standard.clone() };
-                let title = format!("Compensated (Comp.): standard uncertainties, a jackknife {}", known.left_out);
+                let title = format!("Compensated (Comp.): standard errors, a jackknife {}", known.left_out);
                 matrix(&title, &map, calibration, page);
             }
         }

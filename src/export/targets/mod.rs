@@ -4,13 +4,11 @@ mod c_array;
 mod c_header;
 mod cal;
 mod csv;
-mod icub;
 mod json;
 mod m_function;
 mod matlab;
 mod matrix;
 mod numpy;
-mod onnx;
 mod package;
 mod python;
 mod rust;
@@ -33,12 +31,9 @@ pub static TARGETS: &[&dyn Target] = &[
     &yaml::Yaml,
     &cal::Cal,
     &c_array::CArray,
-    &icub::Secondary,
-    &icub::Board,
     &csv::Csv,
     &numpy::NumPy,
     &matlab::Matlab,
-    &onnx::Onnx,
 ];
 
 /// The format that a file's ending asks for, or a path that is to be a folder.

@@ -107,7 +107,6 @@ pub enum Distance {
     #[default]
     Force,
     /// Euclidean norm over all axes, each divided by its full scale (1).
-    #[serde(alias = "full_scale")]
     FullScale,
 }
 

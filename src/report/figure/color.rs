@@ -3,10 +3,6 @@
 // Okabe and Ito (2008).
 /// Blue.
 pub const BLUE: [u8; 3] = [0, 114, 178];
-/// A red towards orange.
-pub const VERMILION: [u8; 3] = [213, 94, 0];
-/// A green towards blue.
-pub const GREEN: [u8; 3] = [0, 158, 115];
 /// A light purple.
 pub const PURPLE: [u8; 3] = [204, 121, 167];
 /// A light blue.

@@ -1,0 +1,75 @@
+//! Standard errors of the coefficients of a fit.
+
+use serde::{Deserialize, Serialize};
+
+use super::{CrossValidation, LinearMap};
+
+/// Maximum number of features with standard errors: with more they take too long to follow a slider.
+pub(crate) const MOST_FEATURES: usize = 48;
+
+/// The delete-one-group jackknife of the coefficients.
+///
+/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: with fits θᵢ to all parts but one, each of G in turn,
+/// `var = (G − 1)/G Σ (θᵢ − θ̄)²`. Parts are those of cross-validation, as neighbouring samples know of each other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoefficientErrors {
+    /// What was left out in turn.
+    pub left_out: CrossValidation,
+    /// Standard error of each coefficient of the compensated matrix: a row per axis, a column per feature.
+    pub standard: Vec<Vec<f64>>,
+}
+
+impl CoefficientErrors {
+    /// Of the matrices of fits that leave each part out; `None` with fewer than two.
+    pub fn of(left_out: CrossValidation, fits: &[LinearMap]) -> Option<Self> {
+        let matrices: Vec<&Vec<Vec<f64>>> = fits.iter().map(|map| &map.matrix).collect();
+        let n = matrices.len();
+        let first = matrices.first().filter(|_| n > 1)?;
+        let factor = (n as f64 - 1.0) / n as f64;
+        let standard = |axis: usize, column: usize| {
+            let of_fit = |own: &&Vec<Vec<f64>>| own[axis][column];
+            let mean = matrices.iter().map(of_fit).sum::<f64>() / n as f64;
+            let squares = matrices.iter().map(|own| (of_fit(own) - mean).powi(2));
+            (factor * squares.sum::<f64>()).sqrt()
+        };
+        let of_axis = |axis: usize| {
+            (0..first[axis].len())
+                .map(|column| standard(axis, column))
+                .collect()
+        };
+        Some(Self {
+            standard: (0..first.len()).map(of_axis).collect(),
+            left_out,
+        })
+    }
+
+    /// Whether it is of a matrix with so many rows and columns.
+    pub(crate) fn is_of(&self, n_axes: usize, n_columns: usize) -> bool {
+        self.standard.len() == n_axes && self.standard.iter().all(|row| row.len() == n_columns)
+    }
+
+    /// All numbers of it.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
+        self.standard.iter().flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a mean, the jackknife is what everybody knows: s²/n. Values 1, 2, 6 leave the means 4, 3.5, 1.5; s²/n is 7/3.
+    #[test]
+    fn of_a_mean_it_is_the_variance_over_the_number() {
+        let fits = [4.0, 3.5, 1.5].map(|mean| LinearMap {
+            columns: Vec::new(),
+            matrix: vec![vec![mean, -mean]],
+        });
+        let found = CoefficientErrors::of(CrossValidation::default(), &fits).unwrap();
+        assert!((found.standard[0][0] - (7.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!(
+            CoefficientErrors::of(CrossValidation::default(), &fits[..1]),
+            None
+        );
+    }
+}

@@ -1,0 +1,92 @@
+//! The expected error of a calibration: per axis the value within which 95 % of the held-out errors lie.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::Axis;
+
+/// Number and kind of the held-out samples.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    /// Number of groups that were left out in turn, or of test recordings.
+    pub groups: usize,
+    /// Number of samples.
+    pub samples: u64,
+}
+
+/// Expected error of one axis, in its unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisExpectedError {
+    /// The axis.
+    pub axis: Axis,
+    /// Unit of all figures.
+    pub unit: String,
+    /// Smallest and largest load of the recordings.
+    pub range: (f64, f64),
+    /// The larger of the two values below; `None` where the axis hardly moves in the recordings.
+    pub value: Option<f64>,
+    /// Value in percent of full scale.
+    pub percent_fs: Option<f64>,
+    /// Value in cross-validation.
+    pub cross_validation: Option<f64>,
+    /// Value on the test recordings.
+    pub test: Option<f64>,
+}
+
+/// Expected error of a calibration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ExpectedError {
+    /// Figures of each axis.
+    pub axes: Vec<AxisExpectedError>,
+    /// What was left out in turn; `None` where only test recordings count.
+    pub cross_validation: Option<HeldOut>,
+    /// The test recordings; `None` without any.
+    pub test: Option<HeldOut>,
+    /// Conditions that the recordings do not show, in a sentence.
+    pub not_covered: String,
+}
+
+impl ExpectedError {
+    /// Returns the value of an axis in its unit, or why there is none.
+    pub fn of_axis(&self, axis: Axis) -> Result<f64, String> {
+        let own = self.axes.iter().find(|own| own.axis == axis);
+        own.and_then(|own| own.value)
+            .ok_or_else(|| format!("{} hardly moves in the recordings", axis.symbol()))
+    }
+
+    /// Returns sentences that belong beside the figures: what was held out, and what is not covered.
+    pub fn notes(&self) -> Vec<String> {
+        vec![format!("{self}."), self.not_covered.clone()]
+    }
+}
+
+impl fmt::Display for ExpectedError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let left_out = self.cross_validation.as_ref().map(|own| {
+            let groups = counted(own.groups, "group");
+            format!("{groups} left out in turn ({} samples)", own.samples)
+        });
+        let test = self.test.as_ref().map(|own| {
+            let recordings = counted(own.groups, "test recording");
+            format!("{recordings} ({} samples)", own.samples)
+        });
+        let held_out: Vec<String> = left_out.into_iter().chain(test).collect();
+        write!(
+            f,
+            "95 % of the errors lie within it on {}",
+            held_out.join(", and on ")
+        )?;
+        if held_out.len() > 1 {
+            write!(f, "; the larger value counts")?;
+        }
+        Ok(())
+    }
+}
+
+/// Returns a number with its noun.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{n} {noun}{plural}")
+}

@@ -1,0 +1,54 @@
+//! A form for the sensor's identity, which goes into every export and into the report.
+
+use crate::engine::{Edit, Engine};
+use crate::recording::Item;
+use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::pane::{Cx, PaneView};
+
+/// Left edge of the fields (points).
+const LABEL: f32 = 160.0;
+/// Width of the fields (points).
+const FIELD: f32 = 230.0;
+
+/// The pane.
+pub const PANE: Pane = Pane(&Kind {
+    key: "sensor",
+    title: "Sensor",
+    explanation: "Which sensor it is, when and against what it was calibrated: for exports and the report",
+});
+
+/// Nothing of its own.
+#[derive(Debug, Default)]
+pub struct View;
+
+impl PaneView for View {
+    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        egui::ScrollArea::both()
+            .auto_shrink([false, false])
+            .show(ui, |ui| form(ui, cx.engine, cx.out));
+    }
+}
+
+/// Draws a field for each item.
+fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let identity = &engine.project().identity;
+    let mut edited = identity.clone();
+    for item in Item::all() {
+        let mut text = identity.get(item).to_owned();
+        ui.horizontal(|ui| {
+            let left = ui.cursor().left();
+            let label = ui.label(item.label());
+            ui.add_space((left + LABEL - ui.cursor().left()).max(0.0));
+            let field = egui::TextEdit::singleline(&mut text).desired_width(FIELD);
+            let field = ui.add(field).labelled_by(label.id);
+            field.on_hover_text(format!("{}: {}", item.label(), item.hint()));
+        });
+        if text != identity.get(item) {
+            edited.set(item, text);
+        }
+    }
+    ui.weak("Rated loads are the full scales in Settings.");
+    if edited != *identity {
+        out.push(Edit::Identity(edited).into());
+    }
+}
