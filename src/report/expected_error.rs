@@ -54,3 +54,17 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
         note: of.notes().join(" "),
     }
 }
+
+/// Returns the expected errors alone, to stand beside other errors of the same axes.
+pub fn expected_error_column(of: &ExpectedError) -> Table {
+    let rows = of
+        .axes
+        .iter()
+        .map(|own| vec![Cell::words(own.axis.label()), Cell::digits(own.value, 3)]);
+    Table {
+        title: "Expected error".to_owned(),
+        columns: vec![Column::words("Axis"), Column::numbers("95 %")],
+        rows: rows.collect(),
+        note: of.notes().join(" "),
+    }
+}

@@ -15,6 +15,8 @@ mod trace;
 
 pub use errors::errors;
 pub(crate) use errors::factory_note;
+#[cfg(feature = "gui")]
+pub(crate) use expected_error::expected_error_column;
 pub(crate) use expected_error::expected_error_table;
 pub(crate) use limits::limits_table;
 pub(crate) use loops::{LoopMeasures, LoopScale, drifts, loop_figures};

@@ -3,7 +3,7 @@
 use crate::analysis::Analysis;
 use crate::engine::Engine;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::report::{Shown, Table, errors, expected_error_table};
+use crate::report::{Shown, Table, errors, expected_error_column, expected_error_table};
 use crate::ui::command::{Kind, Pane};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
@@ -39,7 +39,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
                 .on_hover_text("As tab-separated text")
                 .clicked()
         {
-            ui.copy_text(all_errors(analysis).tab_separated());
+            ui.copy_text(all_errors(analysis, engine).tab_separated());
         }
         let Some(analysis) = engine.analysis() else {
             return;
@@ -69,7 +69,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     egui::ScrollArea::both()
         .auto_shrink([false, false])
         .show(ui, |ui| {
-            table::show(ui, &all_errors(analysis));
+            table::show(ui, &all_errors(analysis, engine));
             ui.add_space(8.0);
             expected(ui, engine);
         });
@@ -95,12 +95,18 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
     }
 }
 
-/// One row per axis, the sets of samples beside each other as far as they are scored.
-fn all_errors(analysis: &Analysis) -> Table {
+/// Returns a row per axis: the expected error, then the sets of samples beside each other as far as they are scored.
+fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
+    let known = engine
+        .expected_error
+        .answer()
+        .and_then(|own| own.as_ref().ok());
+    let known = known.filter(|own| own.axes.len() == analysis.calibration.axes.len());
+    let expected = known.map(|own| ("Expected".to_owned(), expected_error_column(own)));
     let tables = ScoreSet::ALL.into_iter().filter_map(|set| {
         let table = errors(&analysis.calibration, factory, set, Shown::Units).ok()?;
         Some((set.title().to_owned(), table))
     });
-    Table::beside("", tables)
+    Table::beside("", expected.into_iter().chain(tables))
 }
