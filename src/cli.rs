@@ -35,8 +35,8 @@ use crate::evaluation::limits::{Checked, LimitsError};
 use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
-    check_targets, name_gauges, names_gauges, read_with_notes, target_endings, target_for,
-    write_atomically, write_loads_csv,
+    check_targets, interrupted_code, name_gauges, names_gauges, read_with_notes, target_endings,
+    target_for, write_atomically, write_loads_csv,
 };
 use crate::formats::FileError;
 use crate::formats::csv::write_csv;
@@ -466,6 +466,8 @@ pub enum JobError {
     Minutes(f64),
     #[error("{}: the ending says no format; use one of {}", .path.display(), target_endings())]
     Ending { path: PathBuf },
+    #[error("{}: a report is written as HTML; name a file that ends in .html", .path.display())]
+    ReportEnding { path: PathBuf },
     #[error("{}: the ending says no format of traces; use {}", .path.display(), FileFormat::listed(TRACE_FORMATS))]
     TracesEnding { path: PathBuf },
     #[error(
@@ -500,6 +502,8 @@ pub enum JobError {
         recording: PathBuf,
         calibration: PathBuf,
     },
+    #[error("interrupted: more models were to be tried")]
+    Interrupted,
     #[error("the recordings do not carry the model")]
     Insufficient,
     #[error("say where the loads go: --out DIR, or --traces FILE")]
@@ -538,6 +542,7 @@ impl JobError {
             self,
             Self::NamedTwice { .. }
                 | Self::NoOutput
+                | Self::ReportEnding { .. }
                 | Self::NotAlone
                 | Self::OneFile { .. }
                 | Self::TareLive
@@ -652,6 +657,7 @@ pub fn run(mut job: Job) -> ExitCode {
                 JobError::Insufficient | JobError::OutOfLimits { .. } => {
                     ExitCode::from(INSUFFICIENT)
                 }
+                JobError::Interrupted => ExitCode::from(interrupted_code()),
                 error if error.is_usage() => ExitCode::from(USAGE),
                 _ => ExitCode::FAILURE,
             }

@@ -77,6 +77,7 @@ pub mod features;
 pub mod formats;
 pub mod import;
 mod lanes;
+pub mod logged;
 mod outward;
 pub(crate) mod panicked;
 pub mod progress;

@@ -6,8 +6,7 @@ use std::process::ExitCode;
 use loopscope::cli::{self, Cli};
 
 fn main() -> ExitCode {
-    // What goes on is written to standard error where RUST_LOG asks for it.
-    env_logger::init();
+    loopscope::logged::start();
     loopscope::export::clean_up_when_asked_to_end();
     let words: Vec<OsString> = std::env::args_os().collect();
     let Cli { job, files } = Cli::understood(&words).unwrap_or_else(|error| error.exit());

@@ -578,7 +578,10 @@ impl Side {
         progress: &Progress,
     ) -> Result<Vec<f64>, AnalysisError> {
         if block.search().is_none() {
-            return Ok(vec![DEGREE]);
+            return Ok(match block.setting().choices() {
+                Some(_) => vec![DEGREE],
+                None => block.setting().default.to_vec(),
+            });
         }
         if let Some((_, values)) = self.values.iter().find(|(own, _)| *own == block) {
             return Ok(values.clone());

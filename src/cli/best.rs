@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use clap::Args;
@@ -12,10 +12,10 @@ use super::choices::{CommonArgs, RecordingArgs, fit_arguments};
 use super::fit::warn_of;
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
-use crate::analysis::{Best, Request, Search, find_best, train};
+use crate::analysis::{AnalysisError, Best, Request, Search, find_best, handed_over, train};
 use crate::calibration::DECIMATION;
 use crate::evaluation::threshold_study::ScoreSet;
-use crate::export::{Together, add_calibration, check_targets, target_for, with_sources};
+use crate::export::{Together, add_calibration, check_targets, interrupt_stops, target_for};
 use crate::progress::Progress;
 
 /// Arguments of `best`.
@@ -70,14 +70,24 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
     let progress = Progress::default();
     let mut line = ProgressLine::default();
     line.say("looking at the recordings");
-    let line = std::sync::Mutex::new(line);
-    let best = find_best(&search, &progress, &|best| {
+    let line = Mutex::new(line);
+    let so_far: Mutex<Option<Best>> = Mutex::new(None);
+    interrupt_stops(&progress);
+    let found = find_best(&search, &progress, &|best| {
+        if let Ok(mut so_far) = so_far.lock() {
+            *so_far = Some(best.clone());
+        }
         let newest = best.tried.last().map_or("", |tried| tried.name);
         let text = format!("{} tried, the newest: {newest}", best.tried.len());
         if let Ok(mut line) = line.lock() {
             line.say(&text);
         }
-    })?;
+    });
+    let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
+    let best = match (found, so_far.into_inner().ok().flatten()) {
+        (Err(AnalysisError::Cancelled(_)), Some(so_far)) => so_far,
+        (found, _) => found?,
+    };
     if let Ok(mut line) = line.lock() {
         line.end();
     }
@@ -99,7 +109,7 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
         {
             return Err(JobError::Undetermined { undetermined });
         }
-        let told = with_sources(&calibration, &recordings);
+        let told = handed_over(&request, &calibration, &Progress::default())?;
         warn_of(&calibration, &args.export);
         let mut files = Together::default();
         for path in &args.export {
@@ -113,7 +123,7 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
         let report = Report { best: &best, fit };
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
-        return Ok(());
+        return ended(is_interrupted);
     }
     writeln!(out, "{}", best.table(ScoreSet::LeftOut).text())?;
     if best
@@ -130,5 +140,13 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
             proposed.name
         )?;
     }
-    Ok(())
+    ended(is_interrupted)
+}
+
+/// Fails where the search was interrupted, after what it had found was written.
+fn ended(is_interrupted: bool) -> Result<(), JobError> {
+    match is_interrupted {
+        true => Err(JobError::Interrupted),
+        false => Ok(()),
+    }
 }

@@ -41,6 +41,16 @@ pub struct ReportArgs {
 }
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
+    let ending = args
+        .out
+        .extension()
+        .unwrap_or_default()
+        .to_ascii_lowercase();
+    if ending != "html" && ending != "htm" {
+        return Err(JobError::ReportEnding {
+            path: args.out.clone(),
+        });
+    }
     let inputs = args.recordings.inputs().chain(&args.factory);
     let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
     check_targets(inputs, std::slice::from_ref(&args.out), args.force)?;

@@ -191,6 +191,8 @@ pub struct Engine {
     /// Whether they are on screen.
     pub shows_left: bool,
     recovery: Recovery,
+    /// The document that the autosave was given last.
+    kept: Option<Project>,
     /// Those whose content is here now.
     restored: Vec<PathBuf>,
     /// What is to be done, once somebody has said what becomes of what is not saved.
@@ -250,6 +252,7 @@ impl Engine {
             recoverable: Vec::new(),
             shows_left: false,
             recovery: Recovery::default(),
+            kept: None,
             restored: Vec::new(),
             leaving: None,
             closes: false,
@@ -460,7 +463,7 @@ impl Engine {
 
     /// The last training, if it is of the recordings of now.
     fn last_training(&self) -> Option<(&FitSettings, &Trained, &Arc<Calibration>)> {
-        let (Train(of), trained) = self.training.whole()?;
+        let (Train { request: of, .. }, trained) = self.training.whole()?;
         let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
         let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
         Some((&of.settings, trained, calibration))
@@ -778,7 +781,8 @@ impl Engine {
                         datasets: self.datasets.clone(),
                         ..Request::fit(recordings, settings)
                     };
-                    self.training.ask_again(Train(request));
+                    let autosave = self.recovery.autosave();
+                    self.training.ask_again(Train { request, autosave });
                 }
             }
             Action::StopTraining => self.training.cancel(),
@@ -1162,7 +1166,8 @@ impl Engine {
             calibration: Some(calibration),
             ..Trained::default()
         };
-        self.training.put(Train(request), trained);
+        let autosave = self.recovery.autosave();
+        self.training.put(Train { request, autosave }, trained);
     }
 
     /// Puts a session in place of everything that is loaded; one without a path was recovered.
@@ -1228,30 +1233,25 @@ impl Engine {
         self.act(Action::ShowLeft(true));
     }
 
-    /// Writes down what is not saved, if it is time on the window's clock; `layout` says where the panes stand. Tells in how
-    /// many seconds to look again.
-    pub fn write_down(
-        &mut self,
-        now_secs: f64,
-        layout: &dyn Fn() -> serde_json::Value,
-    ) -> Option<f64> {
+    /// Hands what is not saved to the autosave; `layout` says where the panes stand.
+    pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
         // While files are read or simulated the session is not whole yet.
         if self.tasks.is_empty() {
             self.recovery.take_over(std::mem::take(&mut self.restored));
         }
-        let mut recovery = std::mem::take(&mut self.recovery);
-        let unsaved = || Unsaved {
+        let is_saved = !self.is_unsaved();
+        let trained = self.trained_to_save();
+        let is_same = |own: &Project| own.is_same(&self.project);
+        if self.kept.as_ref().is_some_and(is_same) && self.recovery.has(trained, is_saved) {
+            return;
+        }
+        let newest = Unsaved {
             session: Session::of(&self.project, Some(layout())),
-            trained: self.trained_to_save().cloned(),
+            trained: trained.cloned(),
             of: Arc::clone(&self.project.recordings),
         };
-        let unsaved: Option<&dyn Fn() -> Unsaved> = match self.is_unsaved() {
-            true => Some(&unsaved),
-            false => None,
-        };
-        let due = recovery.follow(now_secs, unsaved);
-        self.recovery = recovery;
-        due
+        self.recovery.keep(newest, is_saved);
+        self.kept = Some(self.project.clone());
     }
 
     /// The window closes as it should: nothing needs to be recovered.

@@ -51,13 +51,12 @@ fn writes_until_it_is_killed() {
         return;
     };
     let folder = Path::new(&folder);
-    let mut recovery = Recovery::begin(folder);
+    let recovery = Recovery::begin_every(folder, Duration::ZERO);
     let begun = PreferencesFile::read_in(folder).unwrap_or_default();
     let mut preferences = PreferencesFile::new(folder, begun.clone());
     let round = begun.layout.as_ref().and_then(|own| own["round"].as_u64());
     let first = round.map_or(0, |round| round + 1);
     let mut own = begun;
-    let mut now_secs = 0.0;
     for round in first.. {
         own.layout = Some(serde_json::json!({ "round": round }));
         preferences.write(&own).unwrap();
@@ -65,15 +64,13 @@ fn writes_until_it_is_killed() {
         let saved = FileContent::Session(Box::new(session(round)), project, None);
         let path = folder.join("saved").join("s.json");
         saved.write(&path, &Progress::default()).unwrap();
-        // Every look is an hour after the one before.
-        let mut waits = Some(0.0);
-        while waits.is_some_and(|secs| secs < 1.0) {
-            now_secs += 3600.0;
-            let unsaved = || Unsaved {
-                session: session(round),
-                ..Unsaved::default()
-            };
-            waits = recovery.follow(now_secs, Some(&unsaved));
+        let unsaved = Unsaved {
+            session: session(round),
+            ..Unsaved::default()
+        };
+        recovery.keep(unsaved, false);
+        while !recovery.autosave().is_written() {
+            thread::sleep(Duration::from_millis(1));
         }
         fs::write(folder.join("begun"), "").unwrap();
     }

@@ -11,6 +11,7 @@ use crate::analysis::{
 };
 use crate::calibration::{Calibration, EpochReport, ExpectedError, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
+use crate::engine::recovery::Autosave;
 use crate::evaluation::faults::Faults;
 use crate::evaluation::mean_hysteresis::MeanHysteresis;
 use crate::evaluation::sufficiency::Sufficiency;
@@ -83,8 +84,13 @@ impl Query for Analyse {
 }
 
 /// Train a network or a kernel, which takes longer than a slider may wait. When it is stopped, a network keeps the best it had.
-#[derive(Clone, Debug)]
-pub struct Train(pub Request);
+#[derive(Clone)]
+pub struct Train {
+    /// What is asked for.
+    pub request: Request,
+    /// Where the result is kept safe, even while the window draws nothing.
+    pub autosave: Autosave,
+}
 
 /// How far a training is.
 #[derive(Clone, Debug, Default)]
@@ -114,21 +120,29 @@ impl Query for Train {
     }
 
     fn is_same(&self, other: &Self) -> bool {
-        is_same_request(&self.0, &other.0)
+        is_same_request(&self.request, &other.request)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { progress, show, .. } = work;
         let mut trained = Trained::default();
         show(trained.clone());
-        let calibration = train(&self.0, progress, &mut |step| {
+        let calibration = train(&self.request, progress, &mut |step| {
             trained.step = Some(step);
             if let TrainingStep::Epoch(report) = step {
                 trained.epochs.push(report);
             }
             show(trained.clone());
         })?;
-        trained.calibration = Some(Arc::new(calibration));
+        let calibration = Arc::new(calibration);
+        let Request {
+            recordings,
+            settings,
+            ..
+        } = &self.request;
+        self.autosave
+            .take_trained(recordings, settings, &calibration);
+        trained.calibration = Some(calibration);
         Ok(trained)
     }
 }

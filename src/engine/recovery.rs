@@ -1,25 +1,24 @@
-//! What is not saved is written down now and then, so that a crash costs half a minute at most.
+//! Autosave: what is not saved is written down by a thread with a clock of its own, so that a crash costs half a minute at most, and no
+//! training. The thread also runs while the window is covered or minimised and draws nothing.
 //!
-//! Each window has a file of its own beside a lock that ends with its process: what stands beside a lock that nobody holds
+//! Each window has a file of its own beside a lock that ends with its process: a file beside a lock that no process holds
 //! was left by a window that did not close as it should.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, FitSettings};
 use crate::engine::session::{Session, trained_beside, write_session};
 use crate::export::clean_up_in;
 use crate::recording::RecordingSet;
 
-/// How often what is not saved is written down (s).
-const EVERY_SECS: f64 = 30.0;
-/// How soon to look again while it is being written (s).
-const SOON_SECS: f64 = 0.2;
-/// What the names of autosaved sessions and their locks begin with.
+/// Time between two autosaves.
+const EVERY: Duration = Duration::from_secs(30);
+/// Beginning of the names of autosaved sessions and their locks.
 const PREFIX: &str = "autosave-";
 
 /// An autosaved session of a window that did not close as it should.
@@ -40,14 +39,8 @@ pub struct LeftSession {
 pub struct Recovery {
     folder: Option<PathBuf>,
     own: Option<Own>,
-    /// What was written down last.
-    written: Option<Unsaved>,
-    /// What is being written down.
-    writing: Option<Writing>,
-    /// What this window took over of others; it goes once it is safe here.
-    restored: Vec<PathBuf>,
-    /// When the next look is due, on the window's clock.
-    due_secs: f64,
+    autosave: Autosave,
+    thread: Option<JoinHandle<()>>,
 }
 
 struct Own {
@@ -70,8 +63,12 @@ pub struct Unsaved {
 
 impl Unsaved {
     fn is_same(&self, other: &Self) -> bool {
+        self.session == other.session && self.has_same_training(other)
+    }
+
+    fn has_same_training(&self, other: &Self) -> bool {
         let trained = |own: &Self| own.trained.as_ref().map(Arc::as_ptr);
-        self.session == other.session && trained(self) == trained(other)
+        trained(self) == trained(other)
     }
 
     fn write(&self, path: &Path) -> bool {
@@ -79,114 +76,198 @@ impl Unsaved {
     }
 }
 
-struct Writing {
-    unsaved: Unsaved,
-    /// Autosaved sessions of other windows that this one restored.
+/// State shared with the thread that saves.
+#[derive(Clone, Default)]
+pub struct Autosave(Arc<(Mutex<Desk>, Condvar)>);
+
+#[derive(Default)]
+struct Desk {
+    /// The document as the window had it last.
+    newest: Unsaved,
+    /// Whether the user has saved it.
+    is_saved: bool,
+    /// The state that the file holds; `None` where there is no file.
+    written: Option<Unsaved>,
+    /// Files of other windows that this one restored; they are removed once their content is written or saved here.
     restored: Vec<PathBuf>,
-    /// Whether it could be written.
-    thread: JoinHandle<bool>,
+    /// Whether the next write must not wait for its turn.
+    is_urgent: bool,
+    ended: bool,
+}
+
+impl Desk {
+    fn is_due(&self) -> bool {
+        let is_known = self
+            .written
+            .as_ref()
+            .is_some_and(|own| own.is_same(&self.newest));
+        !self.is_saved && (!is_known || !self.restored.is_empty())
+    }
+
+    /// Removes what is not needed any more: the own file, and those of other windows, once all is saved.
+    fn tidy(&mut self, path: Option<&Path>) {
+        if self.is_saved {
+            // Restored, it would go back behind what is saved.
+            if let (Some(_), Some(path)) = (self.written.take(), path) {
+                remove_pair(path);
+            }
+            drop_all(std::mem::take(&mut self.restored));
+        }
+    }
+}
+
+impl Autosave {
+    fn lock(&self) -> MutexGuard<'_, Desk> {
+        self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wake(&self) {
+        self.0.1.notify_all();
+    }
+
+    /// Returns true if the newest state is on the disk.
+    #[cfg(test)]
+    pub fn is_written(&self) -> bool {
+        !self.lock().is_due()
+    }
+
+    /// Writes down a calibration as soon as it is trained, whether or not the window has taken it.
+    pub fn take_trained(
+        &self,
+        recordings: &Arc<RecordingSet>,
+        settings: &FitSettings,
+        trained: &Arc<Calibration>,
+    ) {
+        let mut desk = self.lock();
+        let newest = &mut desk.newest;
+        if Arc::ptr_eq(&newest.of, recordings) && newest.session.settings == *settings {
+            newest.trained = Some(Arc::clone(trained));
+            desk.is_saved = false;
+            desk.is_urgent = true;
+            self.wake();
+        }
+    }
+
+    /// Saves what changes until the window ends.
+    fn run(&self, path: &Path, every: Duration) {
+        let mut last: Option<Instant> = None;
+        let mut desk = self.lock();
+        while !desk.ended {
+            let left = last.map_or(Duration::ZERO, |last| every.saturating_sub(last.elapsed()));
+            if !desk.is_due() {
+                desk = self.0.1.wait(desk).unwrap_or_else(PoisonError::into_inner);
+            } else if !left.is_zero() && !desk.is_urgent && desk.restored.is_empty() {
+                let waited = self.0.1.wait_timeout(desk, left);
+                desk = waited.unwrap_or_else(PoisonError::into_inner).0;
+            } else {
+                last = Some(Instant::now());
+                desk.is_urgent = false;
+                let (unsaved, restored) = (desk.newest.clone(), std::mem::take(&mut desk.restored));
+                drop(desk);
+                let is_written = unsaved.write(path);
+                desk = self.lock();
+                match is_written {
+                    true => {
+                        desk.written = Some(unsaved);
+                        drop_all(restored);
+                    }
+                    // A folder that cannot be written is no error of the user's. It is tried again at the next turn.
+                    false => {
+                        desk.restored.extend(restored);
+                        let waited = self.0.1.wait_timeout(desk, every);
+                        desk = waited.unwrap_or_else(PoisonError::into_inner).0;
+                    }
+                }
+                desk.tidy(Some(path));
+            }
+        }
+    }
 }
 
 impl Recovery {
     /// Takes a file in `folder`. Where the folder cannot be used, nothing is written down.
     pub fn begin(folder: &Path) -> Self {
+        Self::begin_every(folder, EVERY)
+    }
+
+    /// [`begin`](Self::begin) with this time between two autosaves.
+    pub fn begin_every(folder: &Path, every: Duration) -> Self {
         let own = Own::new(folder);
         // What a killed window was writing; nobody writes a file of its name again.
         clean_up_in(folder);
+        let autosave = Autosave::default();
+        autosave.lock().is_saved = true;
+        let thread = own.as_ref().map(|own| {
+            let (autosave, path) = (autosave.clone(), own.session.clone());
+            std::thread::spawn(move || autosave.run(&path, every))
+        });
         Self {
             folder: Some(folder.to_owned()),
             own,
-            ..Self::default()
+            autosave,
+            thread,
         }
     }
 
-    /// What other windows left, oldest first.
+    /// Returns the handle that trainings report to.
+    pub fn autosave(&self) -> Autosave {
+        self.autosave.clone()
+    }
+
+    /// Returns what other windows left, oldest first.
     pub fn left(&self) -> Vec<LeftSession> {
         let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
-        let writing = self.writing.iter().flat_map(|writing| &writing.restored);
-        let taken: Vec<&PathBuf> = self.restored.iter().chain(writing).collect();
-        left.retain(|left| !taken.contains(&&left.path));
+        let desk = self.autosave.lock();
+        left.retain(|left| !desk.restored.contains(&left.path));
         left
     }
 
-    /// Writes down what is not saved (`None`: nothing is), if it is time on the window's clock; tells when the next look is due.
-    pub fn follow(&mut self, now_secs: f64, unsaved: Option<&dyn Fn() -> Unsaved>) -> Option<f64> {
-        // One after the other, so that the newest is what stays.
-        if self.is_writing() {
-            return Some(SOON_SECS);
-        }
-        let Some(unsaved) = unsaved else {
-            drop_all(std::mem::take(&mut self.restored));
-            if let (Some(_), Some(own)) = (self.written.take(), &self.own) {
-                // Restored, it would go back behind what is saved.
-                remove_pair(&own.session);
-            }
-            return None;
-        };
-        let own = self.own.as_ref()?;
-        if now_secs < self.due_secs {
-            return Some(self.due_secs - now_secs);
-        }
-        self.due_secs = now_secs + EVERY_SECS;
-        let unsaved = unsaved();
-        let restored = std::mem::take(&mut self.restored);
-        if self
-            .written
-            .as_ref()
-            .is_some_and(|own| own.is_same(&unsaved))
-        {
-            drop_all(restored);
-            return Some(EVERY_SECS);
-        }
-        let (path, own) = (own.session.clone(), unsaved.clone());
-        self.writing = Some(Writing {
-            unsaved,
-            restored,
-            // A folder that cannot be written is no error of the user's.
-            thread: std::thread::spawn(move || own.write(&path)),
-        });
-        Some(SOON_SECS)
+    /// Returns true if the thread has this document and this trained calibration already.
+    pub fn has(&self, trained: Option<&Arc<Calibration>>, is_saved: bool) -> bool {
+        let desk = self.autosave.lock();
+        desk.is_saved == is_saved
+            && desk.newest.trained.as_ref().map(Arc::as_ptr) == trained.map(Arc::as_ptr)
     }
 
-    /// Whether it is being written down just now.
-    fn is_writing(&mut self) -> bool {
-        let goes_on = |writing: &Writing| !writing.thread.is_finished();
-        let is_writing = self.writing.as_ref().is_some_and(goes_on);
-        if !is_writing {
-            self.take_written();
-        }
-        is_writing
+    /// Hands the document over to be written down; `is_saved` says that the user has saved it.
+    pub fn keep(&self, newest: Unsaved, is_saved: bool) {
+        let mut desk = self.autosave.lock();
+        desk.is_urgent |= newest.trained.is_some() && !newest.has_same_training(&desk.newest);
+        (desk.newest, desk.is_saved) = (newest, is_saved);
+        desk.tidy(self.own.as_ref().map(|own| &*own.session));
+        self.autosave.wake();
     }
 
-    /// Waits until it is written down. What could not be is tried again at the next look.
-    fn take_written(&mut self) {
-        let Some(writing) = self.writing.take() else {
-            return;
-        };
-        if writing.thread.join().unwrap_or(false) {
-            self.written = Some(writing.unsaved);
-            drop_all(writing.restored);
-        } else {
-            self.restored.extend(writing.restored);
-        }
-    }
-
-    /// This window holds what these files of others hold: they go once that is written down or saved.
-    pub fn take_over(&mut self, restored: Vec<PathBuf>) {
+    /// Removes these files of other windows once their content, which this window holds now, is written down or saved.
+    pub fn take_over(&self, restored: Vec<PathBuf>) {
         if !restored.is_empty() {
-            self.restored.extend(restored);
-            self.due_secs = 0.0;
+            self.autosave.lock().restored.extend(restored);
+            self.autosave.wake();
         }
     }
 
-    /// Nothing needs to be recovered.
+    /// Ends the thread and removes the file: nothing needs to be recovered.
     pub fn end(&mut self) {
-        // It would come after its file is taken away.
-        self.take_written();
+        self.stop();
         if let Some(own) = self.own.take() {
             remove_pair(&own.session);
             let _ = fs::remove_file(&own.lock);
         }
+    }
+
+    fn stop(&mut self) {
+        self.autosave.lock().ended = true;
+        self.autosave.wake();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A window that ends without a word leaves its file.
+impl Drop for Recovery {
+    fn drop(&mut self) {
+        self.stop();
     }
 }
 
@@ -344,14 +425,24 @@ mod tests {
         assert!(folder.path().join("other.lock").exists(), "it is not ours");
     }
 
-    /// Draws frames until nothing is being written.
-    fn written(window: &mut Recovery, unsaved: Option<&dyn Fn() -> Unsaved>) {
-        let mut now_secs = 0.0;
-        window.follow(now_secs, unsaved);
-        while window.is_writing() {
-            now_secs += 0.01;
-            window.follow(now_secs, unsaved);
-            std::thread::yield_now();
+    /// Waits until something holds that another thread brings about.
+    #[track_caller]
+    fn until(holds: impl Fn() -> bool) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while !holds() {
+            assert!(Instant::now() < deadline);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn unsaved(notes: &str) -> Unsaved {
+        let session = Session {
+            notes: notes.to_owned(),
+            ..Session::default()
+        };
+        Unsaved {
+            session,
+            ..Unsaved::default()
         }
     }
 
@@ -359,36 +450,56 @@ mod tests {
     fn what_is_restored_stays_until_it_is_written_down_or_saved_here() {
         let folder = tempfile::tempdir().unwrap();
         let other = folder.path().join("autosave-1.json");
-        let session = Session {
-            notes: "restored".to_owned(),
-            ..Session::default()
-        };
-        let unsaved = || Unsaved {
-            session: session.clone(),
-            ..Unsaved::default()
-        };
-        let mut window = Recovery::begin(folder.path());
+        let mut window = Recovery::begin_every(folder.path(), Duration::from_millis(5));
         let own = window.own.as_ref().unwrap().session.clone();
         for is_saved in [false, true] {
             fs::write(&other, "{}").unwrap();
             window.take_over(vec![other.clone()]);
-            assert!(window.left().is_empty() && other.exists());
-            let unsaved: &dyn Fn() -> Unsaved = &unsaved;
-            written(&mut window, Some(unsaved).filter(|_| !is_saved));
-            assert!(!other.exists());
+            window.keep(unsaved("restored"), is_saved);
+            assert!(window.left().is_empty());
+            until(|| !other.exists());
             assert_eq!(own.exists(), !is_saved);
         }
         // Where nothing can be written, it stays, and it is tried again.
         fs::write(&other, "{}").unwrap();
         fs::create_dir(&own).unwrap();
         window.take_over(vec![other.clone()]);
-        written(&mut window, Some(&unsaved));
+        window.keep(unsaved("again"), false);
+        std::thread::sleep(Duration::from_millis(30));
         assert!(other.exists());
         fs::remove_dir(&own).unwrap();
-        window.due_secs = 0.0;
-        written(&mut window, Some(&unsaved));
-        assert!(!other.exists() && own.exists());
+        until(|| !other.exists() && own.exists());
         window.end();
         assert!(!own.exists());
+    }
+
+    /// No frame is drawn: the thread alone takes what was trained, long before its turn.
+    #[test]
+    fn what_a_hidden_window_trains_is_written_down_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut window = Recovery::begin_every(folder.path(), Duration::from_secs(3600));
+        let own = window.own.as_ref().unwrap().session.clone();
+        let set = Arc::new(crate::recording::simulated::recordings(3));
+        let settings = FitSettings {
+            decimation: 50,
+            ..FitSettings::default()
+        };
+        let mut newest = unsaved("saved");
+        (newest.of, newest.session.settings) = (Arc::clone(&set), settings.clone());
+        window.keep(newest, true);
+        let request = crate::analysis::Request::fit(Arc::clone(&set), settings.clone());
+        let trained =
+            crate::analysis::train(&request, &crate::progress::Progress::default(), &mut |_| {});
+        let trained = Arc::new(trained.unwrap());
+        let other = FitSettings::default();
+        window.autosave().take_trained(&set, &other, &trained);
+        assert!(
+            window.autosave.lock().newest.trained.is_none(),
+            "of other settings"
+        );
+        window.autosave().take_trained(&set, &settings, &trained);
+        until(|| own.exists() && trained_beside(&own).exists());
+        window.end();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -78,8 +78,12 @@ pub struct Session {
 /// Why a file is no session.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
+    #[error(
+        "the session is cut off in line {line}; open a copy of it, or save it again from the window that wrote it"
+    )]
+    CutOff { line: usize },
     #[error("not a session: {0}")]
-    Json(#[from] serde_json::Error),
+    Json(serde_json::Error),
     #[error(
         "a session of version {found}, where this program knows up to {VERSION}; open it with a newer one"
     )]
@@ -87,14 +91,21 @@ pub enum SessionError {
 }
 
 impl Session {
-    /// Whether a file's text is that of a session, as far as its start tells.
+    /// Returns true if a text is that of a session, be it cut off.
     pub fn is_one(text: &[u8]) -> bool {
         #[derive(Deserialize)]
         struct Start {
             #[serde(default)]
             format: serde_json::Value,
         }
-        serde_json::from_slice::<Start>(text).is_ok_and(|start| start.format == FORMAT)
+        let start = text
+            .iter()
+            .copied()
+            .filter(|byte| !byte.is_ascii_whitespace());
+        let start: Vec<u8> = start.take(64).collect();
+        let begins_as_one = format!("{{\"format\":\"{FORMAT}\"").replace(' ', "");
+        start.starts_with(begins_as_one.as_bytes())
+            || serde_json::from_slice::<Start>(text).is_ok_and(|start| start.format == FORMAT)
     }
 
     /// Understands a session's text.
@@ -102,7 +113,10 @@ impl Session {
     /// # Errors
     /// [`SessionError`] if it is no session, or of a version that is not known yet.
     pub fn from_json(text: &[u8]) -> Result<Self, SessionError> {
-        let session: Self = serde_json::from_slice(text)?;
+        let session: Self = serde_json::from_slice(text).map_err(|error| match error.is_eof() {
+            true if Self::is_one(text) => SessionError::CutOff { line: error.line() },
+            _ => SessionError::Json(error),
+        })?;
         if session.version > VERSION {
             return Err(SessionError::Version {
                 found: session.version,
@@ -611,6 +625,21 @@ mod tests {
         let there = now.join("other.json");
         std::fs::write(&there, "").unwrap();
         assert_eq!(found_again(&there, &now.join("17")), there);
+    }
+
+    #[test]
+    fn a_session_that_is_cut_off_is_named_as_one() {
+        let whole = Session::of(&Project::default(), None).to_json(Path::new(""));
+        let half = &whole[..whole.len() / 2];
+        assert!(Session::is_one(&whole) && Session::is_one(half));
+        let error = Session::from_json(half).unwrap_err().to_string();
+        assert!(
+            error.starts_with("the session is cut off in line"),
+            "{error}"
+        );
+        assert!(!Session::is_one(
+            b"{\"format\": \"loopscope calibration\", "
+        ));
     }
 
     #[test]

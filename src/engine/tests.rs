@@ -1432,7 +1432,7 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
     assert_eq!(engine.project().notes, "what was left");
     assert!(engine.session.is_none() && engine.is_unsaved());
     save_session(&mut engine, &path("saved"));
-    engine.write_down(0.0, &|| serde_json::Value::Null);
+    engine.write_down(&|| serde_json::Value::Null);
     assert!(!path("3").exists(), "its content is safe");
     engine.act(Action::ShowLeft(false));
     assert_eq!(engine.recoverable, [left("1")]);
@@ -1457,9 +1457,9 @@ fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
     engine.act(Action::Restore(engine.recoverable[0].path.clone()));
     let deadline = Instant::now() + Duration::from_secs(60);
     // Only what is whole may take the place of what was left.
-    for step in 0.. {
+    loop {
         engine.take();
-        engine.write_down(f64::from(step), &|| serde_json::Value::Null);
+        engine.write_down(&|| serde_json::Value::Null);
         if !path.exists() {
             break;
         }
@@ -1656,15 +1656,13 @@ fn a_crash_costs_no_training() {
     let mut crashed = saved_with_training(folder.path());
     crashed.recover_in(&left);
     let trained = crashed.fitting().unwrap().clone();
-    let autosaved = |engine: &mut Engine, from_secs: f64| {
-        engine.write_down(from_secs, &|| serde_json::Value::Null);
-        while engine.write_down(from_secs, &|| serde_json::Value::Null) < Some(1.0) {
-            thread::sleep(Duration::from_millis(1));
-        }
-    };
-    for (n, notes) in ["not saved", "not saved either"].into_iter().enumerate() {
-        crashed.act(Action::Edit(Edit::Notes(notes.to_owned())));
-        autosaved(&mut crashed, 1000.0 * n as f64);
+    crashed.act(Action::Edit(Edit::Notes("not saved".to_owned())));
+    crashed.write_down(&|| serde_json::Value::Null);
+    let deadline = Instant::now() + Duration::from_secs(60);
+    let is_written = || fs::read_dir(&left).unwrap().count() == 3; // the lock and the pair
+    while !is_written() {
+        assert!(Instant::now() < deadline);
+        thread::sleep(Duration::from_millis(1));
     }
     drop(crashed);
     let mut engine = engine();
@@ -1672,10 +1670,16 @@ fn a_crash_costs_no_training() {
     assert_eq!(engine.recoverable.len(), 1, "the pair is one session");
     engine.act(Action::Restore(engine.recoverable[0].path.clone()));
     settle(&mut engine);
-    assert_eq!(engine.project().notes, "not saved either");
+    assert_eq!(engine.project().notes, "not saved");
     assert_eq!(engine.fitting().unwrap().learned, trained.learned);
     // Once this window is closed as it should, nothing of either remains.
-    autosaved(&mut engine, 0.0);
+    engine.write_down(&|| serde_json::Value::Null);
+    while engine.recoverable.iter().any(|own| own.path.exists())
+        || fs::read_dir(&left).unwrap().count() != 3
+    {
+        assert!(Instant::now() < deadline);
+        thread::sleep(Duration::from_millis(1));
+    }
     engine.end();
     assert_eq!(fs::read_dir(&left).unwrap().count(), 0);
 }

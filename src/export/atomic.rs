@@ -9,7 +9,11 @@ use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use crate::progress::Progress;
 
 /// How temporary files begin and end; between the two are the name that they are to take, and some letters by chance.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
@@ -138,20 +142,67 @@ pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     })
 }
 
-/// Lets no temporary file stay where the program is interrupted or asked to end.
+/// Exit code of an interrupted program (128 + SIGINT), as shells report it; 128 + SIGTERM where it was asked to end.
+static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
+
+/// Removes temporary files when the program is interrupted or asked to end, says so, and ends it. Work that [`interrupt_stops`] is
+/// stopped instead, the first time.
 ///
-/// Where somebody arranged that the program is not to hear of it (`nohup`), it stays so.
+/// A signal that the program was started to ignore (`nohup`) stays ignored.
 pub fn clean_up_when_asked_to_end() {
-    // Without it, what is left goes when the same file is written again.
-    let _ = ctrlc::try_set_handler(|| {
+    let is_terminated = Arc::new(AtomicBool::new(false));
+    let asked_to_end = Arc::clone(&is_terminated);
+    // Without a handler, temporary files are removed when the same file is written again.
+    let set = ctrlc::try_set_handler(move || {
+        // Both handlers of the signal have run by then.
+        std::thread::sleep(Duration::from_millis(5));
+        let word = match asked_to_end.load(Ordering::SeqCst) {
+            true => {
+                EXIT_CODE.store(143, Ordering::SeqCst);
+                "asked to end"
+            }
+            false => "interrupted",
+        };
+        let work = work().take();
+        if let Some(work) = work {
+            let _ = writeln!(
+                io::stderr(),
+                "loopscope: {word}; what was found so far follows. Interrupt again to end at once"
+            );
+            work.cancel();
+            return;
+        }
         // Held until the end, so that no new one begins.
         let being_written = being_written();
         for path in being_written.iter() {
             let _ = fs::remove_file(path);
         }
-        // What a shell reports of a program that was interrupted.
-        std::process::exit(130)
+        let _ = writeln!(io::stderr(), "loopscope: {word}");
+        std::process::exit(interrupted_code().into())
     });
+    #[cfg(unix)]
+    if set.is_ok() {
+        // It calls the handler above, too.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, is_terminated);
+    }
+    #[cfg(not(unix))]
+    let _ = (set, is_terminated);
+}
+
+/// Returns the exit code of a program that was interrupted or asked to end.
+pub fn interrupted_code() -> u8 {
+    EXIT_CODE.load(Ordering::SeqCst)
+}
+
+/// Lets the first interrupt stop this work instead of the program.
+pub fn interrupt_stops(progress: &Progress) {
+    *work() = Some(progress.clone());
+}
+
+/// The work that an interrupt stops.
+fn work() -> MutexGuard<'static, Option<Progress>> {
+    static WORK: Mutex<Option<Progress>> = Mutex::new(None);
+    WORK.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The temporary files of this program.

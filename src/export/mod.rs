@@ -21,7 +21,9 @@ mod traces;
 mod writable;
 
 pub use atomic::clean_up_when_asked_to_end;
-pub(crate) use atomic::{Together, WriteError, clean_up_in, write_atomically};
+pub(crate) use atomic::{
+    Together, WriteError, clean_up_in, interrupt_stops, interrupted_code, write_atomically,
+};
 pub(crate) use calibration_file::ReadCalibrationError;
 pub(crate) use calibration_file::{add_calibration, caution, read_with_notes};
 pub use calibration_file::{read_calibration, write_calibration};

@@ -24,8 +24,8 @@ pub struct LoopScale<'a> {
 pub struct LoopMeasures {
     /// Of which load; `None` for a gauge.
     pub trace: Option<Trace>,
-    /// Largest width, mean width and area, in their units, with what each rests on.
-    pub figures: [(f64, Basis); 3],
+    /// Largest width, mean width, area and dissipated work, in their units, with what each rests on.
+    pub figures: [(f64, Basis); 4],
 }
 
 /// By how much half and twice the dead band would change a figure.
@@ -49,7 +49,7 @@ pub(super) fn moves(value: f64, basis: &Basis) -> String {
 /// What [`moves`] means.
 pub(super) const MOVES: &str = "By how much the figure would change with half, and with twice the dead band; a dash where it would not be there";
 
-/// Largest width, mean width and area of each loop, in units and in percent, by how much the second differs from the first,
+/// Largest width, mean width, area and dissipated work of each loop, in units and in percent, by how much the second differs from the first,
 /// and how far each depends on the dead band.
 pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
     let unit = of.gauge_unit.unwrap_or(of.axis.unit());
@@ -79,7 +79,14 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         ),
         (
             "Area",
-            "What the loop encloses: positive where the output lags behind the load; in percent of the full scales of both",
+            "Integral of |falling − rising| over the load; in percent of the full scales of both",
+            &area_unit,
+            area_share,
+            of.output_scale * of.full_scale,
+        ),
+        (
+            "Dissipated work",
+            "Integral of falling − rising over the load: positive where the output lags behind, negative where it leads; parts of both signs cancel",
             &area_unit,
             area_share,
             of.output_scale * of.full_scale,
@@ -101,8 +108,11 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         ];
         row.extend(values().map(|value| Cell::digits(Some(value), 4)));
         if let [before, after] = loops {
-            let sizes = [before, after].map(|one| one.figures[at].0.abs());
-            row.push(Cell::change(sizes[0], sizes[1]));
+            let [before, after] = [before, after].map(|one| one.figures[at].0);
+            row.push(match before * after < 0.0 {
+                true => Cell::missing("–", "the sign changes"),
+                false => Cell::change(before.abs(), after.abs()),
+            });
         }
         rows.push(row);
         let mut row = vec![Cell::words(""), Cell::words(share).about(of_what)];
@@ -189,13 +199,13 @@ mod tests {
             dead_band_halved: Some(1.1),
             ..Basis::new(3, 0.5)
         };
-        let measures = |trace, figures: [f64; 3]| LoopMeasures {
+        let measures = |trace, figures: [f64; 4]| LoopMeasures {
             trace,
             figures: figures.map(|figure| (figure, basis)),
         };
         let both = [
-            measures(Some(Trace::Conventional), [1.0, 0.5, 8.0]),
-            measures(Some(Trace::Compensated), [0.5, 0.25, -2.0]),
+            measures(Some(Trace::Conventional), [1.0, 0.5, 8.0, 8.0]),
+            measures(Some(Trace::Compensated), [0.5, 0.25, 2.0, -2.0]),
         ];
         let shown = |table: &Table| -> Vec<Vec<String>> {
             let rows = table.rows.iter();
@@ -209,14 +219,15 @@ mod tests {
         );
         assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
         assert_eq!(rows[2], ["½, 2 × band", "%", "+10.0, –", "+120.0, –", ""]);
-        assert_eq!(rows[6], ["Area", "N²", "8.000", "-2.000", "-75.0 %"]);
-        assert_eq!(rows[7], ["", "% FS²", "2.00", "-0.500", ""]);
+        assert_eq!(rows[6], ["Area", "N²", "8.000", "2.000", "-75.0 %"]);
+        assert_eq!(rows[7], ["", "% FS²", "2.00", "0.500", ""]);
+        assert_eq!(rows[9], ["Dissipated work", "N²", "8.000", "-2.000", "–"]);
         let gauge = LoopScale {
             gauge_unit: Some("ohm"),
             output_scale: 0.0,
             ..of
         };
-        let rows = shown(&loop_figures(&[measures(None, [1.0; 3])], gauge));
+        let rows = shown(&loop_figures(&[measures(None, [1.0; 4])], gauge));
         assert_eq!(rows[0], ["Largest width", "ohm", "1.000"]);
         assert_eq!(rows[1], ["", "%", "–"]);
         assert_eq!(rows[6][1], "ohm·N");

@@ -83,9 +83,10 @@ impl CommandPalette {
         if !self.open {
             return;
         }
-        let found: Vec<Action> = (actions::all(engine, can).into_iter())
-            .filter(|action| action.enabled && matches(&action.name, &self.text))
+        let mut found: Vec<Action> = (actions::all(engine, can).into_iter())
+            .filter(|action| matches(&action.name, &self.text))
             .collect();
+        found.sort_by_key(|action| !action.enabled);
         let last = found.len().saturating_sub(1);
         let steps = std::mem::take(&mut self.steps);
         self.chosen = self.chosen.min(last).saturating_add_signed(steps).min(last);
@@ -109,18 +110,20 @@ impl CommandPalette {
                 .max_height(320.0)
                 .show(ui, |ui| {
                     if found.is_empty() {
-                        ui.weak("Nothing is called so");
+                        ui.weak("No action has these words in its name");
                     }
                     for (at, action) in found.iter().enumerate() {
                         let keys = action.keys.map(|keys| ui.ctx().format_shortcut(&keys));
                         let button = egui::Button::selectable(at == self.chosen, &*action.name)
                             .shortcut_text(keys.unwrap_or_default())
                             .min_size(egui::vec2(ui.available_width(), 0.0));
-                        let button = ui.add(button);
+                        let button = ui.add_enabled(action.enabled, button);
                         if at == self.chosen {
                             button.scroll_to_me(None);
                         }
-                        if button.on_hover_text(&*action.explanation).clicked() {
+                        let button = button.on_hover_text(&*action.explanation);
+                        let button = button.on_disabled_hover_text("Not possible now");
+                        if button.clicked() {
                             taken = Some(at);
                         }
                     }
@@ -129,7 +132,8 @@ impl CommandPalette {
         if entered {
             taken = Some(self.chosen);
         }
-        if let Some(action) = taken.and_then(|at| found.into_iter().nth(at)) {
+        let taken = taken.and_then(|at| found.into_iter().nth(at));
+        if let Some(action) = taken.filter(|action| action.enabled) {
             out.push(action.command);
             self.open = false;
         }

@@ -1,20 +1,16 @@
 //! The desktop's file dialogs, off the window's thread.
 //!
-//! Not every machine has them, and one that failed looks like one that was cancelled; so there is a path field
-//! as another way, and an answer that came faster than a person could give it is taken as a failure and said.
+//! Not every machine has them; so there is a path field as another way, and a dialog that fails, however late, is reported.
 
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
-use std::time::{Duration, Instant};
 
 use crate::engine::query::Notify;
 use crate::engine::{Action, Existing, FileContent, ImportCommand, Level};
 use crate::export::TARGETS;
 use crate::formats;
+use crate::logged::take_dialog_error;
 use crate::ui::command::Command;
-
-/// No person cancels a dialog this quickly.
-const TOO_QUICK_FOR_A_PERSON: Duration = Duration::from_millis(150);
 
 /// Where the answers go: commands, and a call that wakes the window.
 #[derive(Clone)]
@@ -137,10 +133,10 @@ fn asked(
     ask: impl FnOnce() -> Option<Command> + Send + 'static,
 ) {
     std::thread::spawn(move || {
-        let start = Instant::now();
+        let _ = take_dialog_error();
         match ask() {
             Some(command) => reply.send(command),
-            None if start.elapsed() < TOO_QUICK_FOR_A_PERSON => reply.send(without_dialogs),
+            None if take_dialog_error().is_some() => reply.send(without_dialogs),
             None => {}
         }
     });

@@ -320,11 +320,8 @@ impl Shell {
         if has_own && self.tour.is_on() {
             self.send(Command::Tour(false));
         }
-        let now = ui.input(|input| input.time);
         let workspace = &self.workspace;
-        if let Some(secs) = self.engine.write_down(now, &|| workspace.to_value()) {
-            ui.ctx().request_repaint_after_secs(secs as f32);
-        }
+        self.engine.write_down(&|| workspace.to_value());
     }
 
     fn can_go(&self) -> CanGo {

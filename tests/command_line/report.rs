@@ -35,3 +35,13 @@ fn a_report_tells_the_warnings_of_reading_and_is_not_written_over_a_recording() 
     let told = stderr(&run(workshop.path(), &over));
     assert!(told.contains("which is read"), "{told}");
 }
+
+#[test]
+fn a_report_under_another_ending_is_refused() {
+    let workshop = Workshop::with_recordings();
+    let arguments = [&["report", "--out", "r.pdf"], &ALL_FILES[..]].concat();
+    let refused = run(workshop.path(), &arguments);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains(".html"), "{}", stderr(&refused));
+    assert!(!workshop.file("r.pdf").exists());
+}

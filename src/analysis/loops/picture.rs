@@ -94,10 +94,12 @@ pub struct LoopFigures {
     pub largest_width: f64,
     /// Its mean size, in the output's unit.
     pub mean_width: f64,
-    /// What the loop encloses, in the output's unit times the axis'.
+    /// The area between its branches, in the output's unit times the axis'.
     pub area: f64,
-    /// What each of the three rests on, in this order.
-    pub basis: [Basis; 3],
+    /// That area with the sign of the width, in the same unit.
+    pub work: f64,
+    /// What each of the four rests on, in this order.
+    pub basis: [Basis; 4],
 }
 
 impl LoopFigures {
@@ -109,12 +111,17 @@ impl LoopFigures {
         range_share: f64,
         others: [Option<Loop>; 2],
     ) -> Option<Self> {
-        let measures = [Loop::largest_width, Loop::mean_width, Loop::area];
+        let measures = [
+            Loop::largest_width,
+            Loop::mean_width,
+            Loop::area,
+            Loop::work,
+        ];
         let figures = measures.map(|measure| measure(&shape));
         if !figures.iter().all(|figure| figure.is_finite()) {
             return None;
         }
-        let [largest_width, mean_width, area] = figures;
+        let [largest_width, mean_width, area, work] = figures;
         let basis = measures.map(|measure| {
             let of =
                 |other: &Option<Loop>| other.as_ref().map(measure).filter(|own| own.is_finite());
@@ -131,6 +138,7 @@ impl LoopFigures {
             largest_width,
             mean_width,
             area,
+            work,
             basis,
             shape,
         })

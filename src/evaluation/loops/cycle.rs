@@ -149,10 +149,17 @@ impl Loop {
         mean_by_trapezoids(self.widths().map(f64::abs))
     }
 
-    /// What the loop encloses: the integral of the width over the load, positive where the output lags behind.
+    /// Returns the integral of the width's size over the load: open loops have an area, even where their branches cross.
     ///
     /// **Units** that of the output times that of the load.
     pub fn area(&self) -> f64 {
+        self.mean_width() * (self.high - self.low)
+    }
+
+    /// Returns the integral of the width with its sign over the load: positive where the output lags behind, negative where it leads.
+    ///
+    /// **Units** that of the output times that of the load.
+    pub fn work(&self) -> f64 {
         mean_by_trapezoids(self.widths()) * (self.high - self.low)
     }
 }
@@ -232,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn an_output_that_leads_has_a_negative_area_and_a_positive_width() {
+    fn an_output_that_leads_has_negative_work_and_a_positive_area_and_width() {
         let loads = triangle(2, 500);
         let leading: Vec<f64> = loads
             .iter()
@@ -241,8 +248,21 @@ mod tests {
             .collect();
         let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
         let one = Loop::of(&cycle, &loads, &leading);
-        assert!(one.area() < 0.0);
+        assert!(one.work() < 0.0 && (one.area() + one.work()).abs() < 1e-12);
         assert!((one.largest_width() - 0.2).abs() < 1e-3);
+    }
+
+    /// A figure of eight, of width x over −1..1: both halves enclose 1/2, and their works cancel.
+    #[test]
+    fn branches_that_cross_enclose_an_area_and_do_no_work() {
+        let one = Loop {
+            low: -1.0,
+            high: 1.0,
+            rising: vec![0.0; LOADS],
+            falling: even_loads(-1.0, 1.0).collect(),
+        };
+        assert!((one.area() - 1.0).abs() < 1e-4, "{}", one.area());
+        assert!(one.work().abs() < 1e-12);
     }
 
     /// Widths 1 and 3 over 0..10 and 2..12 have the mean 2 over 2..10.

@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 use crate::features::kept::Kept;
 use crate::features::{
-    Appends, AuxiliaryChannel, Block, Code, Constant, GaugeScale, Memory, Precision, Range, Rows,
-    Setting, Source, Stream, Unit,
+    Appends, AuxiliaryChannel, Block, Code, Constant, GaugeScale, Lists, Memory, Precision, Range,
+    Rows, Search, Setting, Source, Stream, Unit,
 };
 
 /// The block; its values are lags.
@@ -28,6 +28,11 @@ const LAGS: Setting = Setting {
                   plainest history",
     source: "references 23 and 24 of the paper",
 };
+
+/// Lags that are tried (s), from those of filters and amplifiers to those of the paper's look-back.
+const CANDIDATES: [f64; 12] = [
+    0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
+];
 
 impl Block for FixedLag {
     fn name(&self) -> &'static str {
@@ -58,6 +63,13 @@ impl Block for FixedLag {
         history_step_secs: f64,
     ) -> Box<dyn Stream> {
         Box::new(Lags::new(lags_secs, scale.shift.len(), history_step_secs))
+    }
+
+    fn search(&self) -> Option<Search> {
+        Some(Search {
+            candidates: &CANDIDATES,
+            lists: Lists::OneByOne(3),
+        })
     }
 
     fn source(&self, lags_secs: &[f64], _rows: &Rows<'_>) -> Source {

@@ -148,13 +148,14 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
     };
     let figures: Vec<_> = (found.iter())
         .map(|(output, one)| {
-            let [largest, mean, area] = one.basis;
+            let [largest, mean, area, work] = one.basis;
             LoopMeasures {
                 trace: output.map(trace_of),
                 figures: [
                     (one.largest_width, largest),
                     (one.mean_width, mean),
                     (one.area, area),
+                    (one.work, work),
                 ],
             }
         })
