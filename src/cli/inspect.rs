@@ -164,6 +164,8 @@ fn print_weight(estimate: &WeightEstimate, is_json: bool) -> Result<(), JobError
 }
 
 fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
+    let thousands = table.text.thousands;
+    let thousands = thousands.map_or_else(String::new, |own| format!(", thousands {}", own.name()));
     let decimal = match table.text.decimal {
         Decimal::Point => "point",
         Decimal::Comma => "comma",
@@ -180,7 +182,7 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     };
     writeln!(
         out,
-        "delimiter {}, decimal {decimal}, {place}{units}",
+        "delimiter {}, decimal {decimal}{thousands}, {place}{units}",
         table.text.delimiter.name()
     )
 }

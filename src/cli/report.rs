@@ -41,6 +41,9 @@ pub struct ReportArgs {
 }
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
+    let inputs = args.recordings.inputs().chain(&args.factory);
+    let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
+    check_targets(inputs, std::slice::from_ref(&args.out), args.force)?;
     let ending = args
         .out
         .extension()
@@ -51,9 +54,6 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
             path: args.out.clone(),
         });
     }
-    let inputs = args.recordings.inputs().chain(&args.factory);
-    let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
-    check_targets(inputs, std::slice::from_ref(&args.out), args.force)?;
     let sensor = args.sensor.read()?;
     let limits = args.limits.read()?;
     let mut heard = Vec::new();

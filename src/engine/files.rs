@@ -7,7 +7,7 @@ use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
 use crate::import::map::ColumnMap;
-use crate::import::{self, Loaded, ReadError};
+use crate::import::{self, Finding, LoadWarning, Loaded, ReadError};
 use crate::progress::Progress;
 
 /// What a file held.
@@ -89,6 +89,11 @@ fn open_recordings(
 ) -> Result<Opened, ReadError> {
     match import::read(path, map, remembered, progress) {
         Ok(mut loaded) => {
+            let asks =
+                |warning: &&LoadWarning| matches!(warning.finding, Finding::UnnamedLoads { .. });
+            if let Some(unnamed) = loaded.warnings.iter().find(asks).filter(|_| map.is_none()) {
+                return Ok(Opened::WantsMap(unnamed.to_string()));
+            }
             let map = loaded.map.take();
             Ok(Opened::Recordings(loaded, map))
         }

@@ -200,6 +200,17 @@ pub enum ReadError {
     },
     #[error("{first} - and no other row is usable either")]
     NoUsableRow { first: Box<LoadWarning> },
+    #[error(
+        "{}: {skipped} of {rows} rows would be skipped, mostly like this: {first}. Say in a column map how the table is written ({HOW_TO_MAP}), \
+         or mend the file",
+        .path.display()
+    )]
+    ManySkipped {
+        path: PathBuf,
+        skipped: u64,
+        rows: u64,
+        first: Box<LoadWarning>,
+    },
     #[error("cancelled")]
     Cancelled,
 }
@@ -213,17 +224,18 @@ impl ReadError {
         };
         matches!(
             self,
-            Self::Table {
-                source: HeaderIsNumbers
-                    | NoTime { .. }
-                    | NoGauges { .. }
-                    | TooManyGauges { .. }
-                    | DuplicateGauge { .. }
-                    | DuplicateAxis { .. }
-                    | UnknownUnit { .. }
-                    | NoSampleRate { .. },
-                ..
-            }
+            Self::ManySkipped { .. }
+                | Self::Table {
+                    source: HeaderIsNumbers
+                        | NoTime { .. }
+                        | NoGauges { .. }
+                        | TooManyGauges { .. }
+                        | DuplicateGauge { .. }
+                        | DuplicateAxis { .. }
+                        | UnknownUnit { .. }
+                        | NoSampleRate { .. },
+                    ..
+                }
         )
     }
 }

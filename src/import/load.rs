@@ -21,6 +21,11 @@ pub(super) const BLOCK_BYTES: usize = 1 << 18;
 /// A table without times has no more load cases than that: a longer one is a recording whose time has another name.
 const LOAD_CASE_ROWS: u64 = 2000;
 
+/// Share of skipped rows above which a table counts as not understood ...
+const SKIPPED_SHARE: f64 = 0.1;
+/// ... where at least this number of rows is skipped.
+const SKIPPED_ROWS: u64 = 10;
+
 /// What a file held, and what a person should know about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
@@ -72,6 +77,9 @@ impl<'a> Reading<'a> {
     /// Reads a file by a map; without one, by its names.
     pub(super) fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
+        if map.is_none() {
+            sides.check_skipped(path)?;
+        }
         let day = sides.day;
         let mut loaded = sides.joined()?;
         let dated = loaded.recordings.into_iter();
@@ -221,7 +229,7 @@ pub(super) fn by_names(
     }
     let guess = names::by_names(&text, &head, &opened.sample(&text, &head).rows);
     // Nobody has said that commas are decimal points: then each is told. Between quotes they were found to be nothing else.
-    if text.delimiter.allows_decimal_comma() {
+    if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
         text.decimal = Decimal::Point;
     }
     let table = guess.table(&text, &head);
@@ -246,6 +254,22 @@ fn about(opened: &Opened) -> impl Iterator<Item = Finding> {
 }
 
 impl Sides {
+    /// Fails where so many rows are skipped that the table is not understood, though some of it can be read.
+    fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
+        let rows = &self.gauges.rows;
+        let (skipped, used) = (rows.n_skipped, rows.times.len() as u64);
+        if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {
+            return Ok(());
+        }
+        let first = rows.findings.first_skipped(path);
+        Err(ReadError::ManySkipped {
+            path: path.to_owned(),
+            skipped,
+            rows: skipped + used,
+            first: Box::new(first.expect("a skipped row has a reason")),
+        })
+    }
+
     /// Brings the reference to the gauges' times, and cuts the result into recordings.
     pub(super) fn joined(self) -> Result<Loaded, ReadError> {
         let Self {

@@ -791,3 +791,102 @@ fn roles_are_guessed_from_all_over_the_file() {
         assert_eq!(roles(n_rows), [time, gauge, gauge, gauge], "{n_rows}");
     }
 }
+
+/// Reads a text as a file by its names.
+fn read_text(text: &str) -> Result<Loaded, ReadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.csv");
+    std::fs::write(&path, text).unwrap();
+    read(&path, None, &[], &Progress::default())
+}
+
+/// Numbers of a thousand and more come late, where the first lines show none: US, German and Swiss, with and without decimals.
+#[test]
+fn separators_of_thousands_lose_no_large_load() {
+    for (head, small, large, delimiter) in [
+        ("t,S1,Fz [N]", "9.5", "\"1,262.21\"", ","),
+        ("t,S1,Fz [N]", "9.5", "\"1,262\"", ","),
+        ("t;S1;Fz [N]", "9,5", "1.262,21", ";"),
+        ("t;S1;Fz [N]", "9.5", "1'262.21", ";"),
+        ("t;S1;Fz [N]", "9,5", "1\u{a0}262,21", ";"),
+    ] {
+        let row = |k: usize| {
+            let load = if k < 400 { small } else { large };
+            format!("{k}{delimiter}{}{delimiter}{load}\n", k % 7)
+        };
+        let text = format!("{head}\n{}", (0..600).map(row).collect::<String>());
+        let loaded = read_text(&text).unwrap();
+        let recording = &loaded.recordings[0];
+        assert_eq!(
+            (loaded.recordings.len(), recording.n_samples()),
+            (1, 600),
+            "{large}"
+        );
+        let expected = if large.contains("21") {
+            1262.21
+        } else {
+            1262.0
+        };
+        assert_eq!(
+            (recording.loads()[0], recording.loads()[599]),
+            (9.5, expected),
+            "{large}"
+        );
+    }
+}
+
+#[test]
+fn a_table_of_which_more_than_a_tenth_would_be_skipped_asks_how_it_is_written() {
+    let text = |n_bad: usize| {
+        let row = |k: usize| format!("{k},{},{}\n", k % 7, if k < n_bad { "1.2.3" } else { "4" });
+        format!("t,S1,Fz [N]\n{}", (0..200).map(row).collect::<String>())
+    };
+    let error = read_text(&text(30)).unwrap_err();
+    let told = error.to_string();
+    assert!(
+        error.wants_a_map() && told.contains("30 of 200 rows") && told.contains("1.2.3"),
+        "{told}"
+    );
+    assert_eq!(read_text(&text(15)).unwrap().recordings[0].n_samples(), 185);
+}
+
+#[test]
+fn a_load_that_says_no_axis_is_asked_about_and_never_left_out_in_silence() {
+    for name in [
+        "Force [N]",
+        "Kraft [N]",
+        "Load cell Z [N]",
+        "F_ref [N]",
+        "fz_true",
+        "load_kg",
+        "Reference force",
+    ] {
+        let rows: String = (0..30)
+            .map(|k| format!("{k},{},{}\n", k % 7, k % 5))
+            .collect();
+        let loaded = read_text(&format!("t,S1,{name}\n{rows}")).unwrap();
+        assert!(!loaded.recordings[0].has_reference(), "{name}");
+        let is_said = |own: &LoadWarning| matches!(&own.finding, Finding::UnnamedLoads { names } if names.len() == 1);
+        assert!(
+            loaded.warnings.iter().any(is_said),
+            "{name}: {:?}",
+            loaded.warnings
+        );
+    }
+    let rows: String = (0..30)
+        .map(|k| format!("{k},{},{}\n", k % 7, k % 5))
+        .collect();
+    for name in ["Fx in kN", "Force_X in kN"] {
+        let loaded = read_text(&format!("t,S1,{name}\n{rows}")).unwrap();
+        let recording = &loaded.recordings[0];
+        assert_eq!(
+            (recording.axes(), recording.loads()[1]),
+            (&[Axis::Fx][..], 1000.0),
+            "{name}"
+        );
+        assert!(loaded.warnings.is_empty());
+    }
+    // Gauges and temperatures are what they were.
+    let loaded = read_text(&format!("t,S1,load cell [mV/V]\n{rows}")).unwrap();
+    assert_eq!(loaded.recordings[0].n_gauges(), 2);
+}

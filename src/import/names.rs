@@ -19,6 +19,8 @@ pub(super) struct Guess {
     pub(super) rules: Vec<(usize, ColumnRule)>,
     /// What the names leave out.
     pub(super) notes: Vec<Finding>,
+    /// Columns, from 0 on, that are loads by their unit or name and say no axis, where no other column is a load.
+    pub(super) unnamed_loads: Vec<usize>,
 }
 
 impl Guess {
@@ -102,9 +104,30 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     }
     let told = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
     let mut notes = notes(text, &rules, names, &times, told);
+    let has_load = rules
+        .iter()
+        .any(|(_, rule)| matches!(rule.is, ColumnRole::Load(_)));
+    let is_unnamed_load = |index: &usize| {
+        let is_free = rules.iter().all(|(own, _)| own != index);
+        is_free && columns[*index].is_unnamed_load(head.unit(*index).as_deref())
+    };
+    let unnamed_loads: Vec<usize> = match has_load {
+        true => Vec::new(),
+        false => (0..columns.len()).filter(is_unnamed_load).collect(),
+    };
+    if !unnamed_loads.is_empty() {
+        let names = unnamed_loads.iter().map(|index| names[*index].clone());
+        notes.push(Finding::UnnamedLoads {
+            names: names.collect(),
+        });
+    }
     notes.extend(several_references);
     notes.extend(date_order(&rules, names, rows));
-    Guess { rules, notes }
+    Guess {
+        rules,
+        notes,
+        unnamed_loads,
+    }
 }
 
 /// What a column is that is an auxiliary channel in this unit.

@@ -132,6 +132,13 @@ pub enum Finding {
     /// Columns that are neither time nor gauge nor reference.
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
+    /// Columns that look like loads and say no axis.
+    #[error(
+        "{} looks like a load and does not say which axis: it is not used as the reference; name it Fx, Fy, Fz, Mx, My or Mz, or say which it \
+         is in a column map",
+        listed(names)
+    )]
+    UnnamedLoads { names: Vec<String> },
     /// Lines above the header are no part of the table.
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
@@ -312,6 +319,16 @@ impl Findings {
             }
             None => self.0.push(new),
         }
+    }
+
+    /// Returns the most frequent reason for a skipped row.
+    pub(super) fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
+        let skipped = self.0.iter().filter(|own| own.finding.skips_row());
+        let most = skipped.max_by_key(|own| own.count)?;
+        Some(LoadWarning {
+            path: path.to_owned(),
+            ..most.clone()
+        })
     }
 
     /// How many rows are skipped for having too few cells.

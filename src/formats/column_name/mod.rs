@@ -126,6 +126,18 @@ impl ColumnName {
         Some(unit.unwrap_or_default().to_owned())
     }
 
+    /// Returns true if the name or the unit is that of a load, and the name says no axis that is understood.
+    pub(crate) fn is_unnamed_load(&self, unit: Option<&str>) -> bool {
+        let unit = unit.or(self.unit.as_deref());
+        if self.kind.is_some() || self.name.len() > LONGEST {
+            return false;
+        }
+        let name = self.name.to_lowercase();
+        let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
+        unit.is_some_and(is_load_unit)
+            || (words::is_load(&words) && unit.is_none_or(|own| !is_of_gauges_alone(own)))
+    }
+
     /// Whether this counts the nanoseconds of a stamp whose whole seconds `self` counts.
     pub(crate) fn is_completed_by(&self, other: &Self) -> bool {
         self.source == other.source
@@ -160,7 +172,11 @@ fn split_brackets(cell: &str) -> (&str, Option<&str>) {
             return (name.trim_end(), (!unit.is_empty()).then_some(unit));
         }
     }
-    (cell, None)
+    // "Fx in kN", as spreadsheets have it.
+    match cell.rsplit_once(" in ") {
+        Some((name, unit)) if is_known_unit(unit.trim()) => (name.trim_end(), Some(unit.trim())),
+        _ => (cell, None),
+    }
 }
 
 /// Whether this is where an element stands in an array, or which copy of a name this is: `0`, `1,2`, `0:3`.

@@ -107,6 +107,34 @@ const AFTER_DIRECTION: [&str; 9] = [
     "向",
 ];
 
+/// Words for a load that name no axis, in small letters, beside those for forces and moments.
+const LOADS: [&str; 7] = [
+    "load", "last", "loadcell", "weight", "effort", "carico", "carga",
+];
+
+/// Returns true if one of these words names a load, whichever axis it is of.
+pub(super) fn is_load(words: &[&str]) -> bool {
+    let of_axis = |word: &str| {
+        matches!(
+            word,
+            "fx" | "fy" | "fz" | "mx" | "my" | "mz" | "tx" | "ty" | "tz"
+        )
+    };
+    let is_word = |word: &&str| {
+        let long = |own: &&str| own.len() > 1 && *own == *word;
+        FORCES
+            .iter()
+            .chain(&MOMENTS)
+            .chain(&LOADS)
+            .any(|own| long(&own))
+            || of_axis(word)
+    };
+    // "F_ref" and "ref_F": a letter alone says it beside a word for the reference.
+    let has_reference = words.iter().any(|word| REFERENCES.contains(word));
+    words.iter().any(is_word)
+        || (has_reference && words.iter().any(|word| ["f", "m"].contains(word)))
+}
+
 /// What a channel is called that is no gauge but moves them, in small letters: temperature, humidity, supply.
 const AUXILIARIES: [&str; 38] = [
     "temperature",

@@ -1,6 +1,6 @@
 //! Lines, cells and numbers.
 
-use super::written::{Decimal, Delimiter, TextLayout};
+use super::written::{Decimal, Delimiter, TextLayout, Thousands};
 use crate::formats::columns::{Cell, Row};
 
 /// The delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
@@ -56,6 +56,23 @@ impl TextLayout {
 
     /// The number in a cell, and whether its comma had to be read as a decimal point although none is expected.
     pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
+        let point = match self.decimal {
+            Decimal::Point => '.',
+            Decimal::Comma => ',',
+        };
+        // Between cells that commas separate, a comma within quotes is no decimal one.
+        let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
+        let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
+        let grouped = before_thousands.and_then(|own| grouped_by(cell, own, point));
+        if let Some(value) = grouped.filter(|_| self.thousands.is_some()) {
+            return Some((value, false));
+        }
+        let plain = self.ungrouped_number(cell);
+        let unmistakable = || Some(unmistakable_number(cell)?.0);
+        plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
+    }
+
+    fn ungrouped_number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let with_comma = || decimal_comma_number(cell);
         match self.decimal {
             Decimal::Comma => {
@@ -247,6 +264,51 @@ fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
 /// The number that a cell holds, with a decimal point; also NaN and infinity.
 pub(crate) fn number(cell: &[u8]) -> Option<f64> {
     std::str::from_utf8(cell).ok()?.parse().ok()
+}
+
+/// Returns the number in a cell whose digits stand in groups of three behind this separator, with decimals behind `point`.
+fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
+    let text = std::str::from_utf8(cell).ok()?;
+    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let (whole, decimals) = match digits.rsplit_once(point) {
+        Some((whole, decimals)) if !thousands.is(point) => (whole, Some(decimals)),
+        _ => (digits, None),
+    };
+    let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let mut groups = whole.split(|letter| thousands.is(letter));
+    let first = groups
+        .next()
+        .filter(|own| (1..=3).contains(&own.len()) && are_digits(own))?;
+    let mut number = format!("{}{first}", if text.starts_with('-') { "-" } else { "" });
+    let mut n_groups = 0;
+    for group in groups {
+        if group.len() != 3 || !are_digits(group) || first.starts_with('0') {
+            return None;
+        }
+        number.push_str(group);
+        n_groups += 1;
+    }
+    if let Some(decimals) = decimals.filter(|own| are_digits(own)) {
+        number.push('.');
+        number.push_str(decimals);
+    } else if decimals.is_some() {
+        return None;
+    }
+    (n_groups > 0).then(|| number.parse().ok()).flatten()
+}
+
+/// Returns the number in a cell whose groups of digits can mean nothing else, and what stands between them: `1'234`, `1,234.5`,
+/// `1.234,5`, `1,234,567`.
+pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
+    let of = |thousands: Thousands, point| Some((grouped_by(cell, thousands, point)?, thousands));
+    let count = |byte: u8| cell.iter().filter(|own| **own == byte).count();
+    match (count(b','), count(b'.')) {
+        (0, 0 | 1) => of(Thousands::Apostrophe, '.').or_else(|| of(Thousands::Space, '.')),
+        (1, 0) => of(Thousands::Apostrophe, ',').or_else(|| of(Thousands::Space, ',')),
+        (_, 1) | (2.., 0) => of(Thousands::Comma, '.').or_else(|| of(Thousands::Point, ',')),
+        (0 | 1, _) => of(Thousands::Point, ','),
+        _ => None,
+    }
 }
 
 /// The number that a cell holds if its only comma is read as a decimal point.

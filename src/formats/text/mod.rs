@@ -26,4 +26,4 @@ pub(crate) use file::TextFile;
 pub(crate) use layout::Head;
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};
-pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout};
+pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};

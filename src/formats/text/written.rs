@@ -10,6 +10,10 @@ pub struct TextLayout {
     pub delimiter: Delimiter,
     /// What stands between the whole part of a number and its decimals.
     pub decimal: Decimal,
+    /// What stands before each three digits of large numbers. Absent: nothing, but for numbers that can mean nothing else, such as
+    /// `1,234.5` and `1'234`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thousands: Option<Thousands>,
     /// How many lines at the start are no part of the table. Blank lines and comments (`#`) need not be counted.
     pub skip_rows: usize,
     /// Whether the next line names the columns.
@@ -70,4 +74,42 @@ pub enum Decimal {
 pub enum Preamble {
     /// What the demonstration program of ATI's Net F/T writes.
     AtiNetFt,
+}
+
+/// Separator of thousands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Thousands {
+    /// As in `1,234.5`.
+    Comma,
+    /// As in `1.234,5`.
+    Point,
+    /// As in `1'234.5`, straight or typographic.
+    Apostrophe,
+    /// As in `1 234,5`: a blank, also one that does not break or is narrow.
+    Space,
+}
+
+impl Thousands {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Comma, Self::Point, Self::Apostrophe, Self::Space];
+
+    /// Returns the name in the file of a map.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Comma => "comma",
+            Self::Point => "point",
+            Self::Apostrophe => "apostrophe",
+            Self::Space => "space",
+        }
+    }
+
+    pub(super) fn is(self, letter: char) -> bool {
+        match self {
+            Self::Comma => letter == ',',
+            Self::Point => letter == '.',
+            Self::Apostrophe => matches!(letter, '\'' | '’'),
+            Self::Space => matches!(letter, ' ' | '\u{a0}' | '\u{2009}' | '\u{202f}'),
+        }
+    }
 }

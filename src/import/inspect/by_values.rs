@@ -26,6 +26,10 @@ pub(super) fn fill_in(
     for (index, _) in &guess.rules {
         is_free[*index] = false;
     }
+    let unnamed_loads: Vec<usize> = guess.unnamed_loads.iter().map(|index| index + 1).collect();
+    if !unnamed_loads.is_empty() {
+        questions.push(Question::LoadAxis(unnamed_loads.clone()));
+    }
     let needs_time = !guess.has_role(ColumnRole::Time);
     let needs_gauges = !guess.has_role(ColumnRole::Gauge);
     let is_load = |(_, rule): &(usize, ColumnRule)| matches!(rule.is, ColumnRole::Load(_));
@@ -58,7 +62,10 @@ pub(super) fn fill_in(
         questions.push(Question::ReferenceClock(clocks));
     }
     if needs_gauges {
-        let free = |report: &&ColumnReport| may_be_gauge(report) && is_free[report.number - 1];
+        let free = |report: &&ColumnReport| {
+            let is_load = unnamed_loads.contains(&report.number);
+            may_be_gauge(report) && is_free[report.number - 1] && !is_load
+        };
         let proposed = reports.iter().filter(free).map(|report| report.number);
         let mut proposed: Vec<usize> = proposed.take(GAUGE_LIMIT).collect();
         let auxiliary = |number: &usize| {

@@ -18,6 +18,8 @@ pub enum Question {
     Time,
     /// Whether the reference has a clock of its own: these columns (from 1 on) could be one.
     ReferenceClock(Vec<usize>),
+    /// Which axes these columns (from 1 on) are of; they look like loads.
+    LoadAxis(Vec<usize>),
     /// Which columns are gauges; these (from 1 on) are proposed.
     Gauges {
         /// The proposed ones.
@@ -49,7 +51,8 @@ impl Question {
                 let is_open = !map.has_two_clocks() && !clocks.is_empty();
                 return is_open.then_some(Self::ReferenceClock(clocks));
             }
-            Self::Gauges {
+            Self::LoadAxis(_)
+            | Self::Gauges {
                 has_loads: false, ..
             } => !has_loads(),
             Self::Gauges { proposed, .. } => proposed
@@ -74,6 +77,14 @@ impl fmt::Display for Question {
                 write!(
                     f,
                     "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
+                    listed(&columns)
+                )
+            }
+            Self::LoadAxis(columns) => {
+                let columns: Vec<String> = columns.iter().map(usize::to_string).collect();
+                write!(
+                    f,
+                    "columns that look like a load: {}; say which axis each is, Fx to Mz",
                     listed(&columns)
                 )
             }

@@ -3,7 +3,7 @@
 use egui::{ComboBox, DragValue};
 
 use crate::formats::FilePart;
-use crate::formats::text::{Decimal, Delimiter, TextLayout};
+use crate::formats::text::{Decimal, Delimiter, TextLayout, Thousands};
 use crate::import::map::ColumnMap;
 use crate::recording::Tare;
 use crate::ui::choice::choice;
@@ -26,6 +26,14 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
                 Decimal::Point
             };
         }
+        let name = |own: Option<Thousands>| own.map_or("none", Thousands::name);
+        let button = ComboBox::from_label("thousands")
+            .selected_text(name(text.thousands))
+            .width(90.0);
+        let items = [None].into_iter().chain(Thousands::ALL.map(Some));
+        let items = items.map(|own| (own, name(own).into(), ""));
+        choice(ui, button, &mut text.thousands, items)
+            .on_hover_text("What stands before each three digits of large numbers, as in 1,234.5");
         let label = ui.label("skip lines");
         ui.add(DragValue::new(&mut text.skip_rows).range(0..=100_000))
             .labelled_by(label.id)

@@ -1,11 +1,13 @@
 //! How a table is written, found by looking at its first lines.
 
 use super::super::ati;
-use super::super::cells::{Cells, decimal_comma_number, delimiter_of_header, is_skipped, number};
+use super::super::cells::{
+    Cells, decimal_comma_number, delimiter_of_header, is_skipped, number, unmistakable_number,
+};
 use super::super::times::TimeForm;
 use super::{Line, first_lines, names, unbracketed};
 use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
-use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout};
+use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};
 
 /// A header stands among so many first lines.
 const HEADER_LIMIT: usize = 60;
@@ -55,6 +57,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
             let units = lines.get(at + 1);
             TextLayout {
                 delimiter,
+                thousands: thousands_of(&lines[at + 1..], delimiter),
                 decimal: decimal_of(&lines[at + 1..], delimiter),
                 skip_rows: if at == 0 {
                     0
@@ -70,6 +73,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
             let row = &lines[first_row.unwrap_or(0)];
             TextLayout {
                 delimiter,
+                thousands: thousands_of(&lines, delimiter),
                 decimal: decimal_of(&lines, delimiter),
                 skip_rows: if row.number == first.number {
                     0
@@ -86,6 +90,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
 fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
     number(cell).is_some()
         || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
+        || unmistakable_number(cell).is_some()
         || TimeForm::of_all([cell].into_iter()).is_some()
 }
 
@@ -205,6 +210,14 @@ fn may_be_thousands(cell: &[u8]) -> bool {
     (1..=3).contains(&at) && digits[0] != b'0' && digits.len() == at + 4
 }
 
+/// Returns what stands before thousands, where a number that can mean nothing else shows it.
+fn thousands_of(lines: &[Line], delimiter: Delimiter) -> Option<Thousands> {
+    let mut cells = lines
+        .iter()
+        .flat_map(|line| Cells::new(line.text, delimiter));
+    cells.find_map(|cell| Some(unmistakable_number(cell)?.1))
+}
+
 /// A comma, if it stands inside of numbers and a point in none.
 fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
     // Where commas stand between cells, one within quotes may stand before thousands.
@@ -217,7 +230,13 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
             .iter()
             .flat_map(|line| Cells::new(line.text, delimiter))
     };
-    let has_comma = cells().any(is_decimal);
+    let is_before_decimals = |cell: &[u8]| {
+        let at = |byte| cell.iter().rposition(|own| *own == byte);
+        unmistakable_number(cell).is_some() && at(b',') > at(b'.')
+    };
+    let groups_by_comma = thousands_of(lines, delimiter) == Some(Thousands::Comma);
+    let has_comma =
+        !groups_by_comma && cells().any(|cell| is_decimal(cell) || is_before_decimals(cell));
     let has_point = || cells().any(|cell| cell.contains(&b'.') && number(cell).is_some());
     if has_comma && !has_point() {
         Decimal::Comma
@@ -280,6 +299,48 @@ mod tests {
                 (delimiter, decimal),
                 "{content}"
             );
+        }
+    }
+
+    #[test]
+    fn separators_of_thousands_are_found() {
+        use crate::formats::text::written::Thousands::{Apostrophe, Comma as Commas, Point, Space};
+        for (content, delimiter, decimal, thousands) in [
+            (
+                "t,S1\n1,\"1,262.21\"\n2,9.5\n",
+                Comma,
+                Decimal::Point,
+                Some(Commas),
+            ),
+            (
+                "t;S1\n1;1.234,5\n2;9,5\n",
+                Semicolon,
+                Decimal::Comma,
+                Some(Point),
+            ),
+            (
+                "t;S1\n1;1'234.5\n2;9.5\n",
+                Semicolon,
+                Decimal::Point,
+                Some(Apostrophe),
+            ),
+            (
+                "t;S1\n1;1\u{a0}234,5\n2;9,5\n",
+                Semicolon,
+                Decimal::Comma,
+                Some(Space),
+            ),
+            (
+                "t;S1\n1;1,234,567\n2;9.5\n",
+                Semicolon,
+                Decimal::Point,
+                Some(Commas),
+            ),
+            ("t;S1\n1;1,234\n2;9,500\n", Semicolon, Decimal::Comma, None),
+        ] {
+            let found = text(content);
+            let found = (found.delimiter, found.decimal, found.thousands);
+            assert_eq!(found, (delimiter, decimal, thousands), "{content}");
         }
     }
 
