@@ -46,9 +46,9 @@ use crate::progress::Progress;
 use crate::recording::Item;
 use crate::recording::identity::{SensorFile, SensorFileError};
 use crate::recording::{
-    Axis, GaugeRange, LayoutError, Recording, Tare, TareError, ValidRange, simulated,
+    Axis, GaugeRange, LayoutError, Recording, Role, Tare, TareError, ValidRange, simulated,
 };
-use crate::shown::{self, printable};
+use crate::shown::{self, listed, printable};
 
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
@@ -433,6 +433,10 @@ pub enum JobError {
     LeftOut { count: usize },
     #[error("{}: the folder holds no recordings", .path.display())]
     EmptyFolder { path: PathBuf },
+    #[error(
+        "every recording in the folder is called test…, so none is left to train on; name the files to train on"
+    )]
+    OnlyTests,
     #[error(transparent)]
     Sensor(#[from] SensorFileError),
     #[error(transparent)]
@@ -549,6 +553,7 @@ impl JobError {
                 | Self::NoGroup { .. }
                 | Self::GaugeRanges { .. }
                 | Self::EmptyFolder { .. }
+                | Self::OnlyTests
                 | Self::InFolder { .. }
                 | Self::Swapped { .. }
                 | Self::Read(ReadError::File {
@@ -565,56 +570,124 @@ const USAGE: u8 = 2;
 const INSUFFICIENT: u8 = 3;
 
 impl Job {
-    /// The lists of recordings that it was given.
-    fn recordings(&mut self) -> Vec<&mut Vec<PathBuf>> {
-        fn of(own: &mut choices::RecordingArgs) -> Vec<&mut Vec<PathBuf>> {
-            vec![&mut own.train, &mut own.test]
+    /// Returns the recordings that the job was given, if it reads any.
+    fn recordings(&mut self) -> Option<Named<'_>> {
+        fn of(own: &mut choices::RecordingArgs) -> Named<'_> {
+            Named {
+                files: &mut own.train,
+                test: Some(&mut own.test),
+                is_split: own.split.is_some(),
+            }
         }
-        match self {
+        let all = |files| Named {
+            files,
+            test: None,
+            is_split: false,
+        };
+        Some(match self {
             Self::Fit(args) => of(&mut args.recordings),
             Self::Report(args) => of(&mut args.recordings),
             Self::Best(args) => of(&mut args.recordings),
             Self::Compare(args) => of(&mut args.recordings),
             Self::Sweep(args) => of(&mut args.recordings),
-            Self::Check(args) => [vec![&mut args.files], of(&mut args.recordings)]
-                .into_iter()
-                .flatten()
-                .collect(),
-            Self::Apply(args) => vec![&mut args.files],
-            Self::Metrology(args) => vec![&mut args.files],
-            Self::Inspect(_)
-            | Self::Demo(_)
-            | Self::Sensor
-            | Self::Completions(_)
-            | Self::Man(_) => Vec::new(),
-        }
+            Self::Check(args) => of(args.moved()),
+            Self::Metrology(args) => match args.calibration {
+                Some(_) => all(&mut args.files),
+                None => Named {
+                    test: Some(&mut args.test),
+                    ..all(&mut args.files)
+                },
+            },
+            Self::Apply(args) => all(&mut args.files),
+            Self::Inspect(args) => all(&mut args.files),
+            Self::Demo(_) | Self::Sensor | Self::Completions(_) | Self::Man(_) => {
+                return None;
+            }
+        })
     }
 
-    /// Puts the recordings of folders in their places; the folders.
+    /// Puts the recordings of folders in their places, and returns the folders.
+    ///
+    /// In a folder the files called `test…` are not for training. They are the test recordings unless others are named.
     fn open_folders(&mut self) -> Result<Vec<PathBuf>, JobError> {
         let mut folders = Vec::new();
-        for list in self.recordings() {
-            let mut opened = Vec::with_capacity(list.len());
-            for path in list.drain(..) {
-                if !path.is_dir() {
-                    opened.push(path);
-                    continue;
+        let Some(named) = self.recordings() else {
+            return Ok(folders);
+        };
+        let mut tests = Vec::new();
+        let name = |path: &PathBuf| -> String {
+            path.file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into()
+        };
+        if let Some(test) = named.test {
+            *test = opened(test, &mut folders, |_, inside| inside)?;
+            let names_test = !test.is_empty();
+            let role = match names_test {
+                true => "not used, since the test recordings are named",
+                false => "the test recordings",
+            };
+            let train = opened(named.files, &mut folders, |folder, inside| {
+                let is_test =
+                    |path: &PathBuf| !named.is_split && Role::of_name(&name(path)) == Role::Test;
+                let (own, train): (Vec<_>, Vec<_>) = inside.into_iter().partition(is_test);
+                if !own.is_empty() {
+                    let (folder, own) = (folder.display(), own.iter().map(name));
+                    let own = listed(&own.collect::<Vec<_>>());
+                    tell(&format_args!(
+                        "note: {folder}: files called test… are {role}: {own}"
+                    ));
                 }
-                let inside =
-                    import::recordings_in(&path).map_err(|source| JobError::Directory {
-                        path: path.clone(),
-                        source,
-                    })?;
-                if inside.is_empty() {
-                    return Err(JobError::EmptyFolder { path });
-                }
-                opened.extend(inside);
-                folders.push(path);
+                tests.extend(own);
+                train
+            })?;
+            if train.is_empty() && !tests.is_empty() {
+                return Err(JobError::OnlyTests);
             }
-            *list = opened;
+            *named.files = train;
+            if !names_test {
+                *test = tests;
+            }
+        } else {
+            *named.files = opened(named.files, &mut folders, |_, inside| inside)?;
         }
         Ok(folders)
     }
+}
+
+/// The recordings that a job was given.
+struct Named<'a> {
+    /// Those that it reads, or trains on.
+    files: &'a mut Vec<PathBuf>,
+    /// Those that it only tests on, if it trains.
+    test: Option<&'a mut Vec<PathBuf>>,
+    /// Whether each recording is trained on in part.
+    is_split: bool,
+}
+
+/// Returns the files with the recordings in each folder, or those that `taken` takes of them, in the place of the folder.
+fn opened(
+    paths: &[PathBuf],
+    folders: &mut Vec<PathBuf>,
+    mut taken: impl FnMut(&Path, Vec<PathBuf>) -> Vec<PathBuf>,
+) -> Result<Vec<PathBuf>, JobError> {
+    let mut opened = Vec::with_capacity(paths.len());
+    for path in paths {
+        if !path.is_dir() {
+            opened.push(path.clone());
+            continue;
+        }
+        let path = path.clone();
+        let inside = match import::recordings_in(&path) {
+            Ok(inside) if inside.is_empty() => return Err(JobError::EmptyFolder { path }),
+            Ok(inside) => inside,
+            Err(source) => return Err(JobError::Directory { path, source }),
+        };
+        opened.extend(taken(&path, inside));
+        folders.push(path);
+    }
+    Ok(opened)
 }
 
 /// Of what cannot be read in a folder, that it is one of all of them.

@@ -20,9 +20,9 @@ use crate::shown::printable;
 pub struct CheckArgs {
     /// Recordings to fit, as after --train; without any, those of the built-in simulated sensor.
     #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
-    pub(super) files: Vec<PathBuf>,
+    files: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) recordings: RecordingArgs,
+    recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
     /// Propose only loads that a hanging mass makes, the sensor turned any way: the masses that there are, in kg.
@@ -34,6 +34,14 @@ pub struct CheckArgs {
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
+}
+
+impl CheckArgs {
+    /// Returns the recordings, with those that are named bare among those to train on.
+    pub(super) fn moved(&mut self) -> &mut RecordingArgs {
+        self.recordings.train.append(&mut self.files);
+        &mut self.recordings
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -61,14 +69,13 @@ struct Report<'a> {
 
 pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
     let CheckArgs {
-        files,
-        mut recordings,
+        recordings,
         model,
         mass,
         arm,
         json,
+        ..
     } = args;
-    recordings.train.extend(files);
     let set = recordings.read(&model.rated())?;
     let settings = model.settings(&set);
     let features = settings.features.describe();

@@ -27,10 +27,11 @@ use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
 pub struct RecordingArgs {
     #[command(flatten)]
     pub read: ReadArgs,
-    /// Recordings to fit; without any, those of the built-in simulated sensor.
+    /// Recordings to fit, or folders of them; without any, those of the built-in simulated sensor. Files of a folder that are
+    /// called test… are for --test, unless it or --split is given.
     #[arg(long, num_args = 1.., value_name = "FILE", value_parser = named_file())]
     pub train: Vec<PathBuf>,
-    /// Recordings to score the fit on.
+    /// Recordings to score the fit on, or folders of them.
     #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
     pub test: Vec<PathBuf>,
     /// Instead of test files: train on this first part of each recording, test on the rest.

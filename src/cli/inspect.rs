@@ -20,8 +20,8 @@ use crate::shown::{message, printable};
 #[derive(Debug, Args)]
 pub struct Inspect {
     #[arg(required = true, value_name = "FILE", value_parser = named_file(),
-        help = format!("Recordings: {}", formats::listed()))]
-    files: Vec<PathBuf>,
+        help = format!("Recordings, or folders of them: {}", formats::listed()))]
+    pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
     /// Write the column map that was given or found for the one file, to be changed and used with --columns.

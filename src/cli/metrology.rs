@@ -32,9 +32,12 @@ pub struct MetrologyArgs {
     /// training recordings and measured on its test and bench recordings.
     #[arg(value_name = "FILE", value_parser = named_file())]
     pub(super) files: Vec<PathBuf>,
+    /// Files of a folder that are not fitted to, and measured instead of those that are.
+    #[arg(skip)]
+    pub(super) test: Vec<PathBuf>,
     /// The calibration (JSON) to measure; without it, one is fitted to the same files.
     #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
-    calibration: Option<PathBuf>,
+    pub(super) calibration: Option<PathBuf>,
     /// Full scale of each axis in N and N·m, in axis order; by default the calibration's.
     #[arg(
         long,
@@ -113,10 +116,11 @@ struct Report<'a> {
 
 pub(super) fn run(args: &MetrologyArgs) -> Result<(), JobError> {
     let outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    let inputs = args.files.iter().chain(&args.calibration);
+    let recordings = || args.files.iter().chain(&args.test);
+    let inputs = recordings().chain(&args.calibration);
     let inputs = inputs.chain(&args.read.columns);
     check_targets(inputs, &outputs, args.force)?;
-    check_distinct(args.files.iter())?;
+    check_distinct(recordings())?;
     let subject = subject(args)?;
     let table = measure(args, &subject)?;
     if let Some(path) = &args.csv {
@@ -161,11 +165,9 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
 
 /// Fits with the settings that `fit` has by default.
 fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
-    let (set, on) = if args.files.is_empty() {
-        let set = simulated::demonstration(simulated::DEFAULT_SEED);
-        (set, "its training recordings, measured on the others")
-    } else {
-        (training_set(args)?, "the recordings it is measured on")
+    let set = match args.files.is_empty() {
+        true => simulated::demonstration(simulated::DEFAULT_SEED),
+        false => recording_set(args)?,
     };
     let distance = Distance::default().effective(&set.layout().axes);
     let settings = FitSettings {
@@ -177,6 +179,10 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
         ..FitSettings::default()
     };
     let measured = TableOf::usual(&set);
+    let on = match measured.includes(Role::Test) {
+        true => "its training recordings, measured on the others",
+        false => "the recordings it is measured on",
+    };
     let recordings = (set.entries().iter())
         .filter(|entry| measured.includes(entry.role))
         .map(|entry| Arc::clone(&entry.recording))
@@ -193,15 +199,17 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
     })
 }
 
-fn training_set(args: &MetrologyArgs) -> Result<RecordingSet, JobError> {
-    let (files, rated) = (&args.files, Rated::of(&args.full_scale));
+fn recording_set(args: &MetrologyArgs) -> Result<RecordingSet, JobError> {
+    let rated = Rated::of(&args.full_scale);
     let mut set = RecordingSet::default();
-    for (path, recordings) in files.iter().zip(read_all(files, &args.read, &rated)?) {
-        for recording in recordings {
-            if !recording.has_reference() {
-                return Err(JobError::NoReference { path: path.clone() });
+    for (files, role) in [(&args.files, Role::Train), (&args.test, Role::Test)] {
+        for (path, recordings) in files.iter().zip(read_all(files, &args.read, &rated)?) {
+            for recording in recordings {
+                if !recording.has_reference() {
+                    return Err(JobError::NoReference { path: path.clone() });
+                }
+                set.push(Entry::new(recording, role))?;
             }
-            set.push(Entry::new(recording, Role::Train))?;
         }
     }
     Ok(set)

@@ -24,6 +24,15 @@ pub enum Role {
 }
 
 impl Role {
+    /// Returns the role that the name of a recording or of its file asks for: `test…` tests, all others train.
+    pub fn of_name(name: &str) -> Self {
+        let start = name.get(..4);
+        match start.is_some_and(|start| start.eq_ignore_ascii_case("test")) {
+            true => Self::Test,
+            false => Self::Train,
+        }
+    }
+
     /// What it is called, in files as well.
     pub const fn label(self) -> &'static str {
         match self {
@@ -46,14 +55,9 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// An entry with the role that the recording's name asks for: `test…` tests, all others train; without a
-    /// reference it is off.
+    /// An entry with the role that the recording's name asks for ([`Role::of_name`]); without a reference it is off.
     pub fn with_default_role(recording: Recording) -> Self {
-        let is_test = recording
-            .name()
-            .get(..4)
-            .is_some_and(|start| start.eq_ignore_ascii_case("test"));
-        let role = if is_test { Role::Test } else { Role::Train };
+        let role = Role::of_name(recording.name());
         Self::new(recording, role)
     }
 

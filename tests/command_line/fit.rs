@@ -20,6 +20,56 @@ fn a_split_trains_on_the_first_part_and_tests_on_the_rest() {
 }
 
 #[test]
+fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("README.txt", "not a recording");
+    let samples = |arguments: &[&str]| {
+        let report = fit(workshop.path(), arguments);
+        (report["n_train"].clone(), report["n_test"].clone())
+    };
+    assert_eq!(
+        fit(workshop.path(), &["--train", "."]),
+        fit(workshop.path(), &ALL_FILES)
+    );
+    let one_tested = ["--train", ".", "--test", "./test.csv"];
+    assert_eq!(samples(&one_tested), (450.into(), 150.into()));
+    workshop.write("Test 2.csv", recording(4.0, 60));
+    assert_eq!(samples(&["--train", "."]), (450.into(), 210.into()));
+    assert_eq!(samples(&one_tested), (450.into(), 150.into()));
+    assert_eq!(
+        samples(&["--train", ".", "--split", "0.5"]),
+        (330.into(), 330.into())
+    );
+    let told = stderr(&run(workshop.path(), &["fit", "--train", "."]));
+    assert!(told.contains("Test 2.csv, test.csv"), "{told}");
+    // A fit of `check` and of `metrology` follows the same rule; what is only read is read whole.
+    let json = |arguments: &[&str]| -> Value {
+        serde_json::from_slice(&run(workshop.path(), arguments).stdout).unwrap()
+    };
+    let bare = ["a.csv", "b.csv", "c.csv"];
+    let checked = |files: &[&str]| json(&[&["check", "--json"], files].concat());
+    assert_eq!(checked(&["."])["leverage"], checked(&bare)["leverage"]);
+    assert_eq!(json(&["metrology", "--json", "."])["n_samples"], 210);
+    assert_eq!(
+        json(&["inspect", "--json", "."]).as_array().unwrap().len(),
+        5
+    );
+}
+
+#[test]
+fn a_folder_of_test_recordings_alone_is_not_trained_on() {
+    let workshop = Workshop::new();
+    std::fs::create_dir(workshop.file("in")).unwrap();
+    workshop.write("in/test_1.csv", recording(0.0, 100));
+    for job in ["fit --train", "check", "metrology"] {
+        let arguments: Vec<&str> = job.split(' ').chain(["in"]).collect();
+        let output = run(workshop.path(), &arguments);
+        assert_eq!(output.status.code(), Some(2), "{job}");
+        assert!(stderr(&output).contains("called test"), "{job}");
+    }
+}
+
+#[test]
 fn a_pause_in_a_file_starts_history_anew() {
     let workshop = Workshop::new();
     let [first, second] = [rows(1.0, 120, 0.0), rows(2.0, 120, 500.0)];

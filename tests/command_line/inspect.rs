@@ -182,7 +182,7 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
             ["other.csv:1", "t [s]"],
         ),
         (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
-        (&["inspect", "folder"], ["folder", "not a file"]),
+        (&["inspect", "folder"], ["folder", "no recordings"]),
         (
             &["inspect", "a.csv", "--write-map", "a.csv"],
             ["a.csv", "read"],
