@@ -696,6 +696,95 @@ fn mutated_files_never_panic() {
     assert!(n_read > 50, "{n_read} files were read");
 }
 
+/// A workbook of one sheet with these rows and shared strings.
+#[cfg(feature = "xlsx")]
+fn workbook(path: &Path, rows: &str, strings: &str) {
+    let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
+    let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    let kinds = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    let linked = "http://schemas.openxmlformats.org/package/2006/relationships";
+    let links = |kind: &str, target: &str| {
+        format!(
+            r#"<Relationships xmlns="{linked}"><Relationship Id="rId1" Type="{kinds}/{kind}" Target="{target}"/></Relationships>"#
+        )
+    };
+    for (name, content) in [
+        ("_rels/.rels", links("officeDocument", "xl/workbook.xml")),
+        (
+            "xl/workbook.xml",
+            format!(
+                r#"<workbook xmlns="{main}" xmlns:r="{kinds}"><sheets><sheet name="Data" sheetId="1" r:id="rId1"/></sheets></workbook>"#
+            ),
+        ),
+        (
+            "xl/_rels/workbook.xml.rels",
+            links("worksheet", "worksheets/sheet1.xml"),
+        ),
+        (
+            "xl/sharedStrings.xml",
+            format!(r#"<sst xmlns="{main}" {strings}</sst>"#),
+        ),
+        (
+            "xl/worksheets/sheet1.xml",
+            format!(r#"<worksheet xmlns="{main}"><sheetData>{rows}</sheetData></worksheet>"#),
+        ),
+    ] {
+        let options = zip::write::SimpleFileOptions::default();
+        archive.start_file(name, options).unwrap();
+        archive.write_all(content.as_bytes()).unwrap();
+    }
+    archive.finish().unwrap();
+}
+
+/// The memory that a workbook takes is that of its cells, wherever they stand and whatever they share.
+#[cfg(feature = "xlsx")]
+#[test]
+fn cells_at_the_far_corner_and_shared_texts_take_no_memory_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.xlsx");
+    let heads = ["t", "S1", "Fz [N]"].map(|name| format!(r#"<c t="str"><v>{name}</v></c>"#));
+    let row = |k: usize| {
+        let (t, gauge, load) = (k as f64 / 64.0, gauge(k, 0), load(k, 2));
+        format!("<row><c><v>{t}</v></c><c><v>{gauge}</v></c><c><v>{load}</v></c></row>")
+    };
+    let rows: String = (0..N).map(row).collect();
+    let table = format!("<row>{}</row>{rows}", heads.concat());
+    let corner = r#"<row r="1048576"><c r="XFD1048576" t="str"><v>x</v></c></row>"#;
+    workbook(&path, &format!("{table}{corner}"), ">");
+    let (recording, told) = sound(&path);
+    assert_eq!(recording.n_samples(), N, "{told}");
+    assert_eq!(recording.gauges()[N - 1], gauge(N - 1, 0));
+
+    let many = format!("<row>{}</row>", r#"<c t="s"><v>0</v></c>"#.repeat(5000));
+    let long = format!("><si><t>{}</t></si>", "x".repeat(1 << 20));
+    workbook(&path, &format!("{table}{}", many.repeat(30)), &long);
+    assert_eq!(sound(&path).0.n_samples(), N);
+
+    let lie = format!(r#"uniqueCount="{}">"#, u32::MAX);
+    workbook(&path, &table, &lie);
+    assert!(
+        error(&path).contains("4294967295 texts"),
+        "{}",
+        error(&path)
+    );
+
+    // Numbers on a diagonal: few cells, and a table of 40,000 rows and 4,096 columns.
+    let letter = |at: usize| char::from(b'A' + (at % 26) as u8);
+    let cell = |k: usize| {
+        let column: String = [k % 5000 / 676, k % 676 / 26, k % 26]
+            .map(letter)
+            .iter()
+            .collect();
+        format!(r#"<row><c r="{column}{}"><v>{k}</v></c></row>"#, k + 1)
+    };
+    workbook(&path, &(0..40_000).map(cell).collect::<String>(), ">");
+    assert!(
+        error(&path).contains("Data would unpack to more than"),
+        "{}",
+        error(&path)
+    );
+}
+
 /// An archive of arrays.
 fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
     let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());

@@ -56,7 +56,7 @@ pub enum FileError {
     )]
     NoNumbers { left_out: Vec<String> },
     #[error(
-        "{} would unpack to more than {limit_bytes} bytes, far more than numbers ever pack; save it again, not compressed",
+        "{} would unpack to more than {limit_bytes} bytes, far more than numbers ever pack; save the samples alone, not compressed",
         shown(what)
     )]
     UnpacksTooLarge { what: String, limit_bytes: u64 },

@@ -46,6 +46,44 @@ impl Source<'_> {
     }
 }
 
+/// Memory that may still be taken for what a file holds.
+#[derive(Debug)]
+pub(super) struct Budget {
+    left_bytes: u64,
+    limit_bytes: u64,
+}
+
+impl Budget {
+    /// Returns the budget of a whole file with this length.
+    pub(super) fn of_file(n_bytes: u64) -> Self {
+        let limit_bytes = unpacked_limit(n_bytes);
+        Self {
+            left_bytes: limit_bytes,
+            limit_bytes,
+        }
+    }
+
+    /// Takes the memory of a number of values of `what`, to be asked before the memory is allocated.
+    ///
+    /// # Errors
+    /// [`FileError::UnpacksTooLarge`] if less is left.
+    pub(super) fn take(
+        &mut self,
+        what: &str,
+        n_values: u64,
+        bytes_each: u64,
+    ) -> Result<(), FileError> {
+        let left_bytes = n_values
+            .checked_mul(bytes_each)
+            .and_then(|n_bytes| self.left_bytes.checked_sub(n_bytes));
+        self.left_bytes = left_bytes.ok_or_else(|| FileError::UnpacksTooLarge {
+            what: what.to_owned(),
+            limit_bytes: self.limit_bytes,
+        })?;
+        Ok(())
+    }
+}
+
 /// How many bytes may come out of so many packed ones.
 pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
     packed_bytes

@@ -41,7 +41,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         return Ok(None);
     }
     #[cfg(feature = "xlsx")]
-    return read::columns(source).map(Some);
+    return read::columns(source, archive).map(Some);
     #[cfg(not(feature = "xlsx"))]
     Err(FileError::NotBuilt {
         what: "an Excel workbook",

@@ -1,33 +1,90 @@
 //! Each sheet as a table: its header is what stands above the first row of numbers; dates are times.
+//!
+//! Guarantees: memory is taken for cells that hold something, never for the rectangle that they span, and no more than the file's
+//! budget; a text that many cells share is there once.
 
-use std::io::BufReader;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
 
-use calamine::{Data, Range, Reader as _, Xlsx, XlsxError};
+use calamine::{Data, DataRef, Reader as _, Xlsx, XlsxCellReader, XlsxError};
+use zip::ZipArchive;
 
 use super::super::column_name::is_known_unit;
 use super::super::columns::{Column, Columns};
 use super::super::error::FileError;
-use super::super::format::{COLUMN_LIMIT, Source};
+use super::super::format::{Budget, COLUMN_LIMIT, Source, unpacked_limit};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
 use crate::recording::Day;
 
 const FILE: &str = "the workbook";
 /// The first row of numbers stands among so many.
-const HEADER_LIMIT: usize = 100;
+const HEADER_LIMIT: u32 = 100;
+/// Maximum length of a cell's text that is kept (bytes): no name and no value is longer.
+const TEXT_LIMIT_BYTES: usize = 1 << 10;
 /// The day from which a workbook counts, before the first of 1970 (days).
 const DAYS_BEFORE_1970: f64 = 25_569.0;
 const DAY_SECS: f64 = 86_400.0;
 
+/// A cell that holds something.
+struct Cell<'a> {
+    row: u32,
+    column: u32,
+    value: DataRef<'a>,
+}
+
+/// Checks what the members are said to unpack to, since calamine believes it.
+fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileError> {
+    const STRINGS: &str = "xl/sharedStrings.xml";
+    for index in 0..archive.len() {
+        let Ok(member) = archive.by_index_raw(index) else {
+            continue;
+        };
+        let limit_bytes = unpacked_limit(member.compressed_size());
+        if member.size() > limit_bytes {
+            return Err(FileError::UnpacksTooLarge {
+                what: FILE.to_owned(),
+                limit_bytes,
+            });
+        }
+    }
+    let Ok(strings) = archive.by_name(STRINGS) else {
+        return Ok(());
+    };
+    let (n_bytes, mut start) = (strings.size(), Vec::new());
+    // What cannot be unpacked is an error of calamine.
+    let _ = strings.take(1 << 10).read_to_end(&mut start);
+    let start = String::from_utf8_lossy(&start);
+    let count = start.split_once("uniqueCount=\"");
+    let count: Option<u64> = count.and_then(|(_, rest)| rest.split('"').next()?.parse().ok());
+    match count {
+        Some(count) if count > n_bytes => Err(FileError::Damaged {
+            what: STRINGS.to_owned(),
+            why: format!("{count} texts in {n_bytes} bytes"),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// The sheets of a workbook as a table.
-pub(super) fn columns(source: &Source<'_>) -> Result<Columns, FileError> {
-    let file = BufReader::new(source.open()?);
-    let mut workbook = Xlsx::new(file).map_err(damaged)?;
+pub(super) fn columns(
+    source: &Source<'_>,
+    mut archive: ZipArchive<BufReader<File>>,
+) -> Result<Columns, FileError> {
+    check_sizes(&mut archive)?;
+    let mut workbook = Xlsx::new(archive.into_inner()).map_err(damaged)?;
+    let mut budget = Budget::of_file(source.n_bytes);
     let (mut parts, mut left_out) = (Vec::new(), Vec::new());
     for name in workbook.sheet_names() {
         source.progress.check()?;
-        let sheet = workbook.worksheet_range(&name).map_err(damaged)?;
-        match table(&sheet) {
+        let cells = match workbook.worksheet_cells_reader(&name) {
+            Ok(reader) => cells(reader, &name, &mut budget)?,
+            Err(XlsxError::NotAWorksheet(_)) => Vec::new(),
+            Err(error) => return Err(damaged(error)),
+        };
+        match table(&cells, &name, &mut budget)? {
             Some(columns) => parts.push(Part { name, columns }),
             None => left_out.push(format!("{name} (no numbers in rows)")),
         }
@@ -37,6 +94,40 @@ pub(super) fn columns(source: &Source<'_>) -> Result<Columns, FileError> {
     Ok(columns)
 }
 
+/// The cells of a sheet that hold something, row by row from left to right.
+fn cells<'a, R: Read + Seek>(
+    mut reader: XlsxCellReader<'a, R>,
+    sheet: &str,
+    budget: &mut Budget,
+) -> Result<Vec<Cell<'a>>, FileError> {
+    let mut cells = Vec::new();
+    while let Some(cell) = reader.next_cell().map_err(damaged)? {
+        let (row, column) = cell.get_position();
+        let value = match cell.get_value() {
+            DataRef::Empty => None,
+            DataRef::SharedString(text) => start(text).map(DataRef::SharedString),
+            DataRef::String(text) => start(text).map(|text| DataRef::String(text.to_owned())),
+            other => Some(other.clone()),
+        };
+        if let Some(value) = value {
+            budget.take(sheet, 1, size_of::<Cell>() as u64)?;
+            cells.push(Cell { row, column, value });
+        }
+    }
+    // A cell that is there twice is the one that comes last.
+    cells.reverse();
+    cells.sort_by_key(|cell| (cell.row, cell.column));
+    cells.dedup_by_key(|cell| (cell.row, cell.column));
+    Ok(cells)
+}
+
+/// Returns the start of a cell's text, or `None` if nothing is written.
+fn start(text: &str) -> Option<&str> {
+    let text = text.trim();
+    let text = &text[..text.floor_char_boundary(TEXT_LIMIT_BYTES)];
+    (!text.is_empty()).then_some(text)
+}
+
 fn damaged(error: XlsxError) -> FileError {
     FileError::Damaged {
         what: FILE.to_owned(),
@@ -44,38 +135,38 @@ fn damaged(error: XlsxError) -> FileError {
     }
 }
 
-fn is_text(cell: &Data) -> bool {
-    matches!(cell, Data::String(text) if !text.trim().is_empty())
+fn is_text(cell: &Cell) -> bool {
+    matches!(cell.value, DataRef::String(_) | DataRef::SharedString(_))
 }
 
 /// Whether a row holds samples: more values than texts.
-fn is_row(row: &[Data]) -> bool {
+fn is_row(row: &[Cell]) -> bool {
     let n_texts = row
         .iter()
-        .filter(|cell| is_text(cell) && time(cell).is_none())
+        .filter(|cell| is_text(cell) && time(&cell.value).is_none())
         .count();
     let n_values = row
         .iter()
-        .filter(|cell| number(cell).or_else(|| time(cell)).is_some())
+        .filter(|cell| number(&cell.value).or_else(|| time(&cell.value)).is_some())
         .count();
     n_values > n_texts
 }
 
 /// The number in a cell.
-fn number(cell: &Data) -> Option<f64> {
-    match cell {
-        Data::Int(value) => Some(*value as f64),
-        Data::Float(value) => Some(*value),
-        Data::Bool(value) => Some(f64::from(u8::from(*value))),
-        Data::String(text) => text.trim().parse().ok(),
+fn number(value: &DataRef) -> Option<f64> {
+    match value {
+        DataRef::Int(value) => Some(*value as f64),
+        DataRef::Float(value) => Some(*value),
+        DataRef::Bool(value) => Some(f64::from(u8::from(*value))),
+        DataRef::String(_) | DataRef::SharedString(_) => text(value).parse().ok(),
         _ => None,
     }
 }
 
 /// The time in a cell (s).
-fn time(cell: &Data) -> Option<f64> {
-    match cell {
-        Data::DateTime(when) => {
+fn time(value: &DataRef) -> Option<f64> {
+    match value {
+        DataRef::DateTime(when) => {
             let days = when.as_f64();
             // A time of day, or a duration, has no day.
             let is_day = days >= 366.0 && !when.is_duration();
@@ -87,109 +178,130 @@ fn time(cell: &Data) -> Option<f64> {
             // What is stored has no more digits than this.
             Some((days * DAY_SECS * 1e4).round() / 1e4)
         }
-        Data::DateTimeIso(text) | Data::String(text) => {
-            let text = text.trim().as_bytes();
-            TimeForm::of_all([text].into_iter())?.secs(text)
+        DataRef::DateTimeIso(_) | DataRef::String(_) | DataRef::SharedString(_) => {
+            let text = text(value);
+            TimeForm::of_all([text.as_bytes()].into_iter())?.secs(text.as_bytes())
         }
         _ => None,
     }
 }
 
-fn text(cell: &Data) -> String {
-    match cell {
-        Data::String(text) => text.trim().to_owned(),
-        Data::Empty => String::new(),
-        other => other.to_string(),
+fn text<'a>(value: &'a DataRef) -> Cow<'a, str> {
+    match value {
+        DataRef::String(text) | DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => {
+            text.trim().into()
+        }
+        DataRef::SharedString(text) => text.trim().into(),
+        DataRef::Empty => "".into(),
+        other => Data::from(other.clone()).to_string().into(),
     }
 }
 
-fn is_blank(row: &[Data]) -> bool {
-    row.iter().all(|cell| text(cell).is_empty())
-}
-
 /// The day that a row above the table says: what it is called in one cell, itself in the next.
-fn day(row: &[Data]) -> Option<Day> {
-    let written = |cell: &Data| match cell {
-        Data::DateTime(when) if when.as_f64() >= 366.0 && !when.is_duration() => {
-            Day::of_clock(time(cell)?).map(|day| day.to_string())
+fn day(row: &[Cell]) -> Option<Day> {
+    let written = |cell: &Cell| match cell.value {
+        DataRef::DateTime(when) if when.as_f64() >= 366.0 && !when.is_duration() => {
+            Day::of_clock(time(&cell.value)?).map(|day| day.to_string())
         }
-        other => Some(text(other)).filter(|text| !text.is_empty()),
+        _ => Some(text(&cell.value).into_owned()),
     };
     let cells: Vec<String> = row.iter().filter_map(written).collect();
     Day::in_header(&cells.join(": "))
 }
 
+/// How many cells of a column hold something, and what.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    filled: usize,
+    numbers: usize,
+    times: usize,
+}
+
 /// What a sheet holds; `None` if there is no row of numbers.
-fn table(sheet: &Range<Data>) -> Option<Columns> {
-    let rows: Vec<&[Data]> = sheet.rows().collect();
-    let is_first = |at: &usize| {
-        let following = rows[*at..].iter().take(3);
-        following
-            .filter(|row| !is_blank(row))
-            .all(|row| is_row(row))
-            && is_row(rows[*at])
+fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
+    let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
+    let row_number = |at: usize| rows[at][0].row;
+    let is_first = |&at: &usize| {
+        let following = (at..rows.len()).take_while(|&next| row_number(next) - row_number(at) < 3);
+        following.into_iter().all(|next| is_row(rows[next]))
     };
-    let first = (0..rows.len().min(HEADER_LIMIT)).find(is_first)?;
-    let mut above = rows[..first].iter().rev().filter(|row| !is_blank(row));
-    let is_header = |row: &&&[Data]| row.iter().any(is_text);
-    let nearest = above.next().filter(is_header);
-    let is_units = |row: &&[Data]| {
-        let mut units = row.iter().map(text).filter(|unit| !unit.is_empty());
+    let mut starts =
+        (0..rows.len()).take_while(|&at| row_number(at) - row_number(0) < HEADER_LIMIT);
+    let Some(first) = starts.find(is_first) else {
+        return Ok(None);
+    };
+    let mut above = rows[..first].iter().copied().rev();
+    let nearest = above.next().filter(|row| row.iter().any(is_text));
+    let is_units = |row: &[Cell]| {
+        let mut units = row.iter().map(|cell| text(&cell.value));
         units.any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
     };
     let (header, units) = match (nearest, above.next()) {
         (Some(units), Some(header))
-            if is_units(units) && header.iter().filter(|c| is_text(c)).count() > 1 =>
+            if is_units(units) && header.iter().filter(|cell| is_text(cell)).count() > 1 =>
         {
             (Some(header), Some(units))
         }
         (header, _) => (header, None),
     };
-    let samples: Vec<&[Data]> = rows[first..]
-        .iter()
-        .copied()
-        .filter(|row| !is_blank(row))
-        .collect();
+    let said = |row: Option<&[Cell]>, column: u32| {
+        let row = row.unwrap_or_default();
+        let at = row.binary_search_by_key(&column, |cell| cell.column);
+        at.map_or(String::new(), |at| text(&row[at].value).into_owned())
+    };
+    let samples = &rows[first..];
+    let mut counts: BTreeMap<u32, Counts> = BTreeMap::new();
+    for cell in header.into_iter().flatten() {
+        counts.insert(cell.column, Counts::default());
+    }
+    for cell in samples.iter().copied().flatten() {
+        let own = counts.entry(cell.column).or_default();
+        own.filled += 1;
+        own.numbers += usize::from(number(&cell.value).is_some());
+        own.times += usize::from(time(&cell.value).is_some());
+    }
     let mut table = Columns {
         is_named: header.is_some(),
         day: rows[..first].iter().find_map(|row| day(row)),
         ..Columns::default()
     };
-    for index in 0..sheet.width() {
-        let cells = || samples.iter().filter_map(|row| row.get(index));
-        let name = header
-            .and_then(|row| row.get(index))
-            .map(text)
-            .unwrap_or_default();
-        let n_filled = cells().filter(|cell| !text(cell).is_empty()).count();
-        if n_filled == 0 {
-            if !name.is_empty() {
-                table.left_out.push(format!("{name} (nothing)"));
-            }
-            continue;
-        }
-        let count =
-            |of: fn(&Data) -> Option<f64>| cells().filter(|cell| of(cell).is_some()).count();
-        let (n_numbers, n_times) = (count(number), count(time));
-        let is_time = n_times > n_numbers && n_times * 2 > n_filled;
-        if (!is_time && n_numbers * 2 <= n_filled) || table.columns.len() == COLUMN_LIMIT {
+    let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
+    // Where the values of a sheet's column go, and what of its cells they are.
+    let mut places = BTreeMap::new();
+    for (column, own) in counts {
+        let name = match (table.is_named, said(header, column)) {
+            (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
+            (_, name) => name,
+        };
+        let is_time = own.times > own.numbers && own.times * 2 > own.filled;
+        if own.filled == 0 {
+            table.left_out.push(format!("{name} (nothing)"));
+        } else if (!is_time && own.numbers * 2 <= own.filled) || table.columns.len() == COLUMN_LIMIT
+        {
             table.left_out.push(format!("{name} (text)"));
-            continue;
+        } else {
+            let unit = said(units, column);
+            let unit = unit.trim_matches(['[', ']', '(', ')']).to_owned();
+            let of: fn(&DataRef) -> Option<f64> = if is_time { time } else { number };
+            places.insert(column, (table.columns.len(), of));
+            table.columns.push(Column {
+                name,
+                unit: if is_time { "s".to_owned() } else { unit },
+                values: Vec::new(),
+            });
         }
-        let of = if is_time { time } else { number };
-        let unit = units
-            .and_then(|row| row.get(index))
-            .map(text)
-            .unwrap_or_default();
-        let unit = unit.trim_matches(['[', ']', '(', ')']).to_owned();
-        table.columns.push(Column {
-            name: match (table.is_named, name.is_empty()) {
-                (true, true) => format!("column {}", index + 1),
-                _ => name,
-            },
-            unit: if is_time { "s".to_owned() } else { unit },
-            values: cells().map(|cell| of(cell).unwrap_or(f64::NAN)).collect(),
-        });
     }
-    (!table.columns.is_empty()).then_some(table)
+    let n_values = samples.len() as u64 * table.columns.len() as u64;
+    budget.take(sheet, n_values, size_of::<f64>() as u64)?;
+    for column in &mut table.columns {
+        column.values = vec![f64::NAN; samples.len()];
+    }
+    for (at, row) in samples.iter().enumerate() {
+        for cell in *row {
+            if let Some((column, of)) = places.get(&cell.column) {
+                table.columns[*column].values[at] = of(&cell.value).unwrap_or(f64::NAN);
+            }
+        }
+    }
+    Ok((!table.columns.is_empty()).then_some(table))
 }
