@@ -236,3 +236,150 @@ fn is_one_programme(recordings: &[&Recording]) -> bool {
         |own: &&Recording| own.n_samples() >= COMPARED && own.axes() == first.axes();
     !others.is_empty() && recordings.iter().all(is_comparable) && others.iter().all(is_same)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Source;
+
+    /// A training recording of Fx and Fy whose loads are these functions of the share of its length, 0 to 1.
+    fn entry(name: &str, loads: impl Fn(f64) -> [f64; 2]) -> Entry {
+        let n = 200;
+        let times: Vec<f64> = (0..n).map(f64::from).collect();
+        let loads = (0..n).flat_map(|k| loads(f64::from(k) / f64::from(n - 1)));
+        let recording = Recording::new(
+            name,
+            Source::Simulated,
+            times,
+            vec!["S1".to_owned()],
+            vec![0.0; n as usize],
+            vec![Axis::Fx, Axis::Fy],
+            loads.collect(),
+        );
+        Entry::new(recording.unwrap(), Role::Train)
+    }
+
+    fn errors(n_groups: usize, sizes: impl Iterator<Item = f64> + Clone) -> HeldOutErrors {
+        let rows: Vec<f64> = sizes.flat_map(|size| [size, -2.0 * size]).collect();
+        let mut errors = HeldOutErrors::new(2);
+        errors.add(rows.into_iter(), 1);
+        errors.n_groups = n_groups;
+        errors
+    }
+
+    fn weighed(
+        entries: &[Entry],
+        left_out: HeldOutErrors,
+        tested: HeldOutErrors,
+    ) -> Result<ExpectedError, String> {
+        let axes = [(Axis::Fx, 10.0), (Axis::Fy, 10.0)];
+        let evidence = Evidence {
+            entries,
+            axes: &axes,
+            grouped_by: "recording",
+            left_out: Ok(left_out),
+            tested,
+        };
+        evidence.weighed()
+    }
+
+    fn path(at: f64) -> impl Fn(f64) -> [f64; 2] {
+        move |share| {
+            [
+                10.0 * (7.0 * share + at).sin(),
+                10.0 * (5.0 * share + 2.0 * at).cos(),
+            ]
+        }
+    }
+
+    /// Of the sizes 0.01, 0.02 … 1.00 in each of both, 95 lie within 0.95; the test recordings' are half as large.
+    #[test]
+    fn the_larger_of_cross_validation_and_test_counts() {
+        let entries: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
+        let sizes = (1..=100).map(|k| f64::from(k) / 100.0);
+        let left_out = errors(3, sizes.clone());
+        let tested = errors(1, sizes.map(|size| size / 2.0));
+        let found = weighed(&entries, left_out, tested).unwrap();
+        let fx = &found.axes[0];
+        assert_eq!(
+            (fx.cross_validation, fx.test, fx.value),
+            (Some(0.95), Some(0.475), Some(0.95))
+        );
+        assert_eq!(fx.percent_fs, Some(9.5));
+        assert_eq!(found.of_axis(Axis::Fy), Ok(1.9));
+        let held_out = found.cross_validation.as_ref().unwrap();
+        assert_eq!((held_out.groups, held_out.samples), (3, 100));
+        assert!(
+            found.notes()[0].contains("3 groups") && found.notes()[0].contains("1 test recording")
+        );
+    }
+
+    #[test]
+    fn two_groups_state_nothing_and_three_test_recordings_may_stand_in() {
+        let entries = [entry("r", path(0.0))];
+        let of = |n_tests: usize| {
+            let tested = match n_tests {
+                0 => HeldOutErrors::new(2),
+                n => errors(n, std::iter::once(1.0)),
+            };
+            weighed(&entries, errors(2, std::iter::once(9.0)), tested)
+        };
+        assert!(
+            of(2)
+                .unwrap_err()
+                .contains("2 groups were left out, and 3 are needed")
+        );
+        let found = of(3).unwrap();
+        assert_eq!(
+            (found.axes[0].cross_validation, found.axes[0].value),
+            (None, Some(1.0))
+        );
+    }
+
+    #[test]
+    fn an_axis_that_stands_still_has_no_figure() {
+        let still = |share: f64| [10.0 * (7.0 * share).sin(), 0.01 * share];
+        let entries = [entry("r", still)];
+        let found = weighed(
+            &entries,
+            errors(3, std::iter::once(0.1)),
+            HeldOutErrors::new(2),
+        );
+        let found = found.unwrap();
+        assert!(found.axes[0].value.is_some() && found.axes[1].value.is_none());
+        assert!(
+            found
+                .of_axis(Axis::Fy)
+                .unwrap_err()
+                .contains("Fy hardly moves")
+        );
+    }
+
+    /// Both ways: recordings that do what is named, and some that do not.
+    #[test]
+    fn what_the_recordings_do_not_show_is_named_and_nothing_else() {
+        let one_at_a_time = |share: f64| match share < 0.5 {
+            true => [10.0 * (12.0 * share).sin(), 0.0],
+            false => [0.0, 10.0 * (12.0 * share).sin()],
+        };
+        let free: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
+        let repeated: Vec<Entry> = (0..3)
+            .map(|at| entry("r", path(0.001 * f64::from(at))))
+            .collect();
+        let separate: Vec<Entry> = vec![entry("r", one_at_a_time), entry("r", path(0.0))];
+        let alone = [entry("r", one_at_a_time)];
+        let said = |entries: &[Entry], grouped_by: &str| not_covered(entries, 2, grouped_by);
+        for (entries, single, programme) in [
+            (&free[..], false, false),
+            (&repeated, false, true),
+            (&separate, false, false),
+            (&alone, true, false),
+        ] {
+            let text = said(entries, "recording");
+            assert_eq!(text.contains("one at a time"), single, "{text}");
+            assert_eq!(text.contains("repeat one"), programme, "{text}");
+            assert!(text.contains("another mounting") && text.contains("another day"));
+        }
+        assert!(!said(&free, "mount").contains("another mounting"));
+    }
+}

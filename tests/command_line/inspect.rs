@@ -318,3 +318,31 @@ fn several_files_stand_each_under_its_heading() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(stderr(&refused).contains("--write-map is for one file"));
 }
+
+/// A second clock that counts whole seconds does not run like a clock, and is no gauge either.
+#[test]
+fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
+    let workshop = Workshop::new();
+    let row = |k: usize| {
+        format!(
+            "{},{},{},{}\n",
+            k as f64 / 50.0,
+            1_550_000_000 + k / 50,
+            k % 7,
+            k % 11
+        )
+    };
+    let rows: String = (0..200).map(row).collect();
+    workshop.write(
+        "bag.csv",
+        format!("Time,header.stamp.secs,left,right\n{rows}"),
+    );
+    let found = inspected(&workshop, &["bag.csv"]);
+    let columns = found["map"]["table"]["columns"].as_array().unwrap();
+    let gauges: Vec<&str> = columns
+        .iter()
+        .filter(|own| own["is"] == "gauge")
+        .map(|own| own["column"].as_str().unwrap())
+        .collect();
+    assert_eq!(gauges, ["left", "right"], "{columns:?}");
+}

@@ -223,6 +223,12 @@ pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
+/// Whether a column with this name is a time, or a part of a stamp.
+pub(crate) fn is_clock_name(name: &str) -> bool {
+    let is_part = |is_rest| path::is_part_of_stamp(name, is_rest);
+    is_time_name(name) || is_part(false) || is_part(true)
+}
+
 fn is_of_gauges_alone(unit: &str) -> bool {
     OF_GAUGES_ALONE.contains(&unit.trim().to_lowercase().as_str())
 }

@@ -5,7 +5,7 @@ use super::super::plan::AUXILIARY_LIMIT;
 use super::columns::{ColumnReport, Content};
 use super::question::Question;
 use crate::formats::Cell;
-use crate::formats::column_name::{ColumnName, is_load_unit};
+use crate::formats::column_name::{ColumnName, is_clock_name, is_load_unit};
 use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
@@ -63,8 +63,10 @@ pub(super) fn fill_in(
     }
     if needs_gauges {
         let free = |report: &&ColumnReport| {
+            let at = report.number - 1;
             let is_load = unnamed_loads.contains(&report.number);
-            may_be_gauge(report) && is_free[report.number - 1] && !is_load
+            let is_time = head.names.get(at).is_some_and(|name| is_clock_name(name));
+            may_be_gauge(report) && is_free[at] && !is_load && !is_time
         };
         let proposed = reports.iter().filter(free).map(|report| report.number);
         let mut proposed: Vec<usize> = proposed.take(GAUGE_LIMIT).collect();
