@@ -222,6 +222,17 @@ fn check_hdf5(folder: &Path) {
     assert_eq!(recording.axes(), [Axis::Fx, Axis::Mz]);
     assert_eq!(recording.loads()[2..4], [load(1, 0), load(1, 5)]);
     assert_eq!(told, "");
+    let (recording, told) = sound(&folder.join("gaps.h5"));
+    check(&recording, 0.0, 6, &Axis::ALL[..3]);
+    for gap in [
+        "F (60 of 180 values: never written)",
+        "S (90 of 360 values: never written)",
+        "t (10 of 60 values: never written)",
+        "never (never written)",
+        "never_in_chunks (never written)",
+    ] {
+        assert!(told.contains(gap), "no {gap} in {told}");
+    }
     let path = folder.join("runs.h5");
     let (recording, told) = sound(&path);
     check(&recording, 0.0, 6, &[]);
@@ -582,6 +593,23 @@ fn declared_sizes_are_not_believed() {
     matrix[132..136].copy_from_slice(&u32::MAX.to_le_bytes());
     fs::write(&path, matrix).unwrap();
     assert!(error(&path).contains("the file ends inside"));
+}
+
+#[cfg(feature = "mcap")]
+#[test]
+fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let content = fs::read(fixture("plain.mcap")).unwrap();
+    let starts = content.windows(3).enumerate();
+    let encodings = starts.filter(|(_, bytes)| bytes == b"cdr").map(|(at, _)| at);
+    for at in encodings.take(2) {
+        let mut damaged = content.clone();
+        damaged[at - 4..at].copy_from_slice(&0xffff_fff0_u32.to_le_bytes());
+        fs::write(&path, damaged).unwrap();
+        let told = error(&path);
+        assert!(told.contains("a text is longer than its record"), "{told}");
+    }
 }
 
 /// All fixtures that this build reads.

@@ -90,3 +90,19 @@ pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
         .saturating_mul(UNPACKED_RATIO)
         .max(UNPACKED_BYTES)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_is_for_all_that_a_file_holds() {
+        let mut budget = Budget::of_file(0);
+        let half = UNPACKED_BYTES / 16;
+        budget.take("a", half, 8).unwrap();
+        assert!(budget.take("b", half + 1, 8).is_err());
+        assert!(budget.take("b", u64::MAX, 8).is_err());
+        budget.take("b", half, 8).unwrap();
+        assert!(budget.take("c", 1, 1).is_err());
+    }
+}

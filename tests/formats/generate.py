@@ -105,6 +105,18 @@ def hdf5_files():
         for name, n in (("first", 10), ("second", N)):
             file[f"{name}/t"] = TIME[:n]
             file[f"{name}/S"] = GAUGES[:n]
+    # What a logger set out to write and did not: chunks at the end, some columns of others, and whole datasets of 0.8 GB each.
+    with h5py.File(HERE / "gaps.h5", "w") as file:
+        planned = {"t": (60,), "S": (60, 6), "F": (60, 3)}
+        data = {
+            name: file.create_dataset(name, shape, "f8", chunks=(10, 3)[: len(shape)], compression="gzip")
+            for name, shape in planned.items()
+        }
+        data["t"][:50] = np.arange(50) / 64
+        data["S"][:N], data["F"][:N] = GAUGES, LOADS[:, :3]
+        data["S"][N : N + 10, :3] = 1.0
+        for name, chunks in (("never", None), ("never_in_chunks", (1000,))):
+            file.create_dataset(name, (100_000_000,), "f8", chunks=chunks)
     # As MATLAB's -v7.3: a block of the user's own before it, columns as rows, the class of each variable.
     path = HERE / "newer.mat"
     with h5py.File(path, "w", userblock_size=512) as file:

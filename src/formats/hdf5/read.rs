@@ -1,11 +1,19 @@
 //! Datasets of numbers as arrays, records as columns; a group is a table of its own where they are not all one.
+//!
+//! Guarantees: what all datasets together take is bounded before memory is taken for one; what was never written is no number.
 
-use hdf5_pure::{AttrValue, Dataset, Datatype, DatatypeByteOrder, Error, File, Group as Node};
+use std::collections::{BTreeMap, HashSet};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
+use hdf5_pure::{
+    AttrValue, Chunk, CompoundMember, Dataset, Datatype, DatatypeByteOrder, Error, File,
+    Group as Node, Layout,
+};
 
 use super::super::arrays::Array;
 use super::super::columns::Columns;
 use super::super::error::FileError;
-use super::super::format::{COLUMN_LIMIT, Source, unpacked_limit};
+use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::npy::Number;
 use super::super::parts::{self, Group};
 use crate::recording::Day;
@@ -14,14 +22,19 @@ use crate::recording::Day;
 const DEPTH_LIMIT: usize = 6;
 /// More members are no recording.
 const MEMBER_LIMIT: usize = 10_000;
+/// Maximum length of the names of an array's columns together (bytes).
+const LABELS_LIMIT_BYTES: u64 = 1 << 20;
+const NOT_READABLE: Content = Content::Other("not readable");
+const NEVER_WRITTEN: Content = Content::Other("never written");
 
 /// The datasets of a file as a table.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let file = File::open(source.path).map_err(damaged)?;
     let mut reading = Reading {
         source,
-        limit_bytes: unpacked_limit(source.n_bytes),
+        budget: Budget::of_file(source.n_bytes),
         groups: Vec::new(),
+        group_hashes: HashSet::new(),
         left_out: Vec::new(),
         n_members: 0,
     };
@@ -53,8 +66,10 @@ fn damaged(error: Error) -> FileError {
 
 struct Reading<'a> {
     source: &'a Source<'a>,
-    limit_bytes: u64,
+    budget: Budget,
     groups: Vec<Group>,
+    /// Hashes of the arrays of `groups`.
+    group_hashes: HashSet<u64>,
     left_out: Vec<String>,
     n_members: usize,
 }
@@ -76,32 +91,31 @@ impl Reading<'_> {
             name: path.to_owned(),
             ..Group::default()
         };
-        // Below the root a group that cannot be listed is left out alone.
-        let listed = |found: Result<Vec<String>, Error>| match found {
-            Err(error) if path.is_empty() => Err(damaged(error)),
-            found => Ok(found.ok().map(|mut names| {
-                names.sort();
-                names
-            })),
+        // Opened in one walk: opening each by its name would go through all of them again.
+        let (datasets, mut inner) = match (node.iter_datasets(), node.iter_groups()) {
+            (Ok(datasets), Ok(groups)) => (
+                datasets.collect::<BTreeMap<_, _>>(),
+                groups.collect::<BTreeMap<_, _>>(),
+            ),
+            (Err(error), _) | (_, Err(error)) if path.is_empty() => return Err(damaged(error)),
+            // Below the root a group that cannot be listed is left out alone.
+            _ => {
+                self.left_out.push(format!("{path} (not readable)"));
+                return Ok(());
+            }
         };
-        let (datasets, groups) = (listed(node.datasets())?, listed(node.groups())?);
-        let (Some(names), Some(mut inner)) = (datasets, groups) else {
-            self.left_out.push(format!("{path} (not readable)"));
-            return Ok(());
-        };
-        for name in &names {
+        for (at, (name, dataset)) in datasets.iter().enumerate() {
             self.source.progress.check()?;
             self.n_members += 1;
             if self.n_members > MEMBER_LIMIT {
-                return Ok(());
+                let more = datasets.len() - at;
+                self.left_out.push(format!("{more} more datasets"));
+                break;
             }
-            let content = match node.dataset(name) {
-                Ok(dataset) => self.dataset(name, &dataset)?,
-                Err(_) => Content::Other("not readable"),
-            };
+            let content = self.dataset(&path_of(name), name, dataset)?;
             match content {
                 Content::Array(mut array) => {
-                    array.labels = labels(node, name);
+                    array.labels = labels(&datasets, name);
                     group.arrays.push(array);
                 }
                 Content::Records(arrays) => self.groups.push(Group {
@@ -112,11 +126,7 @@ impl Reading<'_> {
             }
         }
         // A link leads to what is there already.
-        if self
-            .groups
-            .iter()
-            .any(|other| !group.arrays.is_empty() && other.arrays == group.arrays)
-        {
+        if !group.arrays.is_empty() && !self.group_hashes.insert(hash_of(&group.arrays)) {
             return Ok(());
         }
         self.groups.push(group);
@@ -124,24 +134,21 @@ impl Reading<'_> {
             return Ok(());
         }
         // Where MATLAB keeps what cells and objects refer to.
-        inner.retain(|name| !["#refs#", "#subsystem#"].contains(&name.as_str()));
-        for name in inner {
+        inner.retain(|name, _| !["#refs#", "#subsystem#"].contains(&name.as_str()));
+        for (name, node) in inner {
             self.n_members += 1;
-            match node.group(&name) {
-                Ok(inner) if self.n_members <= MEMBER_LIMIT => {
-                    self.group(&inner, &path_of(&name), depth + 1)?;
-                }
-                _ => self
-                    .left_out
-                    .push(format!("{} (not readable)", path_of(&name))),
+            if self.n_members > MEMBER_LIMIT {
+                self.left_out.push(format!("{} (not read)", path_of(&name)));
+                break;
             }
+            self.group(&node, &path_of(&name), depth + 1)?;
         }
         Ok(())
     }
 
-    fn dataset(&self, name: &str, dataset: &Dataset) -> Result<Content, FileError> {
+    fn dataset(&mut self, path: &str, name: &str, dataset: &Dataset) -> Result<Content, FileError> {
         let (Ok(shape), Ok(datatype)) = (dataset.shape(), dataset.datatype()) else {
-            return Ok(Content::Other("not readable"));
+            return Ok(NOT_READABLE);
         };
         let attributes = dataset.attrs().unwrap_or_default();
         let class = match attributes.get("MATLAB_class") {
@@ -158,68 +165,83 @@ impl Reading<'_> {
             _ if attributes.contains_key("MATLAB_empty") => return Ok(Content::Other("empty")),
             _ => {}
         }
-        let n_values = shape
-            .iter()
-            .try_fold(1_u64, |n, length| n.checked_mul(*length));
-        let element_bytes = dataset.element_size().unwrap_or(1).max(1);
-        let n_bytes = n_values.and_then(|n| n.checked_mul(element_bytes));
-        if n_bytes.is_none_or(|n_bytes| n_bytes > self.limit_bytes) {
-            return Err(FileError::UnpacksTooLarge {
-                what: name.to_owned(),
-                limit_bytes: self.limit_bytes,
-            });
-        }
-        let n_values = n_values.unwrap_or(0) as usize;
-        let mut shape: Vec<usize> = shape.iter().map(|length| *length as usize).collect();
-        if class.is_some() {
-            // MATLAB's columns are rows here.
-            shape.reverse();
-        }
-        if let Datatype::Compound { size, members } = &datatype {
-            let is_complex = members.len() == 2
-                && members
-                    .iter()
-                    .all(|member| ["r", "i", "real", "imag"].contains(&member.name.as_str()));
-            return match is_complex {
-                true => Ok(Content::Other("complex numbers")),
-                false => {
-                    let Ok(raw) = dataset.read_raw() else {
-                        return Ok(Content::Other("not readable"));
-                    };
-                    let fields = members.iter().map(|member| {
-                        let offset = usize::try_from(member.byte_offset).unwrap_or(usize::MAX);
-                        (member.name.as_str(), offset, &member.datatype)
-                    });
-                    Ok(Content::Records(records(
-                        fields,
-                        *size as usize,
-                        n_values,
-                        &raw,
-                    )))
-                }
-            };
-        }
-        let Some(number) = number_of(&datatype) else {
-            return Ok(Content::Other(match datatype {
+        let number = number_of(&datatype);
+        let bytes_each = match (&datatype, number) {
+            (Datatype::Compound { members, .. }, _) if is_complex(members) => {
+                return Ok(Content::Other("complex numbers"));
+            }
+            // Each byte may be a number.
+            (Datatype::Compound { size, .. }, _) => u64::from(*size) * size_of::<f64>() as u64,
+            (_, Some(_)) => size_of::<f64>() as u64,
+            (
                 Datatype::String { .. }
                 | Datatype::VariableLength {
                     is_string: true, ..
-                } => "text",
-                Datatype::Reference { .. } => "references",
-                _ => "no numbers",
-            }));
+                },
+                _,
+            ) => {
+                return Ok(Content::Other("text"));
+            }
+            (Datatype::Reference { .. }, _) => return Ok(Content::Other("references")),
+            _ => return Ok(Content::Other("no numbers")),
         };
+        let n_values = n_values(&shape);
+        let chunks = match dataset.layout() {
+            _ if n_values == 0 => None,
+            Ok(Layout::Contiguous { address: None, .. }) => return Ok(NEVER_WRITTEN),
+            Ok(Layout::Contiguous { size, .. }) if size > self.source.n_bytes => {
+                return Err(FileError::CutShort {
+                    what: name.to_owned(),
+                });
+            }
+            Ok(Layout::Chunked { chunk_shape, .. }) => match dataset.chunks() {
+                Ok(chunks) if chunks.is_empty() => return Ok(NEVER_WRITTEN),
+                Ok(chunks) => Some((chunk_shape, chunks)),
+                Err(_) => return Ok(NOT_READABLE),
+            },
+            _ => None,
+        };
+        self.budget.take(name, n_values, bytes_each)?;
         let Ok(raw) = dataset.read_raw() else {
             return Ok(Content::Other(
                 "not readable: stored or packed in a way that is not known here",
             ));
         };
+        let n_values = n_values as usize;
+        let gaps = chunks.and_then(|(chunk_shape, chunks)| Gaps::of(&shape, &chunk_shape, &chunks));
+        if let Some(gaps) = &gaps {
+            let n = (0..n_values).filter(|&at| gaps.has(at)).count();
+            self.left_out
+                .push(format!("{path} ({n} of {n_values} values: never written)"));
+        }
+        if let Datatype::Compound { size, members } = &datatype {
+            let fields = members.iter().map(|member| {
+                let offset = usize::try_from(member.byte_offset).unwrap_or(usize::MAX);
+                (member.name.as_str(), offset, &member.datatype)
+            });
+            let mut arrays = records(fields, *size as usize, n_values, &raw);
+            for array in &mut arrays {
+                let n_each = array.values.len() / n_values.max(1);
+                gaps.iter()
+                    .for_each(|gaps| gaps.mark(&mut array.values, n_each));
+            }
+            return Ok(Content::Records(arrays));
+        }
+        let Some(number) = number else {
+            return Ok(NOT_READABLE);
+        };
         let elements = raw.chunks_exact(number.0.n_bytes());
-        let values: Vec<f64> = elements.map(|bytes| value(number, bytes)).collect();
+        let mut values: Vec<f64> = elements.map(|bytes| value(number, bytes)).collect();
         if values.len() != n_values {
             return Err(FileError::CutShort {
                 what: name.to_owned(),
             });
+        }
+        gaps.iter().for_each(|gaps| gaps.mark(&mut values, 1));
+        let mut shape: Vec<usize> = shape.iter().map(|length| *length as usize).collect();
+        if class.is_some() {
+            // MATLAB's columns are rows here.
+            shape.reverse();
         }
         Ok(Content::Array(Array {
             name: name.to_owned(),
@@ -231,13 +253,110 @@ impl Reading<'_> {
     }
 }
 
+/// Where the chunks of a dataset are that were never written.
+struct Gaps {
+    /// Length, and length of a chunk, along each dimension.
+    shape: Vec<(u64, u64)>,
+    /// Whether each chunk of the grid was written.
+    is_written: Vec<bool>,
+}
+
+impl Gaps {
+    /// Returns the gaps between these chunks, or `None` if there are none.
+    fn of(shape: &[u64], chunk_shape: &[u64], chunks: &[Chunk]) -> Option<Self> {
+        let shape: Vec<(u64, u64)> = shape
+            .iter()
+            .copied()
+            .zip(chunk_shape.iter().copied())
+            .collect();
+        let n_chunks: u64 = shape
+            .iter()
+            .map(|(length, chunk)| length.div_ceil((*chunk).max(1)))
+            .product();
+        let mut gaps = Self {
+            shape,
+            is_written: vec![false; n_chunks as usize],
+        };
+        for chunk in chunks {
+            let mut at = Some(0);
+            for ((length, _), offset) in gaps.shape.iter().zip(&chunk.offset) {
+                // A dataset that was cut back may keep chunks beyond its end.
+                at = at
+                    .filter(|_| offset < length)
+                    .map(|at| at * length + offset);
+            }
+            if let Some(at) = at {
+                let chunk = gaps.chunk(at as usize);
+                gaps.is_written[chunk] = true;
+            }
+        }
+        gaps.is_written.contains(&false).then_some(gaps)
+    }
+
+    /// Returns the place in the grid of the chunk that holds a value, given the value's place in the dataset.
+    fn chunk(&self, at: usize) -> usize {
+        let (mut rest, mut place, mut stride) = (at as u64, 0, 1);
+        for (length, chunk) in self.shape.iter().rev() {
+            let chunk = (*chunk).max(1);
+            place += rest % length / chunk * stride;
+            rest /= length;
+            stride *= length.div_ceil(chunk);
+        }
+        place as usize
+    }
+
+    fn has(&self, at: usize) -> bool {
+        !self.is_written[self.chunk(at)]
+    }
+
+    /// Puts NaN in the place of what was never written, where each element of the dataset has a number of values.
+    fn mark(&self, values: &mut [f64], n_each: usize) {
+        for (at, own) in values.chunks_mut(n_each.max(1)).enumerate() {
+            if self.has(at) {
+                own.fill(f64::NAN);
+            }
+        }
+    }
+}
+
+fn is_complex(members: &[CompoundMember]) -> bool {
+    let is_part = |own: &CompoundMember| ["r", "i", "real", "imag"].contains(&own.name.as_str());
+    members.len() == 2 && members.iter().all(is_part)
+}
+
+/// How many values a dataset of this shape has; as many as can be counted where they are more.
+fn n_values(shape: &[u64]) -> u64 {
+    shape
+        .iter()
+        .fold(1, |n: u64, length| n.saturating_mul(*length))
+}
+
+fn hash_of(arrays: &[Array]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for array in arrays {
+        (&array.name, &array.shape).hash(&mut hasher);
+        array
+            .values
+            .iter()
+            .for_each(|value| value.to_bits().hash(&mut hasher));
+    }
+    hasher.finish()
+}
+
 /// Where pandas keeps the names of the columns of an array: `block0_values` has those in `block0_items`.
-fn labels(node: &Node, name: &str) -> Vec<String> {
-    let items = name
-        .strip_suffix("_values")
-        .map(|block| format!("{block}_items"));
-    let items = items.and_then(|items| node.dataset(&items).ok()?.read_string().ok());
-    items.unwrap_or_default()
+fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
+    let items = name.strip_suffix("_values");
+    let items = items.and_then(|block| datasets.get(&format!("{block}_items")));
+    let is_small = |items: &&Dataset| {
+        let n_bytes = items.shape().ok().zip(items.element_size().ok());
+        n_bytes.is_some_and(|(shape, bytes)| {
+            n_values(&shape).saturating_mul(bytes) <= LABELS_LIMIT_BYTES
+        })
+    };
+    let names = items
+        .filter(is_small)
+        .and_then(|items| items.read_string().ok());
+    names.unwrap_or_default()
 }
 
 /// The fields of records that hold numbers.
