@@ -192,8 +192,8 @@ pub struct ReadArgs {
     /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     columns: Option<PathBuf>,
-    /// Take the gauges' mean over a interval off each recording: FROM:TO in seconds from its start, or "auto": the first
-    /// quiet half second. What a calibration made so is applied to must be tared, too.
+    /// Take the gauges' mean over a interval off each recording: FROM:TO in seconds from its start, or "auto": the first quiet
+    /// half second in which the reference shows no load. What a calibration made so is applied to must be tared, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     tare: Option<Tare>,
     /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped. One for all, or one for each
@@ -398,6 +398,7 @@ pub struct Apply {
     out: Option<PathBuf>,
     /// Say in a last column what became of each sample: ok, filling (the history is shorter than it can be), after a gap, restarted,
     /// beyond (the load is beyond what is known of the sensor), auxiliary held (such a channel was measured too long ago), rejected.
+    /// Where several are true they are joined by +.
     #[arg(long, requires = "out")]
     status: bool,
     /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
@@ -517,7 +518,7 @@ pub enum JobError {
     )]
     NotAlone,
     #[error(
-        "gauges are tared over a whole recording; tare those that come one by one before they come"
+        "rows that come one by one are tared over an interval: --tare FROM:TO, in seconds from the first of them"
     )]
     TareLive,
     #[error("{option} is for one file; name the one that it is for")]
@@ -987,10 +988,10 @@ fn run_live(args: &Apply, calibration: Calibration, names_gauges: bool) -> Resul
     if args.out.is_some() || args.traces.traces.is_some() {
         return Err(JobError::NotAlone);
     }
-    if args.read.tare.is_some() {
+    if args.read.tare == Some(Tare::Auto) {
         return Err(JobError::TareLive);
     }
-    if let Some(tare) = calibration.tare {
+    if let Some(tare) = calibration.tare.filter(|_| args.read.tare.is_none()) {
         tell(&format_args!(
             "note: the calibration was made of gauges less their mean over {tare}; those that come must be tared, too"
         ));
@@ -1000,6 +1001,7 @@ fn run_live(args: &Apply, calibration: Calibration, names_gauges: bool) -> Resul
         calibration,
         names_gauges,
         map: map.transpose()?,
+        tare: args.read.tare,
     };
     match path.as_os_str() == "-" {
         true => live::standard_input(tap),

@@ -602,7 +602,9 @@ fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
     let path = folder.path().join("run.mcap");
     let content = fs::read(fixture("plain.mcap")).unwrap();
     let starts = content.windows(3).enumerate();
-    let encodings = starts.filter(|(_, bytes)| bytes == b"cdr").map(|(at, _)| at);
+    let encodings = starts
+        .filter(|(_, bytes)| bytes == b"cdr")
+        .map(|(at, _)| at);
     for at in encodings.take(2) {
         let mut damaged = content.clone();
         damaged[at - 4..at].copy_from_slice(&0xffff_fff0_u32.to_le_bytes());

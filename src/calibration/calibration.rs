@@ -306,10 +306,13 @@ impl Calibration {
     }
 
     /// Whether a gauge shows what it is not to be believed.
-    pub fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
+    pub fn has_gauge_beyond(&self, gauges: impl Iterator<Item = f64>) -> bool {
+        // What a tare took off and is put back rounds.
+        let rounding = |limit: f64| 1e-12 * limit.abs();
         let mut limits = self.gauge_limits.iter().zip(gauges);
         limits.any(|((low, high), gauge)| {
-            low.is_some_and(|low| *gauge <= low) || high.is_some_and(|high| *gauge >= high)
+            low.is_some_and(|low| gauge <= low + rounding(low))
+                || high.is_some_and(|high| gauge >= high - rounding(high))
         })
     }
 
@@ -395,6 +398,11 @@ impl Calibration {
         self.features.distance.weights(&self.axes, &self.full_scale)
     }
 
+    /// The step of the training recordings (s), where it is known.
+    pub fn step_secs(&self) -> Option<f64> {
+        self.rate_hz.map(f64::recip)
+    }
+
     /// The regressor and the blocks in words.
     pub fn describe(&self) -> String {
         let blocks = self.features.describe();
@@ -471,7 +479,8 @@ impl Calibration {
         }
     }
 
-    /// The recording with the auxiliary channels that the calibration was made for, and no others.
+    /// The recording with the auxiliary channels that the calibration was made for, and no others, and with gauges that a tare
+    /// made as the calibration knows them.
     ///
     /// # Errors
     /// [`CalibrationError`] if it has other gauges, or lacks a channel.
@@ -480,6 +489,13 @@ impl Calibration {
         recording: &'a Recording,
     ) -> Result<Cow<'a, Recording>, CalibrationError> {
         self.check_gauges(recording)?;
+        Ok(self.with_own_zero(self.with_own_auxiliary(recording)?))
+    }
+
+    fn with_own_auxiliary<'a>(
+        &self,
+        recording: &'a Recording,
+    ) -> Result<Cow<'a, Recording>, CalibrationError> {
         let names = self.features.auxiliary_names();
         if names.is_empty() {
             return Ok(Cow::Borrowed(recording));

@@ -6,7 +6,7 @@
 //! history anew within [`STRAYS`] samples, so no load is ever that of an older sample. Exported code does the same.
 
 use crate::calibration::learned::LearnedScratch;
-use crate::calibration::{Calibration, CalibrationError, learned_inputs};
+use crate::calibration::{Calibration, CalibrationError, Status, learned_inputs};
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
@@ -28,6 +28,11 @@ pub struct Estimator<'a> {
     since_secs: f64,
     /// So many samples in a row were off the clock.
     strays: u32,
+    /// What a tare takes off the gauges.
+    gauge_zero: Vec<f64>,
+    /// What was taken off the gauges before they came here.
+    came_less: Vec<f64>,
+    gauges: Vec<f64>,
     raw: Vec<f64>,
     inputs: Vec<f64>,
     scratch: LearnedScratch,
@@ -49,40 +54,14 @@ pub enum SampleError {
     OffTheClock { last_secs: f64, time: f64 },
 }
 
-/// What became of a sample that was not refused: the last of these that is true.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Taken {
-    /// The history goes on with it.
-    GoesOn,
-    /// So it does, but less than the longest t_th or lag lies behind it: look-backs and lags may not have their past yet.
-    Filling,
-    /// It comes after a gap: look-backs and lags have forgotten what was before it.
-    AfterGap,
-    /// The history starts anew with it: the clock was set anew.
-    Restarted,
-    /// Its load, or an auxiliary channel, is beyond what is known of the sensor.
-    Beyond,
-}
-
-impl Taken {
-    /// In words.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::GoesOn => "ok",
-            Self::Filling => "filling",
-            Self::AfterGap => "after a gap",
-            Self::Restarted => "restarted",
-            Self::Beyond => "beyond",
-        }
-    }
-}
-
 impl SampleError {
-    /// In a few words, as [`Taken::label`].
-    pub fn label(&self) -> &'static str {
+    /// Returns the status of a sample that was refused for this.
+    pub const fn status(&self) -> Status {
         match self {
-            Self::OffTheClock { .. } => "rejected: time",
-            Self::Gauges { .. } | Self::Auxiliary { .. } | Self::NotFinite => "rejected: value",
+            Self::OffTheClock { .. } => Status::REJECTED_TIME,
+            Self::Gauges { .. } | Self::Auxiliary { .. } | Self::NotFinite => {
+                Status::REJECTED_VALUE
+            }
         }
     }
 }
@@ -104,12 +83,35 @@ impl<'a> Estimator<'a> {
             wrapped_secs: 0.0,
             since_secs: 0.0,
             strays: 0,
+            gauge_zero: vec![0.0; calibration.gauges.len()],
+            came_less: vec![0.0; calibration.gauges.len()],
+            gauges: vec![0.0; calibration.gauges.len()],
             raw: vec![0.0; design.n_columns()],
             inputs: Vec::new(),
             scratch: LearnedScratch::default(),
             conventional: vec![0.0; n_axes],
             compensated: vec![0.0; n_axes],
         })
+    }
+
+    /// Tares: from now on gauges count from `mean`, the mean of some samples of the unloaded sensor. The history starts anew.
+    ///
+    /// # Errors
+    /// [`SampleError`] if it is not one finite number for each gauge; then nothing changes.
+    pub fn tare(&mut self, mean: &[f64]) -> Result<(), SampleError> {
+        self.check_numbers(mean, &[])?;
+        let zero = mean.iter().zip(self.calibration.unloaded());
+        self.gauge_zero = zero.map(|(mean, unloaded)| mean - unloaded).collect();
+        self.forget();
+        self.last_secs = None;
+        Ok(())
+    }
+
+    /// From now on gauges come with these numbers taken off by a tare of their recording. It only matters for where gauges are
+    /// clipped, which a calibration of gauges that were not tared knows of gauges as they are measured.
+    pub(crate) fn come_less(&mut self, offsets: impl Iterator<Item = f64>) {
+        self.came_less.clear();
+        self.came_less.extend(offsets);
     }
 
     /// Takes the next sample and gives its compensated load, and what became of the sample.
@@ -122,7 +124,7 @@ impl<'a> Estimator<'a> {
     ///
     /// # Errors
     /// [`SampleError`] if the sample cannot be used; the next good one goes on where the last good one was.
-    pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Taken, &[f64]), SampleError> {
+    pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Status, &[f64]), SampleError> {
         self.update_with(time, gauges, &[])
     }
 
@@ -135,33 +137,66 @@ impl<'a> Estimator<'a> {
         time: f64,
         gauges: &[f64],
         auxiliary: &[f64],
-    ) -> Result<(Taken, &[f64]), SampleError> {
-        let taken = match self.judge(time, gauges, auxiliary) {
-            Ok(taken) => taken,
+    ) -> Result<(Status, &[f64]), SampleError> {
+        let mut status = match self.judge(time, gauges, auxiliary) {
+            Ok(status) => status,
             Err(error) => {
                 self.conventional.fill(f64::NAN);
                 return Err(error);
             }
         };
         let time = time + self.wrapped_secs;
-        if taken != Taken::GoesOn || self.last_secs.is_none() {
+        if status != Status::OK || self.last_secs.is_none() {
             self.since_secs = time;
         }
         self.take(time, gauges, auxiliary);
-        let limits = self.calibration.limits.iter();
-        let is_filling = time - self.since_secs < self.calibration.features.window_secs();
-        let taken = match taken {
-            _ if self.calibration.has_gauge_beyond(gauges)
-                || self.calibration.has_auxiliary_beyond(auxiliary)
-                || (self.compensated.iter().zip(limits))
-                    .any(|(load, limit)| *limit > 0.0 && load.abs() > *limit) =>
-            {
-                Taken::Beyond
-            }
-            Taken::GoesOn if is_filling => Taken::Filling,
-            taken => taken,
-        };
-        Ok((taken, &self.compensated))
+        if time - self.since_secs < self.calibration.features.window_secs() {
+            status |= Status::FILLING;
+        }
+        let mut limits = self.compensated.iter().zip(&self.calibration.limits);
+        if limits.any(|(load, limit)| *limit > 0.0 && load.abs() > *limit)
+            || self.has_gauge_beyond(gauges)
+            || self.calibration.has_auxiliary_beyond(auxiliary)
+        {
+            status |= Status::BEYOND;
+        }
+        Ok((status, &self.compensated))
+    }
+
+    /// Returns true if a gauge, as it was measured or tared like the limits, is clipped.
+    fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
+        let is_tared = self.calibration.tare.is_some();
+        let as_measured = gauges.iter().zip(&self.came_less);
+        let as_measured = as_measured.map(|(gauge, less)| gauge + less);
+        match is_tared {
+            true => self
+                .calibration
+                .has_gauge_beyond(self.gauges.iter().copied()),
+            false => self.calibration.has_gauge_beyond(as_measured),
+        }
+    }
+
+    /// Forgets the past; a tare is kept.
+    fn forget(&mut self) {
+        self.strays = 0;
+        self.wrapped_secs = 0.0;
+        self.stream = FeatureStream::new(self.design);
+        self.look_back = look_back(self.calibration);
+    }
+
+    fn check_numbers(&self, gauges: &[f64], auxiliary: &[f64]) -> Result<(), SampleError> {
+        let (expected, actual) = (self.calibration.gauges.len(), gauges.len());
+        if actual != expected {
+            return Err(SampleError::Gauges { expected, actual });
+        }
+        match gauges
+            .iter()
+            .chain(auxiliary)
+            .all(|number| number.is_finite())
+        {
+            true => Ok(()),
+            false => Err(SampleError::NotFinite),
+        }
     }
 
     /// What is to become of a sample; the history is forgotten as far as it must be.
@@ -170,24 +205,17 @@ impl<'a> Estimator<'a> {
         time: f64,
         gauges: &[f64],
         auxiliary: &[f64],
-    ) -> Result<Taken, SampleError> {
-        let expected = self.calibration.gauges.len();
-        if gauges.len() != expected {
-            return Err(SampleError::Gauges {
-                expected,
-                actual: gauges.len(),
-            });
-        }
+    ) -> Result<Status, SampleError> {
         let (expected, actual) = (self.calibration.features.auxiliary.len(), auxiliary.len());
         if actual != expected {
             return Err(SampleError::Auxiliary { expected, actual });
         }
-        let mut numbers = gauges.iter().chain(auxiliary);
-        if !time.is_finite() || !numbers.all(|number| number.is_finite()) {
+        self.check_numbers(gauges, auxiliary)?;
+        if !time.is_finite() {
             return Err(SampleError::NotFinite);
         }
         let Some(last_secs) = self.last_secs else {
-            return Ok(Taken::GoesOn);
+            return Ok(Status::OK);
         };
         let gap_secs = self.calibration.gap_secs;
         let mut step = time + self.wrapped_secs - last_secs;
@@ -198,21 +226,18 @@ impl<'a> Estimator<'a> {
         if (0.0..=LEAP_SECS).contains(&step) {
             self.strays = 0;
             if step <= gap_secs {
-                return Ok(Taken::GoesOn);
+                return Ok(Status::OK);
             }
             self.stream.gap();
             self.look_back = look_back(self.calibration);
-            return Ok(Taken::AfterGap);
+            return Ok(Status::AFTER_GAP);
         }
         self.strays += 1;
         if self.strays < STRAYS {
             return Err(SampleError::OffTheClock { last_secs, time });
         }
-        self.strays = 0;
-        self.wrapped_secs = 0.0;
-        self.stream = FeatureStream::new(self.design);
-        self.look_back = look_back(self.calibration);
-        Ok(Taken::Restarted)
+        self.forget();
+        Ok(Status::RESTARTED)
     }
 
     fn take(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64]) {
@@ -223,6 +248,10 @@ impl<'a> Estimator<'a> {
             learned,
             ..
         } = self.calibration;
+        let tared = gauges.iter().zip(&self.gauge_zero);
+        self.gauges.clear();
+        self.gauges.extend(tared.map(|(gauge, zero)| gauge - zero));
+        let gauges = &self.gauges[..];
         conventional.apply(gauges, &mut self.conventional);
         self.look_back.push(time, gauges, &self.conventional);
         let past = |at: usize| self.look_back.past_gauges(features.look_backs[at]);
@@ -324,10 +353,10 @@ mod tests {
         let mut estimator = Estimator::new(calibration, &design).unwrap();
         let n_axes = calibration.axes.len();
         for (k, expected) in applied.compensated.chunks_exact(n_axes).enumerate() {
-            let (taken, load) = estimator
+            let (status, load) = estimator
                 .update(recording.times()[k], recording.gauges_at(k))
                 .unwrap();
-            assert!(!matches!(taken, Taken::AfterGap | Taken::Restarted));
+            assert!(!status.has(Status::AFTER_GAP) && !status.has(Status::RESTARTED));
             for ((actual, expected), scale) in
                 load.iter().zip(expected).zip(&calibration.full_scale)
             {
@@ -414,8 +443,8 @@ mod tests {
                     assert!(matches!(actual, Err(SampleError::OffTheClock { .. })));
                     continue;
                 }
-                let (taken, actual) = actual.unwrap();
-                assert_eq!(taken == Taken::Restarted, k == 2);
+                let (status, actual) = actual.unwrap();
+                assert_eq!(status.has(Status::RESTARTED), k == 2);
                 assert_eq!(actual, fresh.update(time, gauges).unwrap().1, "sample {k}");
             }
         }

@@ -4,13 +4,16 @@ use std::io::{self, BufRead as _};
 use std::path::Path;
 
 use super::{JobError, tell};
-use crate::calibration::{Calibration, Estimator};
+use crate::calibration::{Calibration, Estimator, Status};
 use crate::export::{LiveSample, LoadRows, name_gauges};
-use crate::import::live::{GrowingFile, Grown, LiveRow, LiveTable};
+use crate::formats::text::ArrivingLines;
+use crate::import::live::{GrowingFile, Grown, LiveRow, LiveSource, LiveTable};
 use crate::import::map::ColumnMap;
-use crate::recording::Axis;
 use crate::recording::gap::pause_by_step;
+use crate::recording::{Axis, Tare, TareError};
 
+/// What is said of rows that are averaged to tare by.
+const TARING: &str = "taring";
 /// So many lines that are no rows are told of one by one.
 const TOLD_ONE_BY_ONE: u64 = 5;
 
@@ -19,14 +22,25 @@ const TOLD_ONE_BY_ONE: u64 = 5;
 /// # Errors
 /// [`JobError`] if no table begins there, it has not the gauges, or nobody reads the answers.
 pub fn standard_input(tap: Tap) -> Result<(), JobError> {
-    let mut lines = io::stdin().lock();
-    let mut bytes = Vec::new();
-    tap.answer(&mut || {
-        bytes.clear();
-        let n = lines.read_until(b'\n', &mut bytes)?;
-        let text = String::from_utf8_lossy(&bytes);
-        let line = text.trim_end_matches(['\r', '\n']).to_owned();
-        Ok((n > 0).then_some(Grown::Line(line)))
+    let mut input = io::stdin().lock();
+    let mut lines = ArrivingLines::default();
+    let path = Path::new("standard input");
+    tap.answer(path, &mut || {
+        loop {
+            if let Some(line) = lines.next_line() {
+                return Ok(Some(Grown::Line(line)));
+            }
+            let new = match input.fill_buf() {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                new => new?,
+            };
+            let n = new.len();
+            if n == 0 {
+                return Ok(lines.last_line().map(Grown::Line));
+            }
+            lines.push(new);
+            input.consume(n);
+        }
     })
 }
 
@@ -40,7 +54,7 @@ pub fn follow(tap: Tap, path: &Path) -> Result<(), JobError> {
         source,
     };
     let mut file = GrowingFile::open(path).map_err(unreadable)?;
-    tap.answer(&mut || {
+    tap.answer(path, &mut || {
         let grown = file.look()?;
         if grown == Grown::Replaced {
             tell(&format_args!(
@@ -61,18 +75,85 @@ pub struct Tap {
     pub names_gauges: bool,
     /// What the columns are, where somebody says so.
     pub map: Option<ColumnMap>,
+    /// In which of the first rows the sensor is unloaded.
+    pub tare: Option<Tare>,
+}
+
+/// Averages the gauges of the first rows.
+#[derive(Debug)]
+struct Taring {
+    /// From the first row (s).
+    interval: (f64, f64),
+    first_secs: Option<f64>,
+    sums: Vec<f64>,
+    n: u32,
+}
+
+impl Taring {
+    fn new(interval: (f64, f64), n_gauges: usize) -> Self {
+        Self {
+            interval,
+            first_secs: None,
+            sums: vec![0.0; n_gauges],
+            n: 0,
+        }
+    }
+
+    /// Takes a row. Returns the mean of the interval once a row comes after it.
+    fn take(&mut self, time: f64, gauges: &[f64]) -> Result<Option<Vec<f64>>, TareError> {
+        let (from, to) = self.interval;
+        let since = match self.first_secs {
+            Some(first) if first <= time => time - first,
+            // The first row, or that of a clock that was set anew.
+            _ => {
+                *self = Self::new(self.interval, gauges.len());
+                self.first_secs = Some(time);
+                0.0
+            }
+        };
+        if since <= to {
+            if since >= from {
+                let sums = self.sums.iter_mut().zip(gauges);
+                sums.for_each(|(sum, gauge)| *sum += gauge);
+                self.n += 1;
+            }
+            return Ok(None);
+        }
+        let mean = self.sums.iter().map(|sum| sum / f64::from(self.n));
+        match self.n {
+            0 => Err(TareError::NoSamples {
+                name: "the rows".to_owned(),
+                from,
+                to,
+                duration_secs: since,
+            }),
+            _ => Ok(Some(mean.collect())),
+        }
+    }
 }
 
 impl Tap {
     fn answer(
         mut self,
+        path: &Path,
         next: &mut dyn FnMut() -> io::Result<Option<Grown>>,
     ) -> Result<(), JobError> {
         let mut out = None;
         let mut n_broken = 0;
-        while let Some((mut table, rows)) = self.begin(next)? {
+        let mut unloaded: Option<Vec<f64>> = None;
+        let mut taring = match self.tare {
+            Some(Tare::Interval(from, to)) => Some(Taring::new((from, to), 0)),
+            _ => None,
+        };
+        while let Some((mut table, rows)) = self.begin(path, next)? {
             if !self.names_gauges {
                 name_gauges(&mut self.calibration, table.gauge_names());
+            }
+            if let Some(unit) = table.assumed_unit() {
+                tell(&format_args!(
+                    "note: {}: the times have no unit; they are taken in {unit}, as the calibration's step is nearest then",
+                    path.display()
+                ));
             }
             let places = table.places(&self.calibration.gauges);
             let places = places.ok_or_else(|| JobError::LiveGauges {
@@ -82,6 +163,10 @@ impl Tap {
             let design = self.calibration.design();
             let mut estimator = Estimator::new(&self.calibration, &design)
                 .map_err(|error| JobError::Output(io::Error::other(error)))?;
+            let refused = |error| JobError::Output(io::Error::other(error));
+            if let Some(mean) = &unloaded {
+                estimator.tare(mean).map_err(refused)?;
+            }
             let out = match &mut out {
                 Some(out) => out,
                 None => {
@@ -101,31 +186,48 @@ impl Tap {
             let gap_secs = self.calibration.gap_secs;
             let mut auxiliary = vec![0.0; auxiliary_places.len()];
             let mut gauges = vec![0.0; places.len()];
-            let mut write = |row: Option<LiveRow>, axes: &[Axis]| {
+            let axes = table.axes().to_vec();
+            let mut write = |row: Result<LiveRow, Option<f64>>| -> Result<(), JobError> {
+                let row = match row {
+                    Ok(row) => row,
+                    Err(time) => {
+                        out.write_without_load(time, &Status::REJECTED_VALUE.to_string())?;
+                        return Ok(out.flush()?);
+                    }
+                };
                 for (gauge, place) in gauges.iter_mut().zip(&places) {
-                    *gauge = row.as_ref().map_or(f64::NAN, |row| row.gauges[*place]);
+                    *gauge = row.gauges[*place];
+                }
+                if let Some(own) = &mut taring {
+                    match own.take(row.time, &gauges)? {
+                        None => {
+                            out.write_without_load(Some(row.time), TARING)?;
+                            return Ok(out.flush()?);
+                        }
+                        Some(mean) => {
+                            estimator.tare(&mean).map_err(refused)?;
+                            unloaded = Some(mean);
+                            taring = None;
+                        }
+                    }
                 }
                 for (value, place) in auxiliary.iter_mut().zip(&auxiliary_places) {
-                    *value = row.as_ref().map_or(f64::NAN, |row| row.auxiliary[*place]);
+                    *value = row.auxiliary[*place];
                 }
                 let is_old = |(age, step): (f64, f64)| age > gap_secs.max(pause_by_step(step));
-                let is_held = row.as_ref().is_some_and(|row| {
-                    let mut own = auxiliary_places.iter().map(|at| row.auxiliary_ages[*at]);
-                    own.any(is_old)
-                });
-                let sample = row.as_ref().map(|row| LiveSample {
+                let mut ages = auxiliary_places.iter().map(|at| row.auxiliary_ages[*at]);
+                let sample = LiveSample {
                     time: row.time,
                     gauges: &gauges,
                     auxiliary: &auxiliary,
-                    reference: (axes, &row.loads),
-                    is_held,
-                });
+                    reference: (&axes, &row.loads),
+                    is_held: ages.any(is_old),
+                };
                 out.write(&mut estimator, sample)?;
-                out.flush()
+                Ok(out.flush()?)
             };
-            let axes = table.axes().to_vec();
             for row in rows {
-                write(Some(row), &axes)?;
+                write(Ok(row))?;
             }
             loop {
                 match next()? {
@@ -139,13 +241,13 @@ impl Tap {
                     Some(Grown::Replaced) => break,
                     Some(Grown::Line(line)) => {
                         let row = table.row(&line);
-                        if row.is_none() {
+                        if row.is_err() {
                             n_broken += 1;
                             if n_broken <= TOLD_ONE_BY_ONE {
                                 tell(&format_args!("warning: a line is no row: {line}"));
                             }
                         }
-                        write(row, &axes)?;
+                        write(row)?;
                     }
                 }
             }
@@ -156,18 +258,24 @@ impl Tap {
     /// Reads up to the first row; `None` where nothing comes.
     fn begin(
         &self,
+        path: &Path,
         next: &mut dyn FnMut() -> io::Result<Option<Grown>>,
     ) -> Result<Option<(LiveTable, Vec<LiveRow>)>, JobError> {
+        let source = LiveSource {
+            path,
+            map: self.map.as_ref(),
+            step_secs: self.calibration.step_secs(),
+        };
         let mut head = Vec::new();
         loop {
             match next()? {
                 None if head.is_empty() => return Ok(None),
-                None => return Ok(Some(LiveTable::of_all(&head, self.map.as_ref())?)),
+                None => return Ok(Some(LiveTable::of_all(&head, source)?)),
                 Some(Grown::Nothing) => {}
                 Some(Grown::Replaced) => head.clear(),
                 Some(Grown::Line(line)) => {
                     head.push(line);
-                    if let Some(begun) = LiveTable::begin(&head, self.map.as_ref())? {
+                    if let Some(begun) = LiveTable::begin(&head, source)? {
                         return Ok(Some(begun));
                     }
                 }

@@ -1,14 +1,14 @@
 //! Following a file that a logger writes: its newest minute, with what the calibration of now makes of it.
 
 use std::collections::VecDeque;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, Estimator};
 use crate::engine::query::{Query, Unanswered, Work};
 use crate::evaluation::series::Series;
-use crate::import::live::{GrowingFile, Grown, LiveRow, LiveTable};
+use crate::import::live::{GrowingFile, Grown, LiveRow, LiveSource, LiveTable};
 use crate::progress::Progress;
 use crate::recording::Axis;
 
@@ -43,7 +43,7 @@ pub struct Followed {
     /// How many rows there were, and how many lines that were none.
     pub counts: (u64, u64),
     /// What became of the newest sample.
-    pub status: &'static str,
+    pub status: String,
     /// What is to be said of the file.
     pub notes: Vec<String>,
 }
@@ -109,9 +109,16 @@ struct Minute {
     kept_secs: f64,
     counts: (u64, u64),
     notes: Vec<String>,
+    /// Why nothing can be made of the file until another takes its place.
+    refused: Option<String>,
+    /// The step of the recordings of the calibration that the table was begun with (s).
+    step_secs: Option<f64>,
     /// Whether there is something new to show.
     changed: bool,
 }
+
+/// Where the gauges and the auxiliary channels of a calibration stand in a row; else why there is nothing that it can be given.
+type Places = Result<(Vec<usize>, Vec<usize>), String>;
 
 /// What came of a sample.
 struct Taken {
@@ -120,8 +127,19 @@ struct Taken {
 }
 
 impl Minute {
+    /// Begins anew with the file.
+    fn restart(&mut self, notes: Vec<String>) {
+        *self = Self {
+            kept_secs: self.kept_secs,
+            counts: self.counts,
+            notes,
+            step_secs: self.step_secs,
+            ..Self::default()
+        };
+    }
+
     /// Reads a line, if one is there; says whether a row came.
-    fn read(&mut self, file: &mut GrowingFile) -> Result<Read, Unanswered> {
+    fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Read, Unanswered> {
         let grown = file
             .look()
             .map_err(|error| Unanswered::Because(error.to_string()))?;
@@ -129,13 +147,9 @@ impl Minute {
             Grown::Line(line) => line,
             Grown::Nothing => return Ok(Read::Nothing),
             Grown::Replaced => {
-                self.head.clear();
-                self.table = None;
-                self.rows.clear();
-                self.notes = vec![
-                    "another file took its place, or it was cut: followed from its beginning"
-                        .to_owned(),
-                ];
+                let note =
+                    "another file took its place, or it was cut: followed from its beginning";
+                self.restart(vec![note.to_owned()]);
                 return Ok(Read::Replaced);
             }
         };
@@ -143,17 +157,30 @@ impl Minute {
         let rows = match &mut self.table {
             Some(table) => {
                 let row = table.row(&line);
-                self.counts.1 += u64::from(row.is_none());
-                Vec::from_iter(row)
+                self.counts.1 += u64::from(row.is_err());
+                Vec::from_iter(row.ok())
             }
+            None if self.refused.is_some() => Vec::new(),
             None => {
                 self.head.push(line);
-                let begun = LiveTable::begin(&self.head, None);
-                match begun.map_err(|error| Unanswered::Because(error.to_string()))? {
-                    None => return Ok(Read::Nothing),
-                    Some((table, rows)) => {
+                let source = LiveSource {
+                    path,
+                    map: None,
+                    step_secs: self.step_secs,
+                };
+                match LiveTable::begin(&self.head, source) {
+                    Ok(None) => Vec::new(),
+                    Ok(Some((table, rows))) => {
+                        let unit = table.assumed_unit();
+                        let note =
+                            |unit| format!("the times have no unit; they are taken in {unit}");
+                        self.notes.extend(unit.map(note));
                         self.table = Some(table);
                         rows
+                    }
+                    Err(error) => {
+                        self.refused = Some(error.to_string());
+                        Vec::new()
                     }
                 }
             }
@@ -166,7 +193,10 @@ impl Minute {
         while self.rows.len() > MAX_SAMPLES || self.rows.front().is_some_and(is_old) {
             self.rows.pop_front();
         }
-        Ok(Read::Rows(n.min(self.rows.len())))
+        Ok(match n {
+            0 => Read::Nothing,
+            n => Read::Rows(n.min(self.rows.len())),
+        })
     }
 
     /// Without a calibration there is nothing to show but that samples come.
@@ -181,13 +211,13 @@ impl Minute {
         let mut shown = Instant::now();
         while of.is_current(None) {
             progress.check()?;
-            self.read(file)?;
+            self.read(file, &of.path)?;
             if shown.elapsed() >= PERIOD {
                 shown = Instant::now();
                 show(Followed {
                     counts: self.counts,
-                    status: "no calibration yet",
-                    notes: self.notes.clone(),
+                    status: "no calibration yet".to_owned(),
+                    notes: self.notes(None),
                     ..Followed::default()
                 });
             }
@@ -209,66 +239,56 @@ impl Minute {
         let because = |error: &dyn ToString| Unanswered::Because(error.to_string());
         let mut estimator =
             Estimator::new(calibration, &design).map_err(|error| because(&error))?;
+        if self.step_secs != calibration.step_secs() {
+            self.step_secs = calibration.step_secs();
+            // What was read as seconds may be none.
+            *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
+            self.restart(Vec::new());
+            self.counts = (0, 0);
+        }
         let mut taken: VecDeque<Taken> = VecDeque::new();
-        let mut status = "nothing has come yet";
-        let mut places = None;
-        let mut auxiliary_places = Vec::new();
+        let mut status = "nothing has come yet".to_owned();
+        let mut places: Option<Places> = None;
         let mut waiting = self.rows.len();
         let mut shown: Option<Instant> = None;
         loop {
             progress.check()?;
-            if let Some(table) = &self.table
-                && places.is_none()
-            {
-                let found = table.places(&calibration.gauges);
-                places = Some(found.ok_or_else(|| {
-                    Unanswered::Because(format!(
-                        "{}: its gauges are {}, and the calibration was made for {}",
-                        of.path.display(),
-                        table.gauge_names().join(" "),
-                        calibration.gauges.join(" ")
-                    ))
-                })?);
-            }
-            if let (Some(places), Some(table)) = (&places, &self.table) {
-                let needed = calibration.features.auxiliary_names();
-                if auxiliary_places.len() != needed.len() {
-                    let found = table.auxiliary_places(&needed);
-                    auxiliary_places = found.map_err(|channel| {
-                        Unanswered::Because(format!(
-                            "{}: it has no auxiliary channel {channel}, which the calibration needs",
-                            of.path.display()
-                        ))
-                    })?;
+            if let Some(table) = &self.table {
+                let places = places.get_or_insert_with(|| places_of(calibration, table));
+                if places.is_err() {
+                    status = "not used".to_owned();
                 }
-                let new = self.rows.len() - waiting..self.rows.len();
-                for row in self.rows.range(new) {
-                    let gauges: Vec<f64> = places.iter().map(|place| row.gauges[*place]).collect();
-                    let auxiliary = auxiliary_places.iter().map(|place| row.auxiliary[*place]);
-                    let auxiliary: Vec<f64> = auxiliary.collect();
-                    let updated = estimator.update_with(row.time, &gauges, &auxiliary);
-                    let compensated = match updated {
-                        Ok((now, loads)) => {
-                            status = now.label();
-                            loads.to_vec()
-                        }
-                        Err(error) => {
-                            status = error.label();
-                            vec![f64::NAN; calibration.axes.len()]
-                        }
-                    };
-                    let reference = calibration.axes.iter().map(|axis| {
-                        let place = table.axes().iter().position(|own| own == axis);
-                        place.map_or(f64::NAN, |place| row.loads[place])
-                    });
-                    taken.push_back(Taken {
-                        time: row.time,
-                        loads: [
-                            estimator.conventional().to_vec(),
-                            compensated,
-                            reference.collect(),
-                        ],
-                    });
+                if let Ok((places, auxiliary_places)) = places {
+                    let new = self.rows.len() - waiting..self.rows.len();
+                    for row in self.rows.range(new) {
+                        let gauges: Vec<f64> =
+                            places.iter().map(|place| row.gauges[*place]).collect();
+                        let auxiliary = auxiliary_places.iter().map(|place| row.auxiliary[*place]);
+                        let auxiliary: Vec<f64> = auxiliary.collect();
+                        let updated = estimator.update_with(row.time, &gauges, &auxiliary);
+                        let compensated = match updated {
+                            Ok((now, loads)) => {
+                                status = now.to_string();
+                                loads.to_vec()
+                            }
+                            Err(error) => {
+                                status = error.status().to_string();
+                                vec![f64::NAN; calibration.axes.len()]
+                            }
+                        };
+                        let reference = calibration.axes.iter().map(|axis| {
+                            let place = table.axes().iter().position(|own| own == axis);
+                            place.map_or(f64::NAN, |place| row.loads[place])
+                        });
+                        taken.push_back(Taken {
+                            time: row.time,
+                            loads: [
+                                estimator.conventional().to_vec(),
+                                compensated,
+                                reference.collect(),
+                            ],
+                        });
+                    }
                 }
                 waiting = 0;
                 let newest_secs = taken.back().map_or(0.0, |taken| taken.time);
@@ -280,13 +300,13 @@ impl Minute {
             if self.changed && shown.is_none_or(|shown| shown.elapsed() >= PERIOD) {
                 self.changed = false;
                 shown = Some(Instant::now());
-                show(self.followed(calibration, &taken, status));
+                show(self.followed(calibration, &taken, &status, places.as_ref()));
             }
             if !of.is_current(Some(calibration)) {
                 self.changed = true;
                 return Ok(());
             }
-            match self.read(file)? {
+            match self.read(file, &of.path)? {
                 Read::Rows(n) => waiting += n,
                 Read::Nothing => {}
                 Read::Replaced => {
@@ -297,11 +317,19 @@ impl Minute {
         }
     }
 
+    /// What is to be said of the file, and why nothing comes of it.
+    fn notes(&self, places: Option<&Places>) -> Vec<String> {
+        let unfit = places.and_then(|places| places.as_ref().err());
+        let all = self.notes.iter().chain(&self.refused).chain(unfit);
+        all.cloned().collect()
+    }
+
     fn followed(
         &self,
         calibration: &Calibration,
         taken: &VecDeque<Taken>,
-        status: &'static str,
+        status: &str,
+        places: Option<&Places>,
     ) -> Followed {
         let times: Vec<f64> = taken.iter().map(|taken| taken.time).collect();
         // A clock that was set anew begins anew on screen.
@@ -341,10 +369,25 @@ impl Minute {
             axes: axes.collect(),
             span,
             counts: self.counts,
-            status,
-            notes: self.notes.clone(),
+            status: status.to_owned(),
+            notes: self.notes(places),
         }
     }
+}
+
+fn places_of(calibration: &Calibration, table: &LiveTable) -> Places {
+    let places = table.places(&calibration.gauges).ok_or_else(|| {
+        format!(
+            "the file's gauges are {}, and the calibration was made for {}: another file in its place is awaited",
+            table.gauge_names().join(" "),
+            calibration.gauges.join(" ")
+        )
+    })?;
+    let auxiliary = table.auxiliary_places(&calibration.features.auxiliary_names());
+    let auxiliary = auxiliary.map_err(|channel| {
+        format!("the file has no auxiliary channel {channel}, which the calibration needs: another file in its place is awaited")
+    })?;
+    Ok((places, auxiliary))
 }
 
 fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
@@ -380,37 +423,20 @@ mod tests {
     use crate::analysis::{Request, train};
     use crate::calibration::FitSettings;
     use crate::formats::csv::write_csv;
-    use crate::recording::{Entry, RecordingSet, Role, simulated};
+    use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
-    /// What is shown of a file that grows is what the calibration makes of it; another calibration begins anew on what is there.
-    #[test]
-    fn a_growing_file_is_shown_with_the_calibration_of_now() {
-        let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
-        let mut set = RecordingSet::default();
-        set.push(Entry::new(recording.clone(), Role::Train))
-            .unwrap();
-        let fitted = |f_th: f64| {
-            let mut settings = FitSettings::default();
-            settings.features.look_backs[0].f_th = f_th;
-            let request = Request::fit(Arc::new(set.clone()), settings);
-            Arc::new(train(&request, &Progress::default(), &mut |_| {}).unwrap())
-        };
-        let (first, second) = (fitted(2.0), fitted(5.0));
-        let mut text = Vec::new();
-        write_csv(&recording, &mut text).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log.csv");
-        let half = text.len() / 2;
-        fs::write(&path, &text[..half]).unwrap();
+    /// Follows a file; `check` is given what waits for something to be shown.
+    fn following(
+        path: &Path,
+        calibration: &Arc<Calibration>,
+        check: impl FnOnce(&Follow, &dyn Fn(&dyn Fn(&Followed) -> bool) -> Followed),
+    ) {
         let follow = Follow {
-            path: path.clone(),
-            calibration: Arc::new(Mutex::new(Some(Arc::clone(&first)))),
+            path: path.to_owned(),
+            calibration: Arc::new(Mutex::new(Some(Arc::clone(calibration)))),
         };
         let progress = Progress::default();
         let (sender, receiver) = channel();
-        let seen = |until: &dyn Fn(&Followed) -> bool| {
-            receiver.iter().find(|followed| until(followed)).unwrap()
-        };
         // Also where an assertion below fails: the file is not followed for ever.
         struct Ends<'a>(&'a Progress);
         impl Drop for Ends<'_> {
@@ -433,6 +459,79 @@ mod tests {
                 let end = follow.compute(work).unwrap_err();
                 assert_eq!(end, Unanswered::Cancelled);
             });
+            check(&follow, &|until| {
+                receiver.iter().find(|followed| until(followed)).unwrap()
+            });
+        });
+    }
+
+    fn fitted(recording: &Recording, f_th: f64) -> Arc<Calibration> {
+        let mut set = RecordingSet::default();
+        set.push(Entry::new(recording.clone(), Role::Train))
+            .unwrap();
+        let mut settings = FitSettings::default();
+        settings.features.look_backs[0].f_th = f_th;
+        let request = Request::fit(Arc::new(set), settings);
+        Arc::new(train(&request, &Progress::default(), &mut |_| {}).unwrap())
+    }
+
+    /// The file is awaited that has the right columns, in whatever encoding and with whatever clock it comes.
+    #[test]
+    fn a_log_with_other_columns_is_noted_and_the_right_one_in_its_place_is_followed() {
+        let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
+        let calibration = fitted(&recording, 2.0);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        fs::write(&path, "t [s],S1,S2\n0,1,2\n0.1,1,2\n").unwrap();
+        let mut text = Vec::new();
+        write_csv(&recording, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let (head, rows) = text.split_once('\n').unwrap();
+        let milliseconds = |row: &str| {
+            let (time, rest) = row.split_once(',').unwrap();
+            let time = 1e3 * (time.parse::<f64>().unwrap() - recording.times()[0]);
+            format!("{},{rest}\n", time.round())
+        };
+        let head = ["time", head.split_once(',').unwrap().1].join(",");
+        let text = format!(
+            "\u{feff}{head}\n{}",
+            rows.lines().map(milliseconds).collect::<String>()
+        );
+        let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        following(&path, &calibration, |_, seen| {
+            let other = seen(&|followed| followed.counts.0 == 2);
+            assert!(
+                other.notes[0].contains("gauges are S1 S2,"),
+                "{:?}",
+                other.notes
+            );
+            let new = folder.path().join("new.csv");
+            fs::write(&new, utf16).unwrap();
+            fs::rename(&new, &path).unwrap();
+            let n = 2 + recording.n_samples() as u64;
+            let right = seen(&|followed| followed.counts.0 == n);
+            assert_eq!(right.status, "ok");
+            let notes = right.notes.join("; ");
+            assert!(
+                notes.contains("taken in ms") && !notes.contains("gauges are"),
+                "{notes}"
+            );
+            assert!((right.span.1 - recording.duration_secs()).abs() < 2e-3);
+        });
+    }
+
+    /// What is shown of a file that grows is what the calibration makes of it; another calibration begins anew on what is there.
+    #[test]
+    fn a_growing_file_is_shown_with_the_calibration_of_now() {
+        let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
+        let (first, second) = (fitted(&recording, 2.0), fitted(&recording, 5.0));
+        let mut text = Vec::new();
+        write_csv(&recording, &mut text).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        let half = text.len() / 2;
+        fs::write(&path, &text[..half]).unwrap();
+        following(&path, &first, |follow, seen| {
             seen(&|followed| followed.counts.0 > 10);
             let mut log = OpenOptions::new().append(true).open(&path).unwrap();
             log.write_all(&text[half..]).unwrap();

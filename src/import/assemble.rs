@@ -86,11 +86,6 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// How many of the times make a second, by their values.
-pub(super) fn per_second_by_values(times: &[f64]) -> f64 {
-    timeline::unit_by_values(times).per_second()
-}
-
 /// A clock that tells no day starts anew at midnight; its times become those since the first midnight.
 fn count_days(times: &mut [f64]) {
     const DAY_SECS: f64 = 86_400.0;

@@ -89,6 +89,19 @@ pub enum TableError {
         shown(name)
     )]
     NoSampleRate { column: usize, name: String },
+    #[error(
+        "column {column} ({}) has no unit, and its steps of {step} fit none: the calibration is of a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}; write the unit in the header, e.g. {} [ms], or say it in a column map ({HOW_TO_MAP})",
+        shown(name),
+        shown(name)
+    )]
+    NoTimeUnit {
+        column: usize,
+        name: String,
+        step: f64,
+        trained_secs: f64,
+        nearest: &'static str,
+        off: f64,
+    },
     #[error("columns {first} and {second} are both \"{role}\" in the column map; only one can be")]
     RoleTwice {
         role: ColumnRole,
@@ -237,6 +250,20 @@ impl ReadError {
                     ..
                 }
         )
+    }
+}
+
+impl ReadError {
+    /// Of a file that is a copy: the error with the path that people know.
+    pub(super) fn known_as(mut self, known: &Path) -> Self {
+        match &mut self {
+            Self::File { path, .. }
+            | Self::Table { path, .. }
+            | Self::NoNames { path, .. }
+            | Self::NoHeader { path } => *path = known.to_owned(),
+            _ => {}
+        }
+        self
     }
 }
 

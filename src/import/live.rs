@@ -4,7 +4,7 @@
 //! and a line that is no row is said to be none and changes nothing. JSON lines are read as rows whose names are their keys.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read as _, Seek, SeekFrom};
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -16,13 +16,29 @@ use super::load::{Reading, by_names};
 use super::map::ColumnMap;
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
-use super::{TableError, assemble};
+use super::{TableError, timeline};
 use crate::formats::Part;
+use crate::formats::text::ArrivingLines;
 use crate::progress::Progress;
 use crate::recording::Axis;
+use crate::recording::gap::median_step;
+use crate::recording::units::TimeUnit;
 
 /// So many lines may stand before the first row.
 const MAX_HEAD_LINES: usize = 200;
+/// From so many rows on their median step is that of the sensor.
+const ROWS_FOR_A_STEP: usize = 5;
+
+/// Where rows come from, and what is known of them.
+#[derive(Clone, Copy, Debug)]
+pub struct LiveSource<'a> {
+    /// What messages call it.
+    pub path: &'a Path,
+    /// What the columns are, where somebody says so.
+    pub map: Option<&'a ColumnMap>,
+    /// The step of the recordings that the calibration was made of (s).
+    pub step_secs: Option<f64>,
+}
 
 /// One row.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,6 +60,7 @@ pub struct LiveRow {
 pub struct LiveTable {
     plan: Plan,
     per_second: f64,
+    assumed_unit: Option<TimeUnit>,
     /// The keys of JSON lines, in the order of the columns.
     keys: Option<Vec<String>>,
     has_list: bool,
@@ -120,18 +137,29 @@ impl LiveTable {
         &self.plan.axes
     }
 
+    /// The unit of the times where the header has none: that in which their step is nearest to the one that the calibration knows.
+    pub fn assumed_unit(&self) -> Option<&'static str> {
+        self.assumed_unit.map(TimeUnit::symbol)
+    }
+
     /// Looks at the first lines, and gives the table with the rows that are among them; `None` if more must come.
     ///
     /// # Errors
     /// [`ReadError`] if no more lines will make a table of them.
     pub fn begin(
         lines: &[String],
-        map: Option<&ColumnMap>,
+        source: LiveSource<'_>,
     ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
-        match Self::of_all(lines, map) {
-            Ok(begun) => Ok(Some(begun)),
-            Err(_) if lines.len() < MAX_HEAD_LINES => Ok(None),
-            Err(error) => Err(error),
+        let begun = Self::begun(lines, source, ROWS_FOR_A_STEP);
+        let has_no_unit = |error: &ReadError| {
+            let ReadError::Table { source, .. } = error else {
+                return false;
+            };
+            matches!(source, TableError::NoTimeUnit { .. })
+        };
+        match begun {
+            Err(error) if lines.len() < MAX_HEAD_LINES && !has_no_unit(&error) => Ok(None),
+            begun => begun,
         }
     }
 
@@ -141,8 +169,17 @@ impl LiveTable {
     /// [`ReadError`] if they make no table.
     pub fn of_all(
         lines: &[String],
-        map: Option<&ColumnMap>,
+        source: LiveSource<'_>,
     ) -> Result<(Self, Vec<LiveRow>), ReadError> {
+        Ok(Self::begun(lines, source, 0)?.expect("no more rows are needed"))
+    }
+
+    /// `None` with fewer rows than these, where their step must tell the unit of the times.
+    fn begun(
+        lines: &[String],
+        source: LiveSource<'_>,
+        n_needed: usize,
+    ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
         let objects: Vec<Map<String, Value>> = (lines.iter())
             .filter_map(|line| serde_json::from_str(line).ok())
             .collect();
@@ -157,9 +194,29 @@ impl LiveTable {
             }
             None => lines.join("\n"),
         };
-        let (plan, rows) = Self::of_text(&(text + "\n"), map)?;
+        let read = Self::of_text(&(text + "\n"), source.map);
+        let (plan, rows) = read.map_err(|error| error.known_as(source.path))?;
+        let by_step = source
+            .step_secs
+            .filter(|_| plan.time_scale == TimeScale::ByValues);
+        let is_enough = rows.times.len() >= n_needed || lines.len() >= MAX_HEAD_LINES;
+        let assumed_unit = match (by_step, plan.time_column) {
+            (Some(_), Some(_)) if !is_enough => return Ok(None),
+            (Some(secs), Some(column)) => {
+                by_step_of(&rows.times, secs, column, &plan).map_err(at(source.path, plan.line))?
+            }
+            _ => None,
+        };
+        let by_values = || match plan.time_column {
+            Some(_) => timeline::unit_by_values(&rows.times),
+            None => TimeUnit::Seconds,
+        };
         let mut table = Self {
-            per_second: per_second(&plan, &rows),
+            per_second: match plan.time_scale {
+                TimeScale::PerSecond(per_second) => per_second,
+                TimeScale::ByValues => assumed_unit.unwrap_or_else(by_values).per_second(),
+            },
+            assumed_unit,
             held: vec![Newest::NONE; plan.auxiliary_names.len()],
             plan,
             has_list: objects
@@ -169,7 +226,7 @@ impl LiveTable {
             n_rows: 0.0,
         };
         let rows = table.rows(rows);
-        Ok((table, rows))
+        Ok(Some((table, rows)))
     }
 
     fn of_text(text: &str, map: Option<&ColumnMap>) -> Result<(Plan, Rows), ReadError> {
@@ -210,18 +267,27 @@ impl LiveTable {
         }
     }
 
-    /// Reads one line; `None` if it is no row.
-    pub fn row(&mut self, line: &str) -> Option<LiveRow> {
+    /// Reads one line.
+    ///
+    /// # Errors
+    /// The time (s) of a line that is no usable row; `None` if it has none.
+    pub fn row(&mut self, line: &str) -> Result<LiveRow, Option<f64>> {
         let text;
         let line = match &self.keys {
             Some(keys) => {
-                text = row_of(&serde_json::from_str(line).ok()?, keys);
+                let object = serde_json::from_str(line).map_err(|_| None)?;
+                text = row_of(&object, keys);
                 &text
             }
             None => line,
         };
         let rows = Rows::parse(Part::Lines(line.as_bytes()), &self.plan);
-        self.rows(rows).pop()
+        self.rows(rows).pop().ok_or_else(|| {
+            let time = Rows::time_of_line(line.as_bytes(), &self.plan, self.n_rows);
+            // It takes its place where rows are counted.
+            self.n_rows += f64::from(u8::from(time.is_some()));
+            time.map(|time| time / self.per_second)
+        })
     }
 
     fn rows(&mut self, rows: Rows) -> Vec<LiveRow> {
@@ -249,13 +315,26 @@ impl LiveTable {
     }
 }
 
-/// How many of the times make a second.
-fn per_second(plan: &Plan, rows: &Rows) -> f64 {
-    match (plan.time_scale, plan.time_column) {
-        (TimeScale::PerSecond(per_second), _) => per_second,
-        (TimeScale::ByValues, Some(_)) => assemble::per_second_by_values(&rows.times),
-        (TimeScale::ByValues, None) => 1.0,
-    }
+/// The unit in which times have a step like that of the calibration; `None` where no time goes by.
+fn by_step_of(
+    times: &[f64],
+    trained_secs: f64,
+    column: usize,
+    plan: &Plan,
+) -> Result<Option<TimeUnit>, TableError> {
+    let Some(step) = median_step(times) else {
+        return Ok(None);
+    };
+    let unit = timeline::unit_by_step(step, trained_secs);
+    unit.map(Some)
+        .map_err(|(nearest, off)| TableError::NoTimeUnit {
+            column: column + 1,
+            name: plan.names[column].clone(),
+            step,
+            trained_secs,
+            nearest: nearest.symbol(),
+            off,
+        })
 }
 
 /// The cells of a JSON object; those of a list are called by what it is a list of, and their place: `gauges` holds `gauge1` and so on.
@@ -294,15 +373,20 @@ fn csv_line(cells: &[String]) -> String {
 /// How often a file that does not grow is looked at again.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
+/// So much is read at a time, and so much of what was read last tells whether it still stands there (bytes).
+const READ_BYTES: usize = 1 << 16;
+const TAIL_BYTES: usize = 256;
+
 /// A file that somebody writes to: its end is waited at, and one that takes its place, or starts from the beginning, is followed.
 #[derive(Debug)]
 pub struct GrowingFile {
     path: PathBuf,
-    file: BufReader<File>,
+    file: File,
     /// So many bytes of it are read.
     n_read: u64,
-    /// The line that has begun.
-    begun: Vec<u8>,
+    /// The last of these.
+    tail: Vec<u8>,
+    lines: ArrivingLines,
 }
 
 /// What a growing file has.
@@ -324,9 +408,10 @@ impl GrowingFile {
     pub fn open(path: &Path) -> io::Result<Self> {
         Ok(Self {
             path: path.to_owned(),
-            file: BufReader::new(File::open(path)?),
+            file: File::open(path)?,
             n_read: 0,
-            begun: Vec::new(),
+            tail: Vec::new(),
+            lines: ArrivingLines::default(),
         })
     }
 
@@ -335,41 +420,50 @@ impl GrowingFile {
     /// # Errors
     /// If it cannot be read.
     pub fn look(&mut self) -> io::Result<Grown> {
-        // No line of a table is longer; a file without line ends must not fill the memory.
-        const LONGEST_LINE: u64 = 1 << 20;
-        let n = (&mut self.file)
-            .take(LONGEST_LINE)
-            .read_until(b'\n', &mut self.begun)?;
-        self.n_read += n as u64;
-        if self.begun.ends_with(b"\n") || n as u64 == LONGEST_LINE {
-            let line = String::from_utf8_lossy(&self.begun)
-                .trim_end_matches(['\r', '\n'])
-                .to_owned();
-            self.begun.clear();
+        if let Some(line) = self.lines.next_line() {
             return Ok(Grown::Line(line));
         }
-        if n > 0 {
-            return Ok(Grown::Nothing);
+        let mut new = Vec::new();
+        let is_there = self.still_holds_its_tail()?;
+        if is_there {
+            let mut next = (&mut self.file).take(READ_BYTES as u64);
+            next.read_to_end(&mut new)?;
         }
-        if self.is_replaced() {
+        if !is_there || new.is_empty() && self.is_replaced() {
             *self = Self::open(&self.path)?;
             return Ok(Grown::Replaced);
         }
-        std::thread::sleep(LOOK_AGAIN);
-        // Where the system remembers that the end was reached.
-        self.file.seek(SeekFrom::Start(self.n_read))?;
-        Ok(Grown::Nothing)
+        if new.is_empty() {
+            std::thread::sleep(LOOK_AGAIN);
+            return Ok(Grown::Nothing);
+        }
+        self.n_read += new.len() as u64;
+        self.lines.push(&new);
+        self.tail.append(&mut new);
+        self.tail
+            .drain(..self.tail.len().saturating_sub(TAIL_BYTES));
+        Ok(self.lines.next_line().map_or(Grown::Nothing, Grown::Line))
     }
 
-    /// Whether another file has its name, or less is in it than was read. One that is gone may come again.
+    /// Whether what was read last still stands where it did: a file that was cut and written anew holds something else there, however
+    /// long it is by now. The file is then read from there on.
+    fn still_holds_its_tail(&mut self) -> io::Result<bool> {
+        let mut again = vec![0; self.tail.len()];
+        let start = self.n_read - self.tail.len() as u64;
+        self.file.seek(SeekFrom::Start(start))?;
+        match self.file.read_exact(&mut again) {
+            Ok(()) => Ok(again == self.tail),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Whether another file has its name. One that is gone may come again.
     fn is_replaced(&self) -> bool {
-        let (Ok(here), Ok(there)) = (
-            self.file.get_ref().metadata(),
-            std::fs::metadata(&self.path),
-        ) else {
-            return false;
-        };
-        there.len() < self.n_read || is_other(&here, &there)
+        match (self.file.metadata(), std::fs::metadata(&self.path)) {
+            (Ok(here), Ok(there)) => is_other(&here, &there),
+            _ => false,
+        }
     }
 }
 
@@ -392,7 +486,55 @@ mod tests {
 
     fn begin(lines: &[&str]) -> Option<(LiveTable, Vec<LiveRow>)> {
         let lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
-        LiveTable::begin(&lines, None).unwrap()
+        LiveTable::begin(&lines, of(None)).unwrap()
+    }
+
+    fn of(step_secs: Option<f64>) -> LiveSource<'static> {
+        LiveSource {
+            path: Path::new("log.csv"),
+            map: None,
+            step_secs,
+        }
+    }
+
+    /// 0, 50, 100 … of millis(), and the same in other units, beside a calibration of 20 Hz.
+    #[test]
+    fn a_clock_without_a_unit_has_the_one_in_which_its_step_is_nearest_to_the_trained_one() {
+        let lines = |step: f64| -> Vec<String> {
+            let rows = (0..5).map(|k| format!("{},1,2", step * f64::from(k)));
+            ["time,S1,S2".to_owned()].into_iter().chain(rows).collect()
+        };
+        for (step, unit) in [(0.05, "s"), (50.0, "ms"), (5e4, "us"), (5e7, "ns")] {
+            let lines = lines(step);
+            let early = LiveTable::begin(&lines[..5], of(Some(0.05))).unwrap();
+            assert!(early.is_none(), "four rows are too few");
+            let (table, rows) = LiveTable::begin(&lines, of(Some(0.05))).unwrap().unwrap();
+            assert_eq!(table.assumed_unit(), Some(unit));
+            assert!(
+                (rows[4].time - 0.2).abs() < 1e-9,
+                "{unit}: {}",
+                rows[4].time
+            );
+        }
+        let refused = LiveTable::begin(&lines(1.2), of(Some(0.05))).unwrap_err();
+        let refused = refused.to_string();
+        assert!(
+            refused
+                .contains("log.csv:1: column 1 (time) has no unit, and its steps of 1.2 fit none"),
+            "{refused}"
+        );
+        let labelled: Vec<String> = ["time [s],S1", "0,1"].map(str::to_owned).to_vec();
+        let (table, _) = LiveTable::begin(&labelled, of(Some(0.05)))
+            .unwrap()
+            .unwrap();
+        assert_eq!(table.assumed_unit(), None);
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused_by_the_name_of_its_file() {
+        let lines = vec!["a b c".to_owned(); MAX_HEAD_LINES];
+        let refused = LiveTable::begin(&lines, of(None)).unwrap_err().to_string();
+        assert!(refused.starts_with("log.csv"), "{refused}");
     }
 
     #[test]
@@ -412,9 +554,10 @@ mod tests {
         };
         assert_eq!(rows, [row(0.02, [1.0, 2.0], 3.0)]);
         for broken in ["", "30,1", "x,1,2,0", "30,nan,2,0", "{}", "\u{0}"] {
-            assert_eq!(table.row(broken), None, "{broken:?}");
+            let time = broken.starts_with("30,").then_some(0.03);
+            assert_eq!(table.row(broken), Err(time), "{broken:?}");
         }
-        assert_eq!(table.row("30,4,5,0.001"), Some(row(0.03, [4.0, 5.0], 1.0)));
+        assert_eq!(table.row("30,4,5,0.001"), Ok(row(0.03, [4.0, 5.0], 1.0)));
     }
 
     #[test]
@@ -454,7 +597,7 @@ mod tests {
             r#"{"time": 1}"#,
             r#"{"time": 1, "gauges": [1], "Fz": 2}"#,
         ] {
-            assert_eq!(table.row(broken), None, "{broken:?}");
+            assert!(table.row(broken).is_err(), "{broken:?}");
         }
     }
 
@@ -482,5 +625,11 @@ mod tests {
         assert_eq!(next(), line("d"));
         std::fs::write(&path, "").unwrap();
         assert_eq!(next(), Some(Grown::Replaced));
+        std::fs::write(&path, "head\n1\n").unwrap();
+        assert_eq!([next(), next()], [line("head"), line("1")]);
+        // Cut, and at once longer than it was.
+        std::fs::write(&path, "other head\n7\n8\n").unwrap();
+        assert_eq!(next(), Some(Grown::Replaced));
+        assert_eq!([next(), next(), next()], ["other head", "7", "8"].map(line));
     }
 }

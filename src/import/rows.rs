@@ -97,6 +97,25 @@ impl Rows {
         rows
     }
 
+    /// Returns the time of a line that is no usable row, in the unit of the file, where rows are counted that count; `None` if it has
+    /// none.
+    pub(super) fn time_of_line(line: &[u8], plan: &Plan, count: f64) -> Option<f64> {
+        let cells = plan.text.row(line)?.zip(&plan.uses).enumerate();
+        if plan.time_column.is_none() {
+            return Some(count);
+        }
+        let is_time = |usage: &Use| {
+            matches!(
+                usage,
+                Use::Time | Use::TimeText(_) | Use::TimeFraction { .. }
+            )
+        };
+        let own = cells.filter(|(_, (_, usage))| is_time(usage));
+        let mut own = own.map(|(at, (cell, usage))| Some(value_of(cell, *usage, at, plan).ok()?.0));
+        let first = own.next()??;
+        Some(first + own.sum::<Option<f64>>()?)
+    }
+
     /// Appends the parts that follow, which are such a share of the file; the first time it makes room for the whole
     /// file, as growing later would copy everything.
     pub(super) fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {

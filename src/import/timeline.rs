@@ -18,6 +18,17 @@ const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
 /// No calibration is logged more slowly than one sample a minute (s): slower, and the unit is another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
+/// The units that times are counted in.
+const UNITS: [TimeUnit; 4] = [
+    TimeUnit::Seconds,
+    TimeUnit::Milliseconds,
+    TimeUnit::Microseconds,
+    TimeUnit::Nanoseconds,
+];
+/// A step that is common in recordings (s): whole numbers count the unit in which theirs is nearest to it. So 1 kHz and 10 Hz in
+/// microseconds, 500 Hz and 2 Hz in milliseconds, and 1 kHz in nanoseconds are told apart.
+const COMMON_STEP_SECS: f64 = 1.0 / 35.0;
+
 /// Where recordings start and where times repeat.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Cuts {
@@ -94,29 +105,47 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
 /// The unit that the times have by their values.
 ///
 /// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
-/// whole numbers with a median step from 2 to 1e5 are milliseconds, from 1e5 on nanoseconds, everything else seconds.
+/// whole numbers with a median step from 2 on are counted in the unit in which that is most common, everything else is in seconds.
 pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
     let step = median_step(times);
-    let by_epoch = [
-        TimeUnit::Seconds,
-        TimeUnit::Milliseconds,
-        TimeUnit::Microseconds,
-        TimeUnit::Nanoseconds,
-    ]
-    .into_iter()
-    .find(|unit| {
+    let by_epoch = UNITS.into_iter().find(|unit| {
         // From 2001 to 2286.
         let is_epoch = |&time: &f64| (1e9..1e10).contains(&(time / unit.per_second()));
         let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
         times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
     });
+    let is_counted =
+        |step: f64| step >= 1e5 || step >= 2.0 && times.iter().all(|time| time.fract() == 0.0);
     by_epoch.unwrap_or(match step {
-        Some(step) if step >= 1e5 => TimeUnit::Nanoseconds,
-        Some(step) if step >= 2.0 && times.iter().all(|time| time.fract() == 0.0) => {
-            TimeUnit::Milliseconds
-        }
+        Some(step) if is_counted(step) => nearest_unit(&UNITS[1..], step, COMMON_STEP_SECS).0,
         _ => TimeUnit::Seconds,
     })
+}
+
+/// The unit in which the step of a sensor that is sampled every so many seconds may be.
+///
+/// # Errors
+/// The nearest unit and by which factor it is off, where that is more than ten.
+pub(super) fn unit_by_step(
+    step: f64,
+    sampled_every_secs: f64,
+) -> Result<TimeUnit, (TimeUnit, f64)> {
+    let (unit, off) = nearest_unit(&UNITS, step, sampled_every_secs);
+    match off <= 10.0 {
+        true => Ok(unit),
+        false => Err((unit, off)),
+    }
+}
+
+/// Of these units the one in which a step is nearest to a time (s), and by which factor it is off.
+fn nearest_unit(units: &[TimeUnit], step: f64, secs: f64) -> (TimeUnit, f64) {
+    let off = |unit: &TimeUnit| {
+        let times = step / unit.per_second() / secs;
+        (*unit, times.max(1.0 / times))
+    };
+    let all = units.iter().map(off);
+    all.min_by(|a, b| a.1.total_cmp(&b.1))
+        .expect("there are units")
 }
 
 /// Lets counters of 32 bits go on where they begin anew; says after which row the first does, from which time (s) to which.
@@ -311,18 +340,27 @@ mod tests {
             (0.0, 0.75, Seconds), // not whole
             (5.0, 1.0, Seconds),
             (5.0, 2.0, Milliseconds),
-            (0.0, 5e4, Milliseconds),
-            (0.0, 1e5, Nanoseconds),
+            (0.0, 500.0, Milliseconds),
+            (0.0, 1e3, Microseconds), // of micros(), at 1 kHz
+            (0.0, 5e4, Microseconds),
+            (0.0, 1e5, Microseconds),
             (5e12, 1e6, Nanoseconds), // since a computer started
             (1.7e9, 0.25, Seconds),
             (1.7e9, 10.0, Seconds),
             (1.7e12, 1.0, Milliseconds),
             (1.7e15, 1e3, Microseconds),
             (1.7e18, 1e6, Nanoseconds),
-            (2e9, 1e3, Milliseconds), // no log takes a sample every 17 minutes
+            (2e9, 1e3, Microseconds), // no log takes a sample every 17 minutes
         ] {
             let times: Vec<f64> = (0..9).map(|k| start + step * f64::from(k)).collect();
             assert_eq!(unit_by_values(&times), unit, "{start} + {step} k");
+        }
+        for (step, unit) in [(0.05, Seconds), (50.0, Milliseconds), (2e5, Microseconds)] {
+            assert_eq!(unit_by_step(step, 0.05), Ok(unit));
+        }
+        // Minutes, and ten thousandths of a second.
+        for step in [8e-4, 501.0] {
+            assert!(unit_by_step(step, 0.05).is_err(), "{step}");
         }
         assert_eq!(unit_by_values(&[7.0]), Seconds);
         assert_eq!(unit_by_values(&[1.7e12]), Milliseconds);

@@ -244,7 +244,7 @@ impl Recording {
     }
 
     /// The recording with these numbers taken off its gauges, one each.
-    pub(super) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
+    pub(crate) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
         self.gauges.take_off(offsets);
         if let Some(earlier) = &mut self.earlier {
             earlier.tared(offsets);

@@ -176,7 +176,7 @@ impl RecordingSet {
         used.into_iter().any(|entry| entry.recording.is_static())
     }
 
-    /// How the recordings that are fitted were tared, where they all were in one way.
+    /// How the first of the recordings that are fitted was tared, where all of them were.
     pub fn tare(&self) -> Option<Tare> {
         let is_fitted = |entry: &&Entry| entry.role == Role::Train;
         let mut tares = self
@@ -185,7 +185,7 @@ impl RecordingSet {
             .filter(is_fitted)
             .map(|entry| entry.recording.tare());
         let first = tares.next()??;
-        tares.all(|tare| tare == Some(first)).then_some(first)
+        tares.all(|tare| tare.is_some()).then_some(first)
     }
 
     /// Appends a recording.

@@ -4,11 +4,12 @@
 //! refused, never guessed.
 
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::Recording;
+use super::{Axis, Recording};
 
 /// How long a quiet interval is (s); shorter ones say little about the mean.
 const QUIET_SECS: f64 = 0.5;
@@ -18,12 +19,14 @@ const FEWEST_SAMPLES: usize = 4;
 const NEARLY_AS_QUIET: f64 = 2.0;
 /// A interval in which a gauge moves by more than this share of all it does is not quiet.
 const LARGEST_SHARE: f64 = 0.02;
+/// A sensor counts as unloaded where no force and no moment is more than this share of the largest of its recording.
+const UNLOADED_SHARE: f64 = 0.02;
 
 /// Over which interval the mean gauges are taken off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tare {
-    /// The first quiet half second, found by the gauges alone: whether the sensor was unloaded then, a person must know.
+    /// The first half second in which the gauges are quiet and the reference says that the sensor is unloaded.
     Auto,
     /// From here to there (s), counted from the recording's first sample.
     #[serde(rename = "stretch")]
@@ -33,7 +36,7 @@ pub enum Tare {
 impl fmt::Display for Tare {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Auto => f.write_str("the first quiet interval of each recording"),
+            Self::Auto => f.write_str("the first quiet unloaded interval of each recording"),
             Self::Interval(from, to) => write!(f, "{from} s to {to} s of each recording"),
         }
     }
@@ -70,15 +73,21 @@ pub enum TareError {
         "{name}: its samples have no times, so there is no interval to tare by; take the unloaded reading off in the table, or fit with the offset"
     )]
     NoTimes { name: String },
-    #[error("{name}: no half second without movement to tare by; name one, e.g. --tare 0:1.5")]
+    #[error(
+        "{name}: no half second without movement to tare by; say when the sensor was unloaded, in seconds from the start of the recording, e.g. --tare 0:1.5"
+    )]
     NeverQuiet { name: String },
+    #[error(
+        "{name}: {why}; say when the sensor was unloaded, in seconds from the start of the recording, e.g. --tare 0:1.5"
+    )]
+    NeverUnloaded { name: String, why: &'static str },
 }
 
 impl Recording {
     /// The recording less its mean gauges over a interval, and where that is (s, from the first sample).
     ///
     /// # Errors
-    /// [`TareError`] if the interval has no sample, or there is no quiet one.
+    /// [`TareError`] if the interval has no sample, or there is no quiet and unloaded one.
     pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
         if self.is_static() {
             return Err(TareError::NoTimes {
@@ -87,9 +96,7 @@ impl Recording {
         }
         let times = self.times();
         let (start, end) = match tare {
-            Tare::Auto => first_quiet(&self).ok_or_else(|| TareError::NeverQuiet {
-                name: self.name().to_owned(),
-            })?,
+            Tare::Auto => first_quiet(&self)?,
             Tare::Interval(from, to) => (
                 times.partition_point(|time| time - times[0] < from),
                 times.partition_point(|time| time - times[0] <= to),
@@ -119,24 +126,26 @@ impl Recording {
     }
 }
 
-/// The first interval in which all gauges stay as still as they ever do.
-fn first_quiet(recording: &Recording) -> Option<(usize, usize)> {
+/// The first interval in which all gauges stay as still as they ever do, and the reference shows no load.
+fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
+    let name = || recording.name().to_owned();
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
+    let (gauges, n) = (recording.gauges(), times.len());
     let ranges: Vec<f64> = (0..n_gauges)
-        .map(|gauge| range(recording, gauge, 0, times.len()))
+        .map(|gauge| range(gauges, n_gauges, gauge, 0..n).1)
         .collect();
     let mut intervals = Vec::new();
     let mut start = 0;
-    while start < times.len() {
+    while start < n {
         let end = start + times[start..].partition_point(|time| *time < times[start] + QUIET_SECS);
         let end = end.max(start + FEWEST_SAMPLES);
-        if end > times.len() {
+        if end > n {
             break;
         }
         let share = |gauge: usize| {
             let all = ranges[gauge];
             if all > 0.0 {
-                range(recording, gauge, start, end) / all
+                range(gauges, n_gauges, gauge, start..end).1 / all
             } else {
                 0.0
             }
@@ -145,32 +154,61 @@ fn first_quiet(recording: &Recording) -> Option<(usize, usize)> {
         intervals.push((start, end, most));
         start = end;
     }
-    let quietest = intervals
-        .iter()
-        .map(|interval| interval.2)
-        .reduce(f64::min)?;
+    let quietest = intervals.iter().map(|interval| interval.2);
+    let quietest = quietest.reduce(f64::min).unwrap_or(f64::INFINITY);
     let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
-    let first = intervals.into_iter().find(|interval| interval.2 <= limit)?;
-    Some((first.0, first.1))
+    let mut quiet = intervals
+        .into_iter()
+        .filter(|interval| interval.2 <= limit)
+        .map(|(start, end, _)| (start, end))
+        .peekable();
+    if quiet.peek().is_none() {
+        return Err(TareError::NeverQuiet { name: name() });
+    }
+    let why = match recording.axes().is_empty() {
+        true => "it has no reference that says when the sensor is unloaded",
+        false => "in no quiet half second its reference is without load",
+    };
+    quiet
+        .find(|(start, end)| is_unloaded(recording, *start..*end))
+        .ok_or_else(|| TareError::NeverUnloaded { name: name(), why })
 }
 
-/// From the smallest to the largest value of a gauge among these samples.
-fn range(recording: &Recording, gauge: usize, start: usize, end: usize) -> f64 {
-    let n_gauges = recording.n_gauges();
-    let values =
-        recording.gauges()[start * n_gauges + gauge..(end - 1) * n_gauges + gauge + 1].iter();
-    let (low, high) = values
-        .step_by(n_gauges)
+/// Returns true if the mean reference of these samples is near zero on every axis, or zero lies within its noise.
+fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
+    let (axes, loads) = (recording.axes(), recording.loads());
+    let n_axes = axes.len();
+    let largest = |is_force: bool| {
+        let of_kind = loads.iter().zip(axes.iter().cycle());
+        let of_kind = of_kind.filter(|(_, axis)| axis.is_force() == is_force);
+        of_kind.map(|(load, _)| load.abs()).fold(0.0, f64::max)
+    };
+    let largest = [false, true].map(largest);
+    let is_near_zero = |(at, axis): (usize, &Axis)| {
+        let (low, width) = range(loads, n_axes, at, samples.clone());
+        let own = loads[samples.start * n_axes + at..].iter().step_by(n_axes);
+        let mean = own.take(samples.len()).sum::<f64>() / samples.len() as f64;
+        let limit = UNLOADED_SHARE * largest[usize::from(axis.is_force())];
+        mean.abs() <= limit || (low <= 0.0 && low + width >= 0.0)
+    };
+    n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
+}
+
+/// The smallest value of a column among these rows, and how far above it the largest is.
+fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
+    let own = values[rows.start * width + column..].iter().step_by(width);
+    let (low, high) = own
+        .take(rows.len())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
             (low.min(value), high.max(value))
         });
-    high - low
+    (low, high - low)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Axis, Source};
+    use crate::recording::Source;
 
     /// 100 Hz: gauges at 5 and −2 with a little ripple, quiet only from 1 s to 3 s.
     fn run() -> Recording {
@@ -216,10 +254,45 @@ mod tests {
     }
 
     #[test]
-    fn the_first_quiet_stretch_is_found_by_the_gauges() {
+    fn the_first_quiet_stretch_without_load_is_found() {
         let (tared, place) = run().tared(Tare::Auto).unwrap();
         assert!((1.0..1.5).contains(&place.0) && place.1 < 3.0, "{place:?}");
         assert!(tared.gauges_at(150)[1].abs() < 1e-12);
+    }
+
+    /// The first quiet half second, from 1 s on, is under load in the first of these references.
+    #[test]
+    fn a_quiet_interval_under_load_is_passed_over_and_without_an_unloaded_one_it_asks() {
+        let with_loads = |axes: &[Axis], load: &dyn Fn(f64) -> Vec<f64>| {
+            let loads = run().times().iter().flat_map(|t| load(*t)).collect();
+            Recording::new(
+                "run",
+                Source::Simulated,
+                run().times().to_vec(),
+                run().gauge_names().to_vec(),
+                run().gauges().to_vec(),
+                axes.to_vec(),
+                loads,
+            )
+            .unwrap()
+        };
+        let noise = |t: f64| 1e-3 * (1e4 * t).sin();
+        let axes = [Axis::Fz, Axis::Mx];
+        let later = |t: f64| vec![if t < 2.0 { 40.0 } else { 100.0 * noise(t) }, noise(t)];
+        let (_, place) = with_loads(&axes, &later).tared(Tare::Auto).unwrap();
+        assert!(place.0 >= 2.0 && place.1 < 3.0, "{place:?}");
+        let never = |t: f64| vec![if t < 3.0 { 40.0 } else { 0.0 }, 0.0];
+        for (recording, why) in [
+            (with_loads(&axes, &never), "without load"),
+            (with_loads(&[Axis::Fz], &|_| vec![3.0]), "without load"),
+            (with_loads(&[], &|_| Vec::new()), "no reference"),
+        ] {
+            let asked = recording.tared(Tare::Auto).unwrap_err().to_string();
+            assert!(
+                asked.contains(why) && asked.contains("--tare 0:1.5"),
+                "{asked}"
+            );
+        }
     }
 
     #[test]

@@ -668,7 +668,7 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
 fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Over its first quiet half second").on_hover_text(
-        "The mean gauges there are taken off. Whether the sensor was unloaded then, you must know. Undo takes it back",
+        "The mean gauges of the first quiet half second in which the reference shows no load are taken off. Undo takes it back",
     );
     if quiet.clicked() {
         out.push(Action::Tare(vec![at], Tare::Auto).into());

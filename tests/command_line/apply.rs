@@ -83,20 +83,6 @@ fn several_files_go_into_a_directory_that_is_made() {
 #[test]
 fn a_tared_calibration_says_so_and_reads_tared_recordings() {
     let workshop = Workshop::with_recordings();
-    let shifted = |text: String| -> String {
-        let mut lines = text.lines();
-        let header = lines.next().unwrap().to_owned();
-        let shift = |line: &str| {
-            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-            cells[1] = (cells[1].parse::<f64>().unwrap() + 5.0).to_string();
-            cells.join(",")
-        };
-        [header]
-            .into_iter()
-            .chain(lines.map(shift))
-            .collect::<Vec<_>>()
-            .join("\n")
-    };
     workshop.write("today.csv", shifted(workshop.read("a.csv")));
     let tare = ["--tare", "0:0.5"];
     let made = [
@@ -141,6 +127,81 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
         told.contains("not tared, and the calibration was made of gauges less"),
         "{told}"
     );
+}
+
+/// The recording of a sensor whose first gauge has moved by 5.
+fn shifted(text: String) -> String {
+    let mut lines = text.lines();
+    let header = lines.next().unwrap().to_owned();
+    let shift = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        cells[1] = (cells[1].parse::<f64>().unwrap() + 5.0).to_string();
+        cells.join(",")
+    };
+    let lines = [header].into_iter().chain(lines.map(shift));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Today's gauges are shifted: with the calibration of gauges that were not tared a tare takes that off, in files and in rows as they come.
+#[test]
+fn a_tare_takes_off_a_shift_whether_or_not_the_calibration_was_tared() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    workshop.write("today.csv", shifted(workshop.read("a.csv")));
+    let loads = |text: &str| -> Vec<(f64, f64)> {
+        let rows = text.lines().skip(1).map(|row| row.split(','));
+        let number = |cell: Option<&str>| cell.and_then(|cell| cell.parse().ok());
+        rows.map(|mut row| {
+            (
+                number(row.next()).unwrap(),
+                number(row.nth(1)).unwrap_or(f64::NAN),
+            )
+        })
+        .collect()
+    };
+    let apply = |out: &str, file: &str| {
+        let arguments = ["apply", "c.json", file, "--out", out, "--tare", "0:0.2"];
+        succeed(workshop.path(), &arguments);
+        loads(&workshop.read(&format!(
+            "{out}/{}_loads.csv",
+            file.trim_end_matches(".csv")
+        )))
+    };
+    let (before, after) = (apply("before", "a.csv"), apply("after", "today.csv"));
+    assert!(before.len() > 20 && before.len() == after.len());
+    let first: Vec<f64> = (after
+        .iter()
+        .take_while(|(time, _)| time - after[0].0 <= 0.2))
+    .map(|(_, load)| *load)
+    .collect();
+    let mean = first.iter().sum::<f64>() / first.len() as f64;
+    assert!(mean.abs() < 1e-6, "{mean} N without load");
+    let answered = fed(
+        &workshop,
+        &["apply", "c.json", "-", "--tare", "0:0.2"],
+        &workshop.read("today.csv"),
+    );
+    let taring = answered.lines().filter(|line| line.ends_with(",taring"));
+    assert_eq!(taring.count(), first.len());
+    for ((before, after), live) in before.iter().zip(&after).zip(loads(&answered)) {
+        assert!((before.1 - after.1).abs() < 1e-5, "{before:?} {after:?}");
+        let is_same = (live.1 - after.1).abs() < 1e-9 || live.1.is_nan();
+        assert!(live.0 == after.0 && is_same, "{live:?} {after:?}");
+    }
+    assert!(!loads(&answered).last().unwrap().1.is_nan());
+}
+
+/// A row that cannot be used keeps its time, and a sample that is beyond is said to come after a gap, too.
+#[test]
+fn a_rejected_row_keeps_its_time_and_statuses_are_joined() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let late = "30.5,9e4,9e4,0\n";
+    let text = [HEADER, &rows(3.0, 5, 0.0), "4,oops,1,2\n", late].concat();
+    let answered = fed(&workshop, &["apply", "c.json", "-"], &text);
+    let last: Vec<&str> = answered.lines().skip(6).collect();
+    assert_eq!(last[0], "4,,,,rejected: value");
+    assert!(last[1].ends_with(",beyond+after a gap"), "{}", last[1]);
 }
 
 /// Every sample, one after another, as a robot would get them: a file, standard input and a file that grows give the same.

@@ -1,4 +1,8 @@
-/* Reads samples, prints load, conventional load and status of each. NAME is the prefix of the header. */
+/*
+ * Reads samples, prints load, conventional load and status of each. NAME is the prefix of the header. An argument says which clock
+ * the header is given (seconds if none does), or what is done beside: "zero" takes the load of sample 100 for zero, and with
+ * "tare" the first line is the mean of an unloaded sensor.
+ */
 #include HEADER
 #include <stdio.h>
 
@@ -11,9 +15,10 @@ static OF(_state) state;
 int main(int argc, char **argv)
 {
     LOOPSCOPE_REAL gauges[GAUGES], load[AXES], conventional[AXES];
-    double time, number;
+    double time, number, before = 0;
     long taken = 0;
-    (void)argv;
+    const char how = argc > 1 ? argv[1][0] : ' ';
+    const int has_steps = how == 's', has_ticks = how == 't' && argv[1][1] == 'i', is_tared = how == 't' && !has_ticks;
     OF(_init)(&state);
     fprintf(stderr, "%lu", (unsigned long)sizeof state);
     while (scanf("%lf", &time) == 1) {
@@ -23,14 +28,24 @@ int main(int argc, char **argv)
                 return 1;
             gauges[i] = (LOOPSCOPE_REAL)number;
         }
-        status = (int)OF(_update)(&CALIBRATION, &state, time, gauges, load, conventional);
+        taken += 1;
+        if (is_tared && taken == 1) {
+            OF(_tare)(&CALIBRATION, &state, gauges);
+            continue;
+        }
+        if (has_steps)
+            status = (int)OF(_update_step)(&CALIBRATION, &state, (LOOPSCOPE_REAL)(time - before), gauges, load, conventional);
+        else if (has_ticks)
+            status = (int)OF(_update_ticks)(&CALIBRATION, &state, (uint32_t)(uint64_t)(time * LOOPSCOPE_TICKS_PER_SECOND + 0.5), gauges, load, conventional);
+        else
+            status = (int)OF(_update)(&CALIBRATION, &state, time, gauges, load, conventional);
+        before = time;
         for (i = 0; i < AXES; i++)
             printf("%.17g ", (double)load[i]);
         for (i = 0; i < AXES; i++)
             printf("%.17g ", (double)conventional[i]);
         printf("%d\n", status);
-        taken += 1;
-        if (argc > 1 && taken == 100)
+        if (how == 'z' && taken == 100)
             OF(_zero_last_load)(&state);
     }
     return 0;

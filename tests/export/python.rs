@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::support::{
     RECORDING, assert_loads, assert_runs_live, calibrations, disturbed, export, is_there, lines,
-    samples, succeed,
+    samples, succeed, tared,
 };
 
 const DRIVER: &str = "
@@ -14,8 +14,13 @@ import numpy
 import exported
 
 samples = [[float(text) for text in line.split()] for line in open(sys.argv[1])]
-loads, conventional = exported.apply([s[0] for s in samples], [s[1:] for s in samples])
 state = exported.State()
+if len(sys.argv) > 2:
+    state.tare(samples.pop(0)[1:])
+    for sample in samples:
+        print(*(repr(float(x)) for part in state.update(sample[0], sample[1:]) for x in part), state.status)
+    sys.exit()
+loads, conventional = exported.apply([s[0] for s in samples], [s[1:] for s in samples])
 for sample, *whole in zip(samples, loads, conventional):
     live = state.update(sample[0], sample[1:])
     assert numpy.array_equal(live, whole, equal_nan=True)
@@ -31,6 +36,8 @@ fn every_calibration_runs_in_python_as_it_does_here() {
     let at = |name: &str| directory.path().join(name);
     fs::write(at("samples.txt"), lines(&samples(&RECORDING))).unwrap();
     fs::write(at("disturbed.txt"), lines(&disturbed())).unwrap();
+    let (recording, samples) = tared();
+    fs::write(at("tared.txt"), lines(&samples)).unwrap();
     fs::write(at("main.py"), DRIVER).unwrap();
     for (name, calibration) in calibrations() {
         export(&calibration, &at("exported.py"));
@@ -42,5 +49,9 @@ fn every_calibration_runs_in_python_as_it_does_here() {
         let printed = run("samples.txt");
         assert_loads(&printed, &calibration, &RECORDING, 1e-9, &name);
         assert_runs_live(&run("disturbed.txt"), &calibration, 1e-9, &name);
+        let mut python = Command::new("python3");
+        let python = python.arg("-B").arg(at("main.py")).arg(at("tared.txt"));
+        let printed = succeed(python.arg("tare"));
+        assert_loads(&printed, &calibration, &recording, 1e-9, &name);
     }
 }

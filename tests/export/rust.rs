@@ -23,7 +23,7 @@ fn main() {
         let time = numbers.next().unwrap();
         let gauges: [Real; GAUGES] = std::array::from_fn(|_| numbers.next().unwrap() as Real);
         let loads = state.update(time, &gauges);
-        let status = Real::from(loads.status as u8);
+        let status = Real::from(loads.status.0);
         let all = loads.load.iter().chain(&loads.conventional).chain([&status]);
         println!("{}", all.map(|load| load.to_string()).collect::<Vec<_>>().join(" "));
     }

@@ -7,8 +7,7 @@ use std::sync::{Arc, LazyLock};
 
 use loopscope::analysis::{Request, train};
 use loopscope::calibration::{
-    Calibration, Estimator, FitSettings, KernelSettings, NetworkSettings, Regressor, SampleError,
-    Taken,
+    Calibration, Estimator, FitSettings, KernelSettings, NetworkSettings, Regressor, Status,
 };
 use loopscope::export::write_calibration;
 use loopscope::features::{
@@ -233,6 +232,60 @@ pub fn disturbed() -> Samples {
     samples
 }
 
+/// [`RECORDING`] with pauses: too short for a gap, gaps, pauses beyond what a clock of 32 bits counts, and a sensor that shows no
+/// numbers for longer than a clock of 32 bits counts. No age is a threshold of [`every_block`], whose last digit would decide.
+pub fn with_pauses() -> Samples {
+    let mut samples = samples(&RECORDING);
+    samples.truncate(1000);
+    let mut paused_secs = 0.0;
+    for (k, (time, gauges)) in samples.iter_mut().enumerate() {
+        paused_secs += match k {
+            150 => 0.15,
+            300 => 10.0,
+            400 => 2_400.0,
+            500 => 4_200.0,
+            600 => 5_400.0,
+            // With the rejected samples around them a whole turn of 32 bits of microseconds, and a little more.
+            720 => 3_000.0,
+            760 => 1_289.93,
+            900 => 80_000.0,
+            _ => 0.0,
+        };
+        *time = ((0.0501 * k as f64 + paused_secs) * 1e4).round() / 1e4;
+        if (700..800).contains(&k) || k == 850 {
+            gauges[1] = f64::NAN;
+        }
+    }
+    samples
+}
+
+/// [`RECORDING`] with gauges that have moved, tared over its first second; and what exported programs are fed for that: the mean, then
+/// the samples.
+pub fn tared() -> (Recording, Samples) {
+    let moved = RECORDING.gauges().iter().enumerate();
+    let moved = moved.map(|(at, gauge)| gauge + 0.3 * (at % RECORDING.n_gauges()) as f64);
+    let recording = Recording::new(
+        "moved",
+        RECORDING.source().clone(),
+        RECORDING.times().to_vec(),
+        RECORDING.gauge_names().to_vec(),
+        moved.collect(),
+        RECORDING.axes().to_vec(),
+        RECORDING.loads().to_vec(),
+    )
+    .unwrap();
+    let mut fed = samples(&recording);
+    let start = fed[0].0;
+    let first: Vec<_> = fed.iter().take_while(|own| own.0 - start <= 1.0).collect();
+    let mean = (0..recording.n_gauges()).map(|gauge| {
+        let own = first.iter().map(|(_, gauges)| gauges[gauge]);
+        own.sum::<f64>() / first.len() as f64
+    });
+    let mean = (0.0, mean.collect());
+    fed.insert(0, mean);
+    (recording.tared("0:1".parse().unwrap()).unwrap().0, fed)
+}
+
 /// What exported programs read: one line for each sample.
 pub fn lines(samples: &Samples) -> String {
     let mut text = String::new();
@@ -309,38 +362,46 @@ pub fn assert_loads(
 /// Likewise for [`disturbed`] samples and the program's own live estimator; what it refuses has no load.
 #[track_caller]
 pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64, what: &str) {
+    let statuses = assert_runs_as(&disturbed(), printed, calibration, tolerance, what);
+    let n = |flag| statuses.iter().filter(|own| own.has(flag)).count();
+    // 3 samples with bad numbers, 2 with a bad time, and 2 before the restart; pauses of more than four seconds are gaps, and so
+    // is the clock's leap to near its end.
+    assert_eq!(
+        [n(Status::REJECTED_TIME), n(Status::REJECTED_VALUE)],
+        [4, 3]
+    );
+    assert_eq!([n(Status::AFTER_GAP), n(Status::RESTARTED)], [5, 1]);
+}
+
+/// Each printed line holds what the program's own live estimator makes of a sample; its statuses.
+#[track_caller]
+pub fn assert_runs_as(
+    samples: &Samples,
+    printed: &str,
+    calibration: &Calibration,
+    tolerance: f64,
+    what: &str,
+) -> Vec<Status> {
     let design = calibration.design();
     let mut estimator = Estimator::new(calibration, &design).unwrap();
-    let samples = disturbed();
     assert_eq!(printed.lines().count(), samples.len(), "{what}");
-    let mut n_of_status = [0; 7];
+    let mut statuses = Vec::new();
     for (k, (line, (time, gauges))) in printed.lines().zip(samples).enumerate() {
         let actual: Vec<f64> = line
             .split_whitespace()
             .map(|x| x.parse().unwrap())
             .collect();
-        let (load, status) = match estimator.update(time, &gauges) {
-            Ok((taken, load)) => (load.to_vec(), taken as usize),
-            Err(error) => {
-                let is_time = matches!(error, SampleError::OffTheClock { .. });
-                (
-                    vec![f64::NAN; calibration.axes.len()],
-                    if is_time { 5 } else { 6 },
-                )
-            }
+        let (load, status) = match estimator.update(*time, gauges) {
+            Ok((status, load)) => (load.to_vec(), status),
+            Err(error) => (vec![f64::NAN; calibration.axes.len()], error.status()),
         };
-        n_of_status[status] += 1;
-        let expected = [&load, estimator.conventional(), &[status as f64]].concat();
-        let what = format!("{what}, disturbed sample {k}");
+        statuses.push(status);
+        let status = [f64::from(status.bits())];
+        let expected = [&load, estimator.conventional(), &status].concat();
+        let what = format!("{what}, sample {k} of a stream");
         assert_near(&actual, &expected, calibration, tolerance, &what);
     }
-    // 3 samples with bad numbers, 2 with a bad time, and 2 before the restart; pauses of more than four seconds are gaps, and so
-    // is the clock's leap to near its end.
-    assert_eq!(n_of_status[5..], [4, 3]);
-    let beyond = n_of_status[Taken::Beyond as usize];
-    let gaps = n_of_status[Taken::AfterGap as usize];
-    assert!(beyond > 0 || n_of_status[Taken::Restarted as usize] == 1);
-    assert!(beyond > 0 || gaps == 5, "{n_of_status:?}");
+    statuses
 }
 
 #[track_caller]

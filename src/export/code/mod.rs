@@ -12,9 +12,9 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, merge_maps};
 use minijinja::{Environment, State, UndefinedBehavior, Value, context};
 
-pub(in crate::export) use self::program::{Program, gauges_per_load};
+pub(in crate::export) use self::program::Program;
 use crate::calibration::network::Layer;
-use crate::calibration::{Calibration, Learned, STRAYS};
+use crate::calibration::{Calibration, Learned, STRAYS, Status};
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::export::text::identifier;
 use crate::features::{Numbers, Precision};
@@ -22,6 +22,9 @@ use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 
 /// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
+
+/// What the flags of a status mean, for the comments of every language.
+const STATUSES: &str = include_str!("../templates/statuses.txt");
 
 /// How a language writes what differs between them.
 #[derive(Clone, Copy)]
@@ -159,7 +162,9 @@ impl Language {
             self.list(indices.iter().map(usize::to_string))
         });
         templates.add_filter("filled", filled);
-        templates.render_str(self.template, values)
+        let statuses = templates.render_str(STATUSES, &values)?;
+        let statuses: Vec<String> = statuses.lines().map(str::to_owned).collect();
+        templates.render_str(self.template, context! { statuses, ..values })
     }
 }
 
@@ -213,6 +218,7 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
         wraps_secs => WRAPS_SECS,
         leap_secs => LEAP_SECS,
         strays => STRAYS,
+        flags => Status::EXPORTED.map(|(name, flag)| (name, flag.bits())),
         products => program.n_products(),
         search_cost,
         bytes_double => state_bytes(&program, 8),
@@ -362,7 +368,7 @@ fn state_bytes(program: &Program, real: usize) -> usize {
         bytes * memory.sets * if memory.of_gauges { n_gauges } else { 1 }
     });
     let mut bytes =
-        2 * 8 + 4 + clock + 2 * 4 + real * (4 * n_axes + n_gauges) + of_blocks.sum::<usize>();
+        2 * 8 + 4 + clock + 2 * 4 + real * (1 + 4 * n_axes + n_gauges) + of_blocks.sum::<usize>();
     if program.keeps_samples() {
         let ring = program.ring_samples();
         bytes += 2 * clock + 4 * 4 + ring * (clock + real * n_gauges);

@@ -3,7 +3,6 @@
 //! Guarantees: exact but for rounding. Gauges count from a centre near their mean that single precision holds exactly, and
 //! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
 
-use faer::Mat;
 use serde::Serialize;
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
@@ -122,7 +121,7 @@ impl Program {
             gauge_low,
             gauge_high,
             limits_tared: calibration.tare.is_some(),
-            unloaded: unloaded(calibration),
+            unloaded: calibration.unloaded(),
             blocks,
             auxiliary: (features.auxiliary.iter())
                 .map(AuxiliaryChannel::in_words)
@@ -203,35 +202,6 @@ fn limits(calibration: &Calibration) -> Vec<f64> {
             .unwrap_or(NEVER_REACHED)
     })
     .collect()
-}
-
-/// What gauges show without load once they are tared: zero where the calibration was made of such gauges; else those without a
-/// conventional load that are nearest to the mean of the training recordings, in deviations of each gauge.
-fn unloaded(calibration: &Calibration) -> Vec<f64> {
-    let scale = &calibration.gauge_scale;
-    if calibration.tare.is_some() || !calibration.offset {
-        return vec![0.0; scale.shift.len()];
-    }
-    let base = on_rows(&calibration.conventional, &scale.shift).base;
-    let loads = Mat::from_fn(base.len(), 1, |axis, _| -base[axis]);
-    let Some(slopes) = gauges_per_load(calibration) else {
-        return scale.shift.clone();
-    };
-    let steps = slopes * loads;
-    let gauges = scale.shift.iter().zip(&scale.deviation).enumerate();
-    let gauges = gauges.map(|(gauge, (shift, deviation))| shift + deviation * steps[(gauge, 0)]);
-    gauges.collect()
-}
-
-/// By how many deviations the gauges differ at least where the conventional load differs by one of each axis; `None` where no
-/// such matrix is found.
-pub(in crate::export) fn gauges_per_load(calibration: &Calibration) -> Option<Mat<f64>> {
-    let deviation = &calibration.gauge_scale.deviation;
-    let matrix = on_rows(&calibration.conventional, &calibration.gauge_scale.shift).matrix;
-    let slopes = Mat::from_fn(matrix.len(), deviation.len(), |axis, gauge| {
-        matrix[axis][gauge] * deviation[gauge]
-    });
-    Some(slopes.thin_svd().ok()?.pseudoinverse())
 }
 
 /// A map on raw columns as one on rows.

@@ -15,7 +15,7 @@
  *         if ({{ PREFIX }}_IS_REJECTED(status)) there is no load
  *
 {% if auxiliary %}
- * Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status is BEYOND:
+ * Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status has BEYOND:
 {% for channel in auxiliary %}
  *     {{ channel|comment }}
 {% endfor %}
@@ -25,21 +25,15 @@
  * sample after init starts relaxed: nothing has happened before it. The time is given as one of
  *     {{ prefix }}_update        seconds on any clock, a double;
  *     {{ prefix }}_update_ticks  a counter of 32 bits that may wrap, with LOOPSCOPE_TICKS_PER_SECOND (1000000) in a second;
- *     {{ prefix }}_update_step   seconds since the last sample.
- * Use one of them, not now this and now that. With float numbers the last two need no double arithmetic at all.
+ *     {{ prefix }}_update_step   seconds since the last call, whatever became of its sample.
+ * Use one of them, not now this and now that. With float numbers the last two need no double arithmetic at all. A pause that is
+ * longer than the clock of the history counts is a gap. Nobody sees whole turns of a counter: after a pause that may be longer than
+ * 2^32 ticks, call {{ prefix }}_init, or {{ prefix }}_tare.
  *
- * What became of the sample, the gravest that is true:
- *     {{ PREFIX }}_OK              the load is that of this sample.
- *     {{ PREFIX }}_FILLING         so it is; but less than {{ window_secs|plain }} s of history lie behind it.
- *     {{ PREFIX }}_AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have
- *                                  forgotten what was before, creep has relaxed through it, play has held.
- *     {{ PREFIX }}_RESTARTED       so it is; the history starts anew with it, as after init. Zeros are kept.
- *     {{ PREFIX }}_BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}{{ ", or an auxiliary channel is" if auxiliary }}.
- *     {{ PREFIX }}_REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is no number,
- *                                  before the last or a leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times
- *                                  in a row the clock counts as set anew: the last of them restarts.
- *     {{ PREFIX }}_REJECTED_VALUE  likewise: a gauge{{ ", an auxiliary channel" if auxiliary }} is no finite number, or the time is none.
- * The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
+{% for line in statuses %}
+ * {{ line }}
+{% endfor %}
+ * Each name has {{ PREFIX }}_ before it.
  *
  * To tare an unloaded sensor, average its gauges over some samples and give the mean to {{ prefix }}_tare.
  *
@@ -171,16 +165,14 @@ typedef struct {
 {% endif %}
 } {{ prefix }}_calibration;
 
-/* What became of a sample. */
-typedef enum {
-    {{ PREFIX }}_OK,
-    {{ PREFIX }}_FILLING,
-    {{ PREFIX }}_AFTER_GAP,
-    {{ PREFIX }}_RESTARTED,
-    {{ PREFIX }}_BEYOND,
-    {{ PREFIX }}_REJECTED_TIME,
-    {{ PREFIX }}_REJECTED_VALUE
-} {{ prefix }}_status;
+/* What became of a sample: a sum of flags. */
+typedef int {{ prefix }}_status;
+enum {
+    {{ PREFIX }}_OK = 0,
+{% for name, bits in flags %}
+    {{ PREFIX }}_{{ name }} = {{ bits }}{{ "" if loop.last else "," }}
+{% endfor %}
+};
 #define {{ PREFIX }}_IS_REJECTED(status) ((status) >= {{ PREFIX }}_REJECTED_TIME)
 
 /* What is remembered between samples. */
@@ -191,6 +183,7 @@ typedef struct {
     {{ prefix }}_clock clock;                      /* or on a clock of its own */
     int started;
     int strays;                                    /* so many samples in a row were off the clock */
+    {{ prefix }}_real skipped;                     /* seconds since the last good sample, by the rejected ones; below zero: unknown */
     {{ prefix }}_real load[{{ n_axes }}];
     {{ prefix }}_real conventional[{{ n_axes }}];
     {{ prefix }}_real load_zero[{{ n_axes }}];
@@ -309,6 +302,7 @@ static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {% endif %}
     s->started = 0;
     s->strays = 0;
+    s->skipped = 0;
     s->wrapped = 0;
 }
 
@@ -373,6 +367,16 @@ static inline {{ prefix }}_status {{ prefix }}_stray({{ prefix }}_state *s)
 {
     s->strays += 1;
     return s->strays < {{ strays }} ? {{ PREFIX }}_REJECTED_TIME : {{ PREFIX }}_RESTARTED;
+}
+
+/* What is to become of a sample so many seconds after the last: after a gap, too, where the clock does not count so far. */
+static inline {{ prefix }}_status {{ prefix }}_after(const {{ prefix }}_calibration *c, {{ prefix }}_real secs)
+{
+    int is_gap = secs > c->gap_secs;
+#if LOOPSCOPE_FLOAT
+    is_gap = is_gap || secs > ({{ prefix }}_real)(2147483647 / LOOPSCOPE_TICKS_PER_SECOND);
+#endif
+    return is_gap ? {{ PREFIX }}_AFTER_GAP : {{ PREFIX }}_OK;
 }
 {% if look_backs %}
 
@@ -543,6 +547,7 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
         return status;
     }
     s->strays = 0;
+    s->skipped = 0;
     if (status == {{ PREFIX }}_RESTARTED)
         {{ prefix }}_forget(s);
 {% if ring %}
@@ -633,24 +638,24 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
         s->started = 1;
     }
 {% if ring %}
-    if (status == {{ PREFIX }}_OK && s->is_filling)
-        status = {{ PREFIX }}_FILLING;
+    if (s->is_filling)
+        status |= {{ PREFIX }}_FILLING;
 {% endif %}
 {% if auxiliary %}
     for (axis = 0; axis < {{ n_auxiliary }}; axis++)
         if (auxiliary[axis] < c->auxiliary_low[axis] || auxiliary[axis] > c->auxiliary_high[axis])
-            status = {{ PREFIX }}_BEYOND;
+            status |= {{ PREFIX }}_BEYOND;
 {% endif %}
 {% if gauge_low %}
     for (axis = 0; axis < {{ n_gauges }}; axis++) {
         {{ prefix }}_real gauge = gauges[axis]{{ " - s->gauge_zero[axis]" if limits_tared }};
         if (gauge <= c->gauge_low[axis] || gauge >= c->gauge_high[axis])
-            status = {{ PREFIX }}_BEYOND;
+            status |= {{ PREFIX }}_BEYOND;
     }
 {% endif %}
     for (axis = 0; axis < {{ n_axes }}; axis++) {
         if (s->load[axis] > c->limit[axis] || s->load[axis] < -c->limit[axis])
-            status = {{ PREFIX }}_BEYOND;
+            status |= {{ PREFIX }}_BEYOND;
         load[axis] = s->load[axis] - s->load_zero[axis];
         if (conventional != NULL)
             conventional[axis] = s->conventional[axis] - s->conventional_zero[axis];
@@ -683,14 +688,15 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
             step = 0;
             if (status == {{ PREFIX }}_RESTARTED)
                 s->wrapped = 0;
-        } else if (step > {{ gap_secs|plain }}) {
-            status = {{ PREFIX }}_AFTER_GAP;
+        } else {
+            status = {{ prefix }}_after(c, ({{ prefix }}_real)step);
         }
     }
     if (!{{ PREFIX }}_IS_REJECTED(status)) {
         s->time = time + s->wrapped;
 #if LOOPSCOPE_FLOAT
-        s->clock += (uint32_t)(step * LOOPSCOPE_TICKS_PER_SECOND + 0.5);
+        if (status == {{ PREFIX }}_OK)
+            s->clock += (uint32_t)(step * LOOPSCOPE_TICKS_PER_SECOND + 0.5);
 #else
         s->clock = s->time;
 #endif
@@ -698,24 +704,32 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
     return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step, gauges{{ ", auxiliary" if auxiliary }}, load, conventional);
 }
 
-/* The same, with the time of a counter of 32 bits. Half of its range back is before the last sample. */
+/*
+ * The same, with the time of a counter of 32 bits. The last 1/64 of its range (67 s of microseconds) is before the last sample, all
+ * else is after it.
+ */
 static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, uint32_t ticks,
                                                    const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
                                                    {{ prefix }}_real conventional[{{ n_axes }}])
 {
     {{ prefix }}_status status = {{ PREFIX }}_OK;
+    int is_good = {{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }});
     uint32_t step = 0;
-    if (!{{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }})) {
-        status = {{ PREFIX }}_REJECTED_VALUE;
-    } else if (s->started) {
+    {{ prefix }}_real dt = 0;
+    if (s->started)
         step = ticks - s->ticks;
-        if (step > 0x7fffffffu) {
+    if (step > 0xfbffffffu) {
+        step = 0;
+        if (is_good)
             status = {{ prefix }}_stray(s);
-            step = 0;
-        } else if (({{ prefix }}_real)step > c->gap_secs * LOOPSCOPE_TICKS_PER_SECOND) {
-            status = {{ PREFIX }}_AFTER_GAP;
-        }
+    } else {
+        /* A counter that turns while samples are rejected hides no pause. */
+        dt = ({{ prefix }}_real)step / (({{ prefix }}_real)LOOPSCOPE_TICKS_PER_SECOND);
+        s->skipped = dt = dt > s->skipped ? dt : s->skipped;
+        status = {{ prefix }}_after(c, dt);
     }
+    if (!is_good)
+        status = {{ PREFIX }}_REJECTED_VALUE;
     if (!{{ PREFIX }}_IS_REJECTED(status)) {
         s->ticks = ticks;
 #if LOOPSCOPE_FLOAT
@@ -724,26 +738,31 @@ static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_c
         s->clock += step / (1.0 * LOOPSCOPE_TICKS_PER_SECOND);
 #endif
     }
-    return {{ prefix }}_run(c, s, status, ({{ prefix }}_real)step / (({{ prefix }}_real)LOOPSCOPE_TICKS_PER_SECOND), gauges{{ ", auxiliary" if auxiliary }}, load, conventional);
+    return {{ prefix }}_run(c, s, status, dt, gauges{{ ", auxiliary" if auxiliary }}, load, conventional);
 }
 
-/* The same, with the seconds since the last sample; zero or more, and whatever it is at the first. */
+/*
+ * The same, with the seconds since the last call; zero or more, and whatever they are at the first. A step that is none is rejected;
+ * nobody knows then how much time has gone by, so the next sample restarts.
+ */
 static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_real dt,
                                                   const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
                                                   {{ prefix }}_real conventional[{{ n_axes }}])
 {
     {{ prefix }}_status status = {{ PREFIX }}_OK;
-    if (!{{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }}) || !{{ prefix }}_is_finite(dt)) {
+    int is_known = s->skipped >= 0;
+    if (is_known)
+        s->skipped = dt >= 0 ? s->skipped + dt : -1;
+    if (!{{ prefix }}_are_good(gauges{{ ", auxiliary" if auxiliary }}) || !{{ prefix }}_is_finite(dt))
         status = {{ PREFIX }}_REJECTED_VALUE;
-    } else if (!s->started) {
-        dt = 0;
-    } else if (!(dt >= 0 && dt <= 2147)) {
+    else if (!s->started)
+        s->skipped = 0;
+    else if (!(dt >= 0))
         status = {{ prefix }}_stray(s);
-        dt = 0;
-    } else if (dt > c->gap_secs) {
-        status = {{ PREFIX }}_AFTER_GAP;
-    }
-    if (!{{ PREFIX }}_IS_REJECTED(status)) {
+    else
+        status = is_known ? {{ prefix }}_after(c, s->skipped) : {{ PREFIX }}_RESTARTED;
+    dt = status == {{ PREFIX }}_RESTARTED ? 0 : s->skipped;
+    if (status == {{ PREFIX }}_OK) {
 #if LOOPSCOPE_FLOAT
         s->clock += (uint32_t)(dt * LOOPSCOPE_TICKS_PER_SECOND + 0.5f);
 #else
@@ -772,17 +791,18 @@ public:
     typedef {{ prefix }}_real real;
     typedef real loads[{{ n_axes }}];
 
-    /* What became of a sample, as above. */
-    enum class status {
+    /* What became of a sample, as above: a sum of these. */
+    enum class status : int {
         ok = {{ PREFIX }}_OK,
-        filling = {{ PREFIX }}_FILLING,
-        after_gap = {{ PREFIX }}_AFTER_GAP,
-        restarted = {{ PREFIX }}_RESTARTED,
-        beyond = {{ PREFIX }}_BEYOND,
-        rejected_time = {{ PREFIX }}_REJECTED_TIME,
-        rejected_value = {{ PREFIX }}_REJECTED_VALUE
+{% for name, _ in flags %}
+        {{ name|lower }} = {{ PREFIX }}_{{ name }}{{ "" if loop.last else "," }}
+{% endfor %}
     };
 
+    static bool has(status of_sample, status flag) noexcept
+    {
+        return (static_cast<int>(of_sample) & static_cast<int>(flag)) != 0;
+    }
     static bool is_rejected(status of_sample) noexcept { return of_sample >= status::rejected_time; }
 
     explicit {{ prefix }}_estimator(const {{ prefix }}_calibration &calibration = {{ PREFIX }}_CALIBRATION) noexcept
@@ -793,7 +813,7 @@ public:
     }
 
     /* Take the next sample of {{ n_gauges }} gauges, with one kind of time: seconds on any clock, a counter of 32 bits, or seconds since
-     * the last sample. */
+     * the last call. */
     status update(double seconds, const real *gauges{{ ", const real *auxiliary" if auxiliary }}) noexcept
     {
         return static_cast<status>({{ prefix }}_update(&calibration_, &state_, seconds, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));

@@ -14,7 +14,7 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{
 %     state = {{ prefix }}(state, mean);
 %
 {% if auxiliary %}
-% Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status is 4:
+% Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status has 8:
 {% for channel in auxiliary %}
 %     {{ channel|comment }}
 {% endfor %}
@@ -31,18 +31,10 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{
 %     end
 %     [load, ~, status, state] = {{ prefix }}(state, time, gauges{{ ", auxiliary" if auxiliary }});
 %
-% The status says what became of the sample, the gravest that is true:
-%     0  ok: the load is that of this sample.
-%     1  filling: so it is; but less than {{ window_secs|plain }} s of history lie behind it.
-%     2  after a gap: so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what
-%        was before, creep has relaxed through it, play has held.
-%     3  restarted: so it is; the history starts anew with it, as in a new state. A tare is kept.
-%     4  beyond: so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}{{ ", or an auxiliary channel is" if auxiliary }}.
-%     5  rejected, time: there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a
-%        leap after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the last of
-%        them restarts.
-%     6  rejected, value: likewise: a gauge{{ ", an auxiliary channel" if auxiliary }} or the time is no finite number.
-% The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
+{% for line in statuses %}
+% {{ line }}
+{% endfor %}
+% Ask for one of them by bitand, e.g. bitand(status, 8) for BEYOND.
 {% if ring %}
 %
 % The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
@@ -82,11 +74,11 @@ auxiliary = double(auxiliary(:));
 time = double(time);
 load = nan({{ n_axes }}, 1);
 [status, state] = {{ prefix }}_judge(c, state, time, {{ "[gauges; auxiliary]" if auxiliary else "gauges" }});
-if status >= 5
+if status >= 16
     return
 end
 state.strays = 0;
-if status == 3
+if status == 4
     state = {{ prefix }}_forget(state);
 end
 {% if ring %}
@@ -127,18 +119,18 @@ end
 {% endfor %}
 state.started = true;
 load = {{ prefix }}_answer(c, row);
-if any(abs(load) > c.limits)
-    status = 4;
+if time - state.since < {{ window_secs|plain }}
+    status = status + 1;
+end
+is_beyond = any(abs(load) > c.limits);
 {% if auxiliary %}
-elseif any(auxiliary < c.auxiliary_low) || any(auxiliary > c.auxiliary_high)
-    status = 4; % an auxiliary channel is out of its range
+is_beyond = is_beyond || any(auxiliary < c.auxiliary_low) || any(auxiliary > c.auxiliary_high);
 {% endif %}
 {% if gauge_low %}
-elseif any(gauges{{ " - state.gauge_zero" if limits_tared }} <= c.gauge_low) || any(gauges{{ " - state.gauge_zero" if limits_tared }} >= c.gauge_high)
-    status = 4; % a gauge is clipped
+is_beyond = is_beyond || any(gauges{{ " - state.gauge_zero" if limits_tared }} <= c.gauge_low) || any(gauges{{ " - state.gauge_zero" if limits_tared }} >= c.gauge_high); % clipped
 {% endif %}
-elseif status == 0 && time - state.since < {{ window_secs|plain }}
-    status = 1;
+if is_beyond
+    status = status + 8;
 end
 end
 
@@ -182,7 +174,7 @@ function [status, state] = {{ prefix }}_judge(c, state, time, gauges)
 % What is to become of a sample.
 status = 0;
 if ~(isfinite(time) && all(isfinite(gauges)))
-    status = 6;
+    status = 32;
     return
 end
 if ~state.started
@@ -197,9 +189,9 @@ for at = 1:numel(c.wraps_secs)
 end
 if step < 0 || step > {{ leap_secs|plain }}
     state.strays = state.strays + 1;
-    status = 5;
+    status = 16;
     if state.strays >= {{ strays }}
-        status = 3;
+        status = 4;
     end
 elseif step > {{ gap_secs|plain }}
     status = 2;

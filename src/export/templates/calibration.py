@@ -11,7 +11,7 @@
 #     load, conventional = apply(times, gauges{{ ", auxiliary" if auxiliary }})          # a whole recording
 #
 {% if auxiliary %}
-# Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status is BEYOND:
+# Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status has BEYOND:
 {% for channel in auxiliary %}
 #     {{ channel|comment }}
 {% endfor %}
@@ -20,18 +20,10 @@
 # Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
 # order and units above. The first sample starts relaxed: nothing has happened before it.
 #
-# After an update `state.status` says what became of the sample, the gravest that is true:
-#     OK              the load is that of this sample.
-#     FILLING         so it is; but less than {{ window_secs|plain }} s of history lie behind it.
-#     AFTER_GAP       so it is; it comes more than {{ gap_secs|plain }} s after the last: look-backs and lags have forgotten what was
-#                     before, creep has relaxed through it, play has held.
-#     RESTARTED       so it is; the history starts anew with it, as in a new state. Zeros are kept.
-#     BEYOND          so it is; but it is beyond what is known of the sensor, or beyond its rated load{{ ", or a gauge is clipped" if gauge_low }}{{ ", or an auxiliary channel is" if auxiliary }}.
-#     REJECTED_TIME   there is no load but NaN, and nothing is remembered of the sample: its time is before the last or a leap
-#                     after it (more than {{ leap_secs|plain }} s). After {{ strays }} such times in a row the clock counts as set anew: the
-#                     last of them restarts.
-#     REJECTED_VALUE  likewise: a gauge{{ ", an auxiliary channel" if auxiliary }} or the time is no finite number.
-# The same time again is no time gone by. A counter of 32 bits that counted micro- or milliseconds and wraps goes on.
+# After an update it is in `state.status`.
+{% for line in statuses %}
+# {{ line }}
+{% endfor %}
 #
 # To tare an unloaded sensor, give the mean of its gauges over some samples to `state.tare`.
 #
@@ -47,7 +39,10 @@ GAUGES = {{ n_gauges }}
 AUXILIARY = {{ n_auxiliary }}
 {% endif %}
 AXES = {{ n_axes }}
-OK, FILLING, AFTER_GAP, RESTARTED, BEYOND, REJECTED_TIME, REJECTED_VALUE = range(7)
+OK = 0
+{% for name, bits in flags %}
+{{ name }} = {{ bits }}
+{% endfor %}
 LEAP_SECS = {{ leap_secs|number }}  # a time further after the last than this is off the clock ...
 STRAYS = {{ strays }}  # ... and so many such times in a row are a clock that was set anew
 WRAPS_SECS = {{ wraps_secs|times }}  # where counters of 32 bits begin anew
@@ -168,18 +163,18 @@ class State:
         self.time = time
         self._take(time, dt, (gauges - self.gauge_zero) - CENTRE{{ ", auxiliary" if auxiliary }})
         self.started = True
+        if time - self.since < WINDOW_SECS:
+            self.status |= FILLING
         if np.any(np.abs(self.load) > LIMITS):
-            self.status = BEYOND
+            self.status |= BEYOND
 {% if auxiliary %}
-        elif np.any(auxiliary < AUXILIARY_LOW) or np.any(auxiliary > AUXILIARY_HIGH):
-            self.status = BEYOND
+        if np.any(auxiliary < AUXILIARY_LOW) or np.any(auxiliary > AUXILIARY_HIGH):
+            self.status |= BEYOND
 {% endif %}
 {% if gauge_low %}
-        elif not np.all((GAUGE_LOW < gauges{{ " - self.gauge_zero" if limits_tared }}) & (gauges{{ " - self.gauge_zero" if limits_tared }} < GAUGE_HIGH)):
-            self.status = BEYOND
+        if not np.all((GAUGE_LOW < gauges{{ " - self.gauge_zero" if limits_tared }}) & (gauges{{ " - self.gauge_zero" if limits_tared }} < GAUGE_HIGH)):
+            self.status |= BEYOND
 {% endif %}
-        elif self.status == OK and time - self.since < WINDOW_SECS:
-            self.status = FILLING
         return self.load - self.load_zero, self.conventional - self.conventional_zero
 
     def _judge(self, time, gauges):

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use super::format::FileFormat;
 use super::{Together, WriteError};
-use crate::calibration::{AppliedLoads, Calibration, Estimator, Taken};
+use crate::calibration::{AppliedLoads, Calibration, Estimator, Status};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
@@ -151,6 +151,7 @@ pub fn write_loads_csv(
     for recording in recordings {
         let recording = &*calibration.prepared(recording).map_err(io::Error::other)?;
         let n_axes = recording.axes().len();
+        estimator.come_less((0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)));
         for (k, time) in recording.times().iter().enumerate() {
             let reference = &recording.loads()[k * n_axes..][..n_axes];
             let sample = LiveSample {
@@ -163,7 +164,7 @@ pub fn write_loads_csv(
                 reference: (recording.axes(), reference),
                 is_held: recording.auxiliary().is_held_at(*time),
             };
-            loads.write(&mut estimator, Some(sample))?;
+            loads.write(&mut estimator, sample)?;
         }
     }
     loads.flush()
@@ -183,9 +184,6 @@ pub struct LiveSample<'a> {
     /// Whether an auxiliary channel shows what was measured too long ago.
     pub is_held: bool,
 }
-
-/// What became of a sample that is good but for an auxiliary channel that was measured too long ago.
-const HELD: &str = "auxiliary held";
 
 /// Loads as comma-separated text, a row as each sample comes.
 pub struct LoadRows<W: io::Write> {
@@ -218,40 +216,46 @@ impl<W: io::Write> LoadRows<W> {
         })
     }
 
-    /// Runs a sample and writes its row; without one, that it could not be read.
+    /// Runs a sample and writes its row.
     ///
     /// # Errors
     /// Whatever `out` fails with.
     pub fn write(
         &mut self,
         estimator: &mut Estimator<'_>,
-        sample: Option<LiveSample<'_>>,
+        sample: LiveSample<'_>,
     ) -> io::Result<()> {
-        let mut status = "rejected: value";
-        self.row.clear();
-        match sample {
-            None => self.row.resize(1 + self.columns.columns.len(), None),
-            Some(sample) => {
-                let nothing = [f64::NAN; Axis::ALL.len()];
-                let updated = estimator.update_with(sample.time, sample.gauges, sample.auxiliary);
-                let compensated = match updated {
-                    Ok((taken, loads)) => {
-                        status = match taken {
-                            Taken::Beyond => taken.label(),
-                            _ if sample.is_held => HELD,
-                            _ => taken.label(),
-                        };
-                        loads.to_vec()
-                    }
-                    Err(error) => {
-                        status = error.label();
-                        nothing[..estimator.conventional().len()].to_vec()
-                    }
-                };
-                let loads = (estimator.conventional(), &compensated[..]);
-                (self.columns).fill(sample.time, sample.reference, loads, &mut self.row);
+        let nothing = [f64::NAN; Axis::ALL.len()];
+        let updated = estimator.update_with(sample.time, sample.gauges, sample.auxiliary);
+        let (status, compensated) = match updated {
+            Ok((mut status, loads)) => {
+                if sample.is_held {
+                    status |= Status::AUXILIARY_HELD;
+                }
+                (status, loads.to_vec())
             }
-        }
+            Err(error) => {
+                let nothing = &nothing[..estimator.conventional().len()];
+                (error.status(), nothing.to_vec())
+            }
+        };
+        let loads = (estimator.conventional(), &compensated[..]);
+        (self.columns).fill(sample.time, sample.reference, loads, &mut self.row);
+        self.end_row(&status.to_string())
+    }
+
+    /// Writes the row of a sample that was not run: its time, as far as it is known, and why.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    pub fn write_without_load(&mut self, time: Option<f64>, why: &str) -> io::Result<()> {
+        self.row.clear();
+        self.row.push(time);
+        self.row.resize(1 + self.columns.columns.len(), None);
+        self.end_row(why)
+    }
+
+    fn end_row(&mut self, status: &str) -> io::Result<()> {
         csv::write_cells(&mut self.csv, &self.row)?;
         if self.with_status {
             self.csv.cell(status)?;

@@ -122,12 +122,7 @@ pub(super) fn is_load(words: &[&str]) -> bool {
     };
     let is_word = |word: &&str| {
         let long = |own: &&str| own.len() > 1 && *own == *word;
-        FORCES
-            .iter()
-            .chain(&MOMENTS)
-            .chain(&LOADS)
-            .any(|own| long(&own))
-            || of_axis(word)
+        FORCES.iter().chain(&MOMENTS).chain(&LOADS).any(long) || of_axis(word)
     };
     // "F_ref" and "ref_F": a letter alone says it beside a word for the reference.
     let has_reference = words.iter().any(|word| REFERENCES.contains(word));

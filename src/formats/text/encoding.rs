@@ -185,7 +185,7 @@ fn mend_line_ends(text: &mut [u8]) {
 }
 
 /// UTF-8 from what a file holds, and the bytes of a last character that is not whole.
-fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
+pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
     let unit = match encoding {
         Encoding::Utf8 | Encoding::Latin1 | Encoding::Arrays => return (raw, Vec::new()),
         Encoding::Utf16LittleEndian => u16::from_le_bytes,
@@ -210,7 +210,7 @@ fn has_bare_returns(text: &[u8]) -> bool {
 }
 
 /// The encoding of a file that starts so and the length of its byte order mark, or what the file is instead of text.
-fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), Other> {
+pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), Other> {
     if let Some(what) = other_kind(head) {
         return Err(what);
     }
@@ -335,7 +335,7 @@ fn other_kind(head: &[u8]) -> Option<Other> {
 
 /// A kind of file that is not read, and the way out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Other {
+pub(super) struct Other {
     what: &'static str,
     instead: &'static str,
 }

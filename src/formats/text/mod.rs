@@ -6,10 +6,12 @@
 //! |---|---|
 //! | `file` | a text that is looked at and read, many blocks at a time |
 //! | `encoding`, `blocks` | a file as text, in blocks of whole lines |
+//! | `arriving` | lines of a text that is still being written |
 //! | `cells`, `times` | cells, numbers, dates |
 //! | `written`, `layout` | how a table is written, and where it stands |
 //! | `ati` | the lines that ATI's program writes above its rows |
 
+mod arriving;
 pub(crate) mod ati;
 mod blocks;
 pub(crate) mod cells;
@@ -19,6 +21,7 @@ mod layout;
 pub(crate) mod times;
 mod written;
 
+pub(crate) use arriving::ArrivingLines;
 pub(crate) use cells::lines;
 pub(crate) use encoding::Encoding;
 pub(super) use file::FORMAT;

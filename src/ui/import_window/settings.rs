@@ -113,7 +113,7 @@ pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
 fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     let text = match tare {
         None => "none",
-        Some(Tare::Auto) => "first quiet half second",
+        Some(Tare::Auto) => "first quiet half second without load",
         Some(Tare::Interval(..)) => "a segment",
     };
     let button = ComboBox::from_label("tare")
@@ -125,7 +125,11 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     };
     let items = [
         (None, "none".into(), ""),
-        (Some(Tare::Auto), "first quiet half second".into(), ""),
+        (
+            Some(Tare::Auto),
+            "first quiet half second without load".into(),
+            "",
+        ),
         (Some(segment), "a segment".into(), ""),
     ];
     choice(ui, button, tare, items).on_hover_text(

@@ -17,7 +17,7 @@ use super::c_header::C_HEADER;
 use super::m_function::M_FUNCTION;
 use super::python::PYTHON;
 use super::rust::RUST;
-use crate::calibration::{Calibration, Learned};
+use crate::calibration::{Calibration, Learned, Status};
 use crate::export::code::Code;
 use crate::export::target::{Export, Outline, Refusal, Target, of_target};
 use crate::export::text::{for_block_comment, identifier};
@@ -173,6 +173,9 @@ fn values(
             &calibration.features.auxiliary.iter().map(AuxiliaryChannel::in_words).collect::<Vec<_>>().join("; "),
         ),
         axes => axes.join(", "),
+        flags => Status::EXPORTED
+            .map(|(name, flag)| format!("{} {name}", flag.bits()))
+            .join(", "),
         full_scale => scale.iter().map(|scale| format!("{scale:?}")).collect::<Vec<_>>(),
         n_rows,
         line_bytes => longest_line + 3, // its end, on Windows of two characters, and a zero

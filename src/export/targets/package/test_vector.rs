@@ -5,8 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::calibration::{Calibration, CalibrationError, Estimator, SampleError};
-use crate::export::code::gauges_per_load;
+use crate::calibration::{Calibration, CalibrationError, Estimator};
 
 /// A time (s), gauges and auxiliary channels.
 pub(super) type Sample = (f64, Vec<f64>, Vec<f64>);
@@ -84,22 +83,14 @@ fn answered(
     let mut estimator = Estimator::new(calibration, &design)?;
     let rows = samples.iter().map(|sample| {
         let (load, status) = match estimator.update_with(clock * sample.0, &sample.1, &sample.2) {
-            Ok((taken, load)) => (load.to_vec(), taken as u8),
-            Err(error) => {
-                let status = match error {
-                    SampleError::OffTheClock { .. } => 5,
-                    SampleError::Gauges { .. }
-                    | SampleError::Auxiliary { .. }
-                    | SampleError::NotFinite => 6,
-                };
-                (vec![f64::NAN; calibration.axes.len()], status)
-            }
+            Ok((status, load)) => (load.to_vec(), status),
+            Err(error) => (vec![f64::NAN; calibration.axes.len()], error.status()),
         };
         Answered {
             sample: sample.clone(),
             load,
             conventional: estimator.conventional().to_vec(),
-            status,
+            status: status.bits(),
             at_edge: false,
         }
     });
@@ -171,7 +162,7 @@ impl<'a> Motion<'a> {
     fn new(calibration: &'a Calibration) -> Self {
         let n_gauges = calibration.gauges.len();
         let full_scale = full_scale(calibration);
-        let slopes = gauges_per_load(calibration).map_or_else(
+        let slopes = calibration.gauges_per_load().map_or_else(
             // Nothing tells loads from gauges: each gauge moves on its own.
             || {
                 (0..n_gauges)

@@ -38,7 +38,7 @@ fn main() {
             };
         }
         worst = off.max(worst);
-        let status = f64::from(actual.status as u8);
+        let status = f64::from(actual.status.0);
         if off > ALLOWED || status != expected[2 * AXES] {
             if bad == 0 {
                 println!("line {}: off by {off:e} of full scale, status {status} instead of {}", k + 1, expected[2 * AXES]);

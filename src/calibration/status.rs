@@ -1,0 +1,100 @@
+//! What became of a sample, as flags: several can be true of one sample.
+
+use std::fmt;
+use std::ops::BitOrAssign;
+
+/// Flags of one sample. Exported code has the same bits, but for [`Self::AUXILIARY_HELD`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Status(u8);
+
+impl Status {
+    /// No flag: the load is that of this sample.
+    pub const OK: Self = Self(0);
+    /// Less than the longest t_th or lag lies behind the sample: look-backs and lags may not have their past yet.
+    pub const FILLING: Self = Self(1);
+    /// It comes after a gap: look-backs and lags have forgotten what was before it.
+    pub const AFTER_GAP: Self = Self(2);
+    /// The history starts anew with it: the clock was set anew.
+    pub const RESTARTED: Self = Self(4);
+    /// Its load, a gauge or an auxiliary channel is beyond what is known of the sensor.
+    pub const BEYOND: Self = Self(8);
+    /// It was not taken for its time: there is no load.
+    pub const REJECTED_TIME: Self = Self(16);
+    /// It was not taken for its numbers: there is no load.
+    pub const REJECTED_VALUE: Self = Self(32);
+    /// An auxiliary channel shows what was measured too long ago.
+    pub const AUXILIARY_HELD: Self = Self(64);
+
+    /// The flags of exported code, with their names there.
+    pub const EXPORTED: [(&'static str, Self); 6] = [
+        ("FILLING", Self::FILLING),
+        ("AFTER_GAP", Self::AFTER_GAP),
+        ("RESTARTED", Self::RESTARTED),
+        ("BEYOND", Self::BEYOND),
+        ("REJECTED_TIME", Self::REJECTED_TIME),
+        ("REJECTED_VALUE", Self::REJECTED_VALUE),
+    ];
+
+    /// The flags in words, in the order in which they are written.
+    const WORDS: [(Self, &'static str); 7] = [
+        (Self::REJECTED_TIME, "rejected: time"),
+        (Self::REJECTED_VALUE, "rejected: value"),
+        (Self::BEYOND, "beyond"),
+        (Self::RESTARTED, "restarted"),
+        (Self::AFTER_GAP, "after a gap"),
+        (Self::AUXILIARY_HELD, "auxiliary held"),
+        (Self::FILLING, "filling"),
+    ];
+
+    /// Returns the flags as a number.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Returns true if one of these flags is set.
+    pub const fn has(self, any: Self) -> bool {
+        self.0 & any.0 != 0
+    }
+
+    /// Returns true if there is no load.
+    pub const fn is_rejected(self) -> bool {
+        self.has(Self(Self::REJECTED_TIME.0 | Self::REJECTED_VALUE.0))
+    }
+}
+
+impl BitOrAssign for Status {
+    fn bitor_assign(&mut self, more: Self) {
+        self.0 |= more.0;
+    }
+}
+
+/// Words joined by `+`. A history that has just begun is always short, so `filling` is not written beside that.
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let begins = self.has(Self(Self::AFTER_GAP.0 | Self::RESTARTED.0));
+        let words = Self::WORDS.iter().filter(|(flag, _)| self.has(*flag));
+        let words = words.filter(|(flag, _)| !(begins && *flag == Self::FILLING));
+        let words: Vec<&str> = words.map(|(_, word)| *word).collect();
+        match words.is_empty() {
+            true => f.write_str("ok"),
+            false => f.write_str(&words.join("+")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_flag_that_is_set_has_a_word_but_a_history_that_begins_is_not_said_to_be_short() {
+        let words = |bits| Status(bits).to_string();
+        assert_eq!(words(0), "ok");
+        assert_eq!(words(1 + 8), "beyond+filling");
+        assert_eq!(words(1 + 2 + 8), "beyond+after a gap");
+        assert_eq!(words(4 + 64), "restarted+auxiliary held");
+        assert_eq!(words(32), "rejected: value");
+        let all = Status::WORDS.iter().fold(0, |all, (flag, _)| all ^ flag.0);
+        assert_eq!(all, 127);
+    }
+}
