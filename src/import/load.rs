@@ -254,10 +254,11 @@ fn about(opened: &Opened) -> impl Iterator<Item = Finding> {
 }
 
 impl Sides {
-    /// Fails where so many rows are skipped that the table is not understood, though some of it can be read.
+    /// Fails where so many rows are skipped that the table is not understood, though some of it can be read. NaN is understood: it
+    /// stands where nothing was measured.
     fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
-        let (skipped, used) = (rows.n_skipped, rows.times.len() as u64);
+        let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);
         if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {
             return Ok(());
         }

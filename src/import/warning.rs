@@ -321,6 +321,16 @@ impl Findings {
         }
     }
 
+    /// Returns the number of rows that are skipped for a cell which is no number, or for missing cells.
+    pub(super) fn not_understood(&self) -> u64 {
+        let is_nan = |own: &&LoadWarning| matches!(&own.finding, Finding::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
+        let skipped = self
+            .0
+            .iter()
+            .filter(|own| own.finding.skips_row() && !is_nan(own));
+        skipped.map(|own| own.count).sum()
+    }
+
     /// Returns the most frequent reason for a skipped row.
     pub(super) fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
         let skipped = self.0.iter().filter(|own| own.finding.skips_row());

@@ -108,9 +108,7 @@ const AFTER_DIRECTION: [&str; 9] = [
 ];
 
 /// Words for a load that name no axis, in small letters, beside those for forces and moments.
-const LOADS: [&str; 7] = [
-    "load", "last", "loadcell", "weight", "effort", "carico", "carga",
-];
+const LOADS: [&str; 6] = ["load", "last", "weight", "effort", "carico", "carga"];
 
 /// Returns true if one of these words names a load, whichever axis it is of.
 pub(super) fn is_load(words: &[&str]) -> bool {
@@ -124,6 +122,10 @@ pub(super) fn is_load(words: &[&str]) -> bool {
         let long = |own: &&str| own.len() > 1 && *own == *word;
         FORCES.iter().chain(&MOMENTS).chain(&LOADS).any(long) || of_axis(word)
     };
+    // The raw signal of a load cell is a gauge.
+    if words.contains(&"cell") {
+        return false;
+    }
     // "F_ref" and "ref_F": a letter alone says it beside a word for the reference.
     let has_reference = words.iter().any(|word| REFERENCES.contains(word));
     words.iter().any(is_word)

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
 
-use ::mcap::records::{MessageHeader, Record};
+use ::mcap::records::{MessageHeader, Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
@@ -41,16 +41,23 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
                 let n_read = file.read(reader.insert(n_bytes.min(limit_bytes)))?;
                 reader.notify_read(n_read);
             }
-            Ok(LinearReadEvent::Record { opcode, data }) => match parse_record(opcode, data) {
-                Ok(Record::Chunk { header, data }) => {
+            Ok(LinearReadEvent::Record { opcode, data }) => match parsed(opcode, data)? {
+                Some(Record::Chunk { header, data }) => {
                     let size = header.uncompressed_size;
                     let records = unpacked(&header.compression, &data, size)?;
-                    for record in ::mcap::read::LinearReader::sans_magic(&records) {
-                        topics.take(record.map_err(damaged)?);
+                    let mut rest = &records[..];
+                    while !rest.is_empty() {
+                        let first = first_record(rest);
+                        let (opcode, data, next) =
+                            first.ok_or_else(|| damaged(McapError::UnexpectedEof))?;
+                        if let Some(record) = parsed(opcode, data)? {
+                            topics.take(record);
+                        }
+                        rest = next;
                     }
                 }
-                Ok(record) => topics.take(record),
-                Err(error) => return Err(damaged(error)),
+                Some(record) => topics.take(record),
+                None => {}
             },
             Err(McapError::UnexpectedEof | McapError::BadMagic) if topics.hold_something() => {
                 ends_early = true;
@@ -63,6 +70,53 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
         ends_early,
         ..topics.columns(source.parts)?
     }))
+}
+
+/// Returns the kind and the content of the first record, and what follows it; `None` if it is cut short.
+fn first_record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let (kind, rest) = records.split_first()?;
+    let (n_bytes, rest) = rest.split_first_chunk()?;
+    let n_bytes = usize::try_from(u64::from_le_bytes(*n_bytes)).ok()?;
+    let (content, rest) = rest.split_at_checked(n_bytes)?;
+    Some((*kind, content, rest))
+}
+
+/// Returns what follows a text; `None` if the text is longer than what is there.
+fn after_text(bytes: &[u8]) -> Option<&[u8]> {
+    let (n_bytes, rest) = bytes.split_first_chunk()?;
+    rest.get(u32::from_le_bytes(*n_bytes) as usize..)
+}
+
+/// Reads a record, or returns `None` for one of a kind that says nothing of samples. How long its texts are said to be is checked
+/// first, since the crate takes memory by it.
+fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
+    let (start, n_texts) = match kind {
+        op::MESSAGE => (0, 0),
+        op::SCHEMA => (2, 2),
+        op::CHANNEL => (4, 2),
+        op::CHUNK => (28, 1),
+        _ => return Ok(None),
+    };
+    let fits = || {
+        let mut rest = content.get(start..)?;
+        for _ in 0..n_texts {
+            rest = after_text(rest)?;
+        }
+        if kind == op::CHANNEL {
+            // More texts, and before them how long they are together.
+            let (n_bytes, metadata) = rest.split_first_chunk()?;
+            rest = metadata.get(..u32::from_le_bytes(*n_bytes) as usize)?;
+            while !rest.is_empty() {
+                rest = after_text(rest)?;
+            }
+        }
+        Some(())
+    };
+    fits().ok_or_else(|| FileError::Damaged {
+        what: FILE.to_owned(),
+        why: "a text is longer than its record".to_owned(),
+    })?;
+    parse_record(kind, content).map(Some).map_err(damaged)
 }
 
 fn damaged(error: McapError) -> FileError {
