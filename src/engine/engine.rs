@@ -1235,23 +1235,22 @@ impl Engine {
 
     /// Hands what is not saved to the autosave; `layout` says where the panes stand.
     pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
-        // While files are read or simulated the session is not whole yet.
-        if self.tasks.is_empty() {
-            self.recovery.take_over(std::mem::take(&mut self.restored));
-        }
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
         let is_same = |own: &Project| own.is_same(&self.project);
-        if self.kept.as_ref().is_some_and(is_same) && self.recovery.has(trained, is_saved) {
-            return;
+        if !(self.kept.as_ref().is_some_and(is_same) && self.recovery.has(trained, is_saved)) {
+            let newest = Unsaved {
+                session: Session::of(&self.project, Some(layout())),
+                trained: trained.cloned(),
+                of: Arc::clone(&self.project.recordings),
+            };
+            self.recovery.keep(newest, is_saved);
+            self.kept = Some(self.project.clone());
         }
-        let newest = Unsaved {
-            session: Session::of(&self.project, Some(layout())),
-            trained: trained.cloned(),
-            of: Arc::clone(&self.project.recordings),
-        };
-        self.recovery.keep(newest, is_saved);
-        self.kept = Some(self.project.clone());
+        // After the newest state, which is what takes their place; while files are read or simulated it is not whole yet.
+        if self.tasks.is_empty() {
+            self.recovery.take_over(std::mem::take(&mut self.restored));
+        }
     }
 
     /// The window closes as it should: nothing needs to be recovered.
