@@ -241,7 +241,9 @@ impl Recovery {
     /// Removes these files of other windows once their content, which this window holds now, is written down or saved.
     pub fn take_over(&self, restored: Vec<PathBuf>) {
         if !restored.is_empty() {
-            self.autosave.lock().restored.extend(restored);
+            let mut desk = self.autosave.lock();
+            desk.restored.extend(restored);
+            desk.tidy(self.own.as_ref().map(|own| &*own.session));
             self.autosave.wake();
         }
     }
@@ -454,17 +456,17 @@ mod tests {
         let own = window.own.as_ref().unwrap().session.clone();
         for is_saved in [false, true] {
             fs::write(&other, "{}").unwrap();
-            window.take_over(vec![other.clone()]);
             window.keep(unsaved("restored"), is_saved);
-            assert!(window.left().is_empty());
+            window.take_over(vec![other.clone()]);
+            assert!(window.left().iter().all(|left| left.path != other));
             until(|| !other.exists());
             assert_eq!(own.exists(), !is_saved);
         }
         // Where nothing can be written, it stays, and it is tried again.
         fs::write(&other, "{}").unwrap();
         fs::create_dir(&own).unwrap();
-        window.take_over(vec![other.clone()]);
         window.keep(unsaved("again"), false);
+        window.take_over(vec![other.clone()]);
         std::thread::sleep(Duration::from_millis(30));
         assert!(other.exists());
         fs::remove_dir(&own).unwrap();
