@@ -25,9 +25,10 @@ const UNITS: [TimeUnit; 4] = [
     TimeUnit::Microseconds,
     TimeUnit::Nanoseconds,
 ];
-/// A step that is common in recordings (s): whole numbers count the unit in which theirs is nearest to it. So 1 kHz and 10 Hz in
-/// microseconds, 500 Hz and 2 Hz in milliseconds, and 1 kHz in nanoseconds are told apart.
-const COMMON_STEP_SECS: f64 = 1.0 / 35.0;
+/// From this step on whole numbers are microseconds, of 1 kHz rather than milliseconds of 1 Hz ...
+const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
+/// ... and from this on nanoseconds, of 3 kHz rather than microseconds of 3 Hz.
+const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Where recordings start and where times repeat.
 #[derive(Debug, Default, PartialEq)]
@@ -105,7 +106,7 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
 /// The unit that the times have by their values.
 ///
 /// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
-/// whole numbers with a median step from 2 on are counted in the unit in which that is most common, everything else is in seconds.
+/// whole numbers with a median step from 2 on are milliseconds, longer ones microseconds or nanoseconds, everything else seconds.
 pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
@@ -114,38 +115,31 @@ pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
         let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
         times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
     });
-    let is_counted =
-        |step: f64| step >= 1e5 || step >= 2.0 && times.iter().all(|time| time.fract() == 0.0);
-    by_epoch.unwrap_or(match step {
-        Some(step) if is_counted(step) => nearest_unit(&UNITS[1..], step, COMMON_STEP_SECS).0,
+    let is_whole = || times.iter().all(|time| time.fract() == 0.0);
+    by_epoch.unwrap_or_else(|| match step {
+        Some(step) if step >= SHORTEST_STEP_NANOSECONDS => TimeUnit::Nanoseconds,
+        Some(step) if step >= SHORTEST_STEP_MICROSECONDS && is_whole() => TimeUnit::Microseconds,
+        Some(step) if step >= 2.0 && is_whole() => TimeUnit::Milliseconds,
         _ => TimeUnit::Seconds,
     })
 }
 
-/// The unit in which the step of a sensor that is sampled every so many seconds may be.
+/// The unit in which a step is nearest to that of a calibration (s).
 ///
 /// # Errors
 /// The nearest unit and by which factor it is off, where that is more than ten.
-pub(super) fn unit_by_step(
-    step: f64,
-    sampled_every_secs: f64,
-) -> Result<TimeUnit, (TimeUnit, f64)> {
-    let (unit, off) = nearest_unit(&UNITS, step, sampled_every_secs);
+pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
+    let off = |unit: TimeUnit| {
+        let times = step / unit.per_second() / trained_secs;
+        (unit, times.max(1.0 / times))
+    };
+    let nearest = UNITS.into_iter().map(off);
+    let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
+    let (unit, off) = nearest.expect("there are units");
     match off <= 10.0 {
         true => Ok(unit),
         false => Err((unit, off)),
     }
-}
-
-/// Of these units the one in which a step is nearest to a time (s), and by which factor it is off.
-fn nearest_unit(units: &[TimeUnit], step: f64, secs: f64) -> (TimeUnit, f64) {
-    let off = |unit: &TimeUnit| {
-        let times = step / unit.per_second() / secs;
-        (*unit, times.max(1.0 / times))
-    };
-    let all = units.iter().map(off);
-    all.min_by(|a, b| a.1.total_cmp(&b.1))
-        .expect("there are units")
 }
 
 /// Lets counters of 32 bits go on where they begin anew; says after which row the first does, from which time (s) to which.
@@ -344,6 +338,7 @@ mod tests {
             (0.0, 1e3, Microseconds), // of micros(), at 1 kHz
             (0.0, 5e4, Microseconds),
             (0.0, 1e5, Microseconds),
+            (0.0, 4e5, Nanoseconds),
             (5e12, 1e6, Nanoseconds), // since a computer started
             (1.7e9, 0.25, Seconds),
             (1.7e9, 10.0, Seconds),
