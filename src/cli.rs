@@ -16,9 +16,11 @@ mod sweep;
 mod traces;
 
 use std::collections::HashMap;
+use std::error::Error as _;
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::num::{ParseFloatError, ParseIntError};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,6 +32,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use crate::about;
 use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
+use crate::engine::Session;
 use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::limits::{Checked, LimitsError};
 use crate::evaluation::metrology::MetrologyError;
@@ -79,8 +82,9 @@ impl Cli {
     /// # Errors
     /// What clap finds, with a way out where it knows none; or a word that is no command and no file.
     pub fn understood(words: &[OsString]) -> Result<Self, clap::Error> {
-        let cli = Self::try_parse_from(words)
+        let mut cli = Self::try_parse_from(words)
             .map_err(|error| misspelt(words).unwrap_or_else(|| with_way_out(error, words)))?;
+        cli.files = expanded(&cli.files);
         match cli.files.iter().find(|path| !path.exists()) {
             Some(gone) => Err(misspelt(words).unwrap_or_else(|| {
                 let gone = printable(&gone.to_string_lossy()).into_owned();
@@ -90,6 +94,13 @@ impl Cli {
             None => Ok(cli),
         }
     }
+}
+
+/// Puts the files that patterns stand for in the places of the patterns: not every shell does it.
+fn expanded(paths: &[PathBuf]) -> Vec<PathBuf> {
+    let paths = paths.iter();
+    let files = paths.map(|path| import::matching(path).unwrap_or_else(|| vec![path.clone()]));
+    files.flatten().collect()
 }
 
 /// What clap says of a first word that is like a command and is nothing else.
@@ -109,8 +120,25 @@ fn misspelt(words: &[OsString]) -> Option<clap::Error> {
     is_like_one.then_some(error)
 }
 
-/// Where a recording is named bare, how it is named.
+/// Where a recording is named bare, how it is named; where no number stands for one, how it is written.
 fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
+    let is_not = match error.source() {
+        Some(why) if why.is::<ParseFloatError>() => {
+            Some("this is not a number; write it without a unit, as in 0.5 or 15")
+        }
+        Some(why) if why.is::<ParseIntError>() => {
+            Some("this is not a whole number; write it with digits alone, as in 10")
+        }
+        _ => None,
+    };
+    if let (Some(is_not), Some(value), Some(name)) = (
+        is_not,
+        error.get(ContextKind::InvalidValue),
+        error.get(ContextKind::InvalidArg),
+    ) {
+        let message = format!("invalid value '{value}' for '{name}': {is_not}\n");
+        return clap::Error::raw(error.kind(), message);
+    }
     let command = Cli::command();
     let job = words.get(1).and_then(|word| command.find_subcommand(word));
     let takes_train = |job: &clap::Command| job.get_arguments().any(|arg| arg.get_id() == "train");
@@ -432,6 +460,8 @@ pub enum JobError {
     },
     #[error("left out because they could not be read: {count}")]
     LeftOut { count: usize },
+    #[error("{}: no file is called like this", .path.display())]
+    NoMatch { path: PathBuf },
     #[error("{}: the folder holds no recordings", .path.display())]
     EmptyFolder { path: PathBuf },
     #[error(
@@ -487,6 +517,15 @@ pub enum JobError {
     Undetermined { undetermined: Undetermined },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
+    #[error("{} is no recording but a calibration or a session; apply a calibration with `apply`, and open a session in the window", .path.display())]
+    NotRecording { path: PathBuf },
+    #[error("{count} of {of} files would not be loaded")]
+    NotLoaded { count: usize, of: usize },
+    #[error("--full-scale has {given} where there are {}; write one for each", .axes.join(" "))]
+    FullScales {
+        given: usize,
+        axes: Vec<&'static str>,
+    },
     #[error(
         "{recording}: what {pattern:?} stands for is not in its name, nor in that of its folder"
     )]
@@ -553,7 +592,10 @@ impl JobError {
                 | Self::TareLive
                 | Self::NoGroup { .. }
                 | Self::GaugeRanges { .. }
+                | Self::FullScales { .. }
+                | Self::NotRecording { .. }
                 | Self::EmptyFolder { .. }
+                | Self::NoMatch { .. }
                 | Self::OnlyTests
                 | Self::InFolder { .. }
                 | Self::Swapped { .. }
@@ -607,13 +649,13 @@ impl Job {
         })
     }
 
-    /// Puts the recordings of folders in their places, and returns the folders.
+    /// Puts the recordings of folders in their places, and returns the folders with notes on them.
     ///
     /// In a folder the files called `test…` are not for training. They are the test recordings unless others are named.
-    fn open_folders(&mut self) -> Result<Vec<PathBuf>, JobError> {
-        let mut folders = Vec::new();
+    fn open_folders(&mut self) -> Result<(Vec<PathBuf>, Vec<String>), JobError> {
+        let (mut folders, mut notes) = (Vec::new(), Vec::new());
         let Some(named) = self.recordings() else {
-            return Ok(folders);
+            return Ok((folders, notes));
         };
         let mut tests = Vec::new();
         let name = |path: &PathBuf| -> String {
@@ -636,9 +678,7 @@ impl Job {
                 if !own.is_empty() {
                     let (folder, own) = (folder.display(), own.iter().map(name));
                     let own = listed(&own.collect::<Vec<_>>());
-                    tell(&format_args!(
-                        "note: {folder}: files called test… are {role}: {own}"
-                    ));
+                    notes.push(format!("{folder}: files called test… are {role}: {own}"));
                 }
                 tests.extend(own);
                 train
@@ -653,7 +693,7 @@ impl Job {
         } else {
             *named.files = opened(named.files, &mut folders, |_, inside| inside)?;
         }
-        Ok(folders)
+        Ok((folders, notes))
     }
 }
 
@@ -667,19 +707,22 @@ struct Named<'a> {
     is_split: bool,
 }
 
-/// Returns the files with the recordings in each folder, or those that `taken` takes of them, in the place of the folder.
+/// Returns the files with patterns expanded, and in the place of each folder the recordings in it, or those that `taken` takes of
+/// them.
 fn opened(
     paths: &[PathBuf],
     folders: &mut Vec<PathBuf>,
     mut taken: impl FnMut(&Path, Vec<PathBuf>) -> Vec<PathBuf>,
 ) -> Result<Vec<PathBuf>, JobError> {
     let mut opened = Vec::with_capacity(paths.len());
-    for path in paths {
+    for path in expanded(paths) {
+        if import::is_pattern(&path) && !path.exists() {
+            return Err(JobError::NoMatch { path });
+        }
         if !path.is_dir() {
-            opened.push(path.clone());
+            opened.push(path);
             continue;
         }
-        let path = path.clone();
         let inside = match import::recordings_in(&path) {
             Ok(inside) if inside.is_empty() => return Err(JobError::EmptyFolder { path }),
             Ok(inside) => inside,
@@ -712,8 +755,12 @@ static LEFT_OUT: AtomicUsize = AtomicUsize::new(0);
 
 /// Does a job; errors go to standard error, one line each.
 pub fn run(mut job: Job) -> ExitCode {
-    let done = job.open_folders().and_then(|folders| {
-        done(job).map_err(|error| in_folder(error, &folders))?;
+    let done = job.open_folders().and_then(|(folders, notes)| {
+        let done = done(job).map_err(|error| in_folder(error, &folders));
+        if !matches!(done, Err(JobError::InFolder { .. })) {
+            print_notes(&notes);
+        }
+        done?;
         match LEFT_OUT.load(Ordering::Relaxed) {
             0 => Ok(()),
             count => Err(JobError::LeftOut { count }),
@@ -883,7 +930,8 @@ fn read_hearing(
         .iter()
         .map(|path| {
             let mut read = || {
-                let loaded = import::read(path, map.as_ref(), &[], &progress)?;
+                let loaded = import::read(path, map.as_ref(), &[], &progress);
+                let loaded = loaded.map_err(|error| unread(path, error))?;
                 print_warnings(&loaded.warnings);
                 loaded.warnings.iter().for_each(&mut *hear);
                 args.prepared(loaded.recordings, rated)
@@ -891,6 +939,15 @@ fn read_hearing(
             args.or_left_out(read())
         })
         .collect()
+}
+
+/// Why a file could not be read; a calibration is no damaged recording.
+fn unread(path: &Path, error: ReadError) -> JobError {
+    let path = path.to_owned();
+    match Session::is_at(&path) || read_with_notes(&path).is_ok() {
+        true => JobError::NotRecording { path },
+        false => error.into(),
+    }
 }
 
 fn print_warnings(warnings: &[LoadWarning]) {

@@ -91,6 +91,11 @@ impl RecordingArgs {
                 }
             }
         }
+        let (given, axes) = (rated.full_scale.len(), &set.layout().axes);
+        if (1..axes.len()).contains(&given) {
+            let axes = axes.iter().map(|axis| axis.symbol()).collect();
+            return Err(JobError::FullScales { given, axes });
+        }
         match self.split {
             None => Ok(set),
             Some(fraction) => {
@@ -421,18 +426,18 @@ pub struct FitChoices {
     pub look_back: Option<LookBacks>,
     #[command(flatten)]
     pub blocks: BlockArgs,
-    #[arg(long = EPOCHS.option, help = EPOCHS.help(), value_name = "N", default_value_t = NetworkSettings::default().epochs, help_heading = "Regressor")]
-    pub epochs: usize,
-    #[arg(long = SEED.option, help = SEED.help(), value_name = "N", default_value_t = NetworkSettings::default().seed, help_heading = "Regressor")]
-    pub seed: u64,
+    #[arg(long = EPOCHS.option, help = with_default(&EPOCHS), value_name = "N", help_heading = "Regressor")]
+    pub epochs: Option<usize>,
+    #[arg(long = SEED.option, help = with_default(&SEED), value_name = "N", help_heading = "Regressor")]
+    pub seed: Option<u64>,
     #[arg(long = CONSTANT_RATE.option, help = CONSTANT_RATE.help(), help_heading = "Regressor")]
     pub constant_rate: bool,
     #[arg(long = EARLY_STOPPING.option, help = format!("Train without: {}", EARLY_STOPPING.help()), help_heading = "Regressor")]
     pub no_early_stopping: bool,
     #[arg(long = CROSS_VALIDATE.option, help = CROSS_VALIDATE.help(), help_heading = "Regressor")]
     pub cross_validate: bool,
-    #[arg(long = LANDMARKS.option, help = LANDMARKS.help(), value_name = "N", default_value_t = KernelSettings::default().landmarks, help_heading = "Regressor")]
-    pub landmarks: usize,
+    #[arg(long = LANDMARKS.option, help = with_default(&LANDMARKS), value_name = "N", help_heading = "Regressor")]
+    pub landmarks: Option<usize>,
 }
 
 fn with_default(setting: &Setting) -> String {
@@ -493,6 +498,15 @@ impl ModelArgs {
 
     /// The settings that these arguments mean for such recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
+        let learner = self.regressor.learner();
+        for (option, of) in self.choices.of_learners() {
+            if learner != Some(of) {
+                let key = self.regressor.key();
+                tell(&format_args!(
+                    "note: --{option} does nothing with --regressor {key}"
+                ));
+            }
+        }
         self.choices
             .settings(recordings, self.regressor, self.decimate)
     }
@@ -506,24 +520,44 @@ impl FitChoices {
         regressor: Regressor,
         decimation: usize,
     ) -> FitSettings {
+        let (network, kernel) = (NetworkSettings::default(), KernelSettings::default());
         let mut settings = FitSettings {
             regressor,
             network: NetworkSettings {
-                epochs: self.epochs,
-                seed: self.seed,
+                epochs: self.epochs.unwrap_or(network.epochs),
+                seed: self.seed.unwrap_or(network.seed),
                 constant_rate: self.constant_rate,
                 early_stopping: !self.no_early_stopping,
                 cross_validate: self.cross_validate,
-                ..NetworkSettings::default()
+                ..network
             },
             kernel: KernelSettings {
-                landmarks: self.landmarks,
-                ..KernelSettings::default()
+                landmarks: self.landmarks.unwrap_or(kernel.landmarks),
+                ..kernel
             },
             ..self.blocks.settings(recordings, decimation)
         };
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings
+    }
+
+    /// Returns the options that were given and the learner that each is for.
+    fn of_learners(&self) -> impl Iterator<Item = (&'static str, Learner)> {
+        let network = [
+            (EPOCHS.option, self.epochs.is_some()),
+            (SEED.option, self.seed.is_some()),
+            (CONSTANT_RATE.option, self.constant_rate),
+            (EARLY_STOPPING.option, self.no_early_stopping),
+            (CROSS_VALIDATE.option, self.cross_validate),
+        ];
+        let network = network.map(|own| (own, Learner::Network));
+        let kernel = (
+            (LANDMARKS.option, self.landmarks.is_some()),
+            Learner::Kernel,
+        );
+        let all = network.into_iter().chain([kernel]);
+        all.filter(|((_, is_given), _)| *is_given)
+            .map(|((option, _), of)| (option, of))
     }
 
     fn look_backs(&self, distance: Distance) -> Vec<Thresholds> {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{JobError, ReadArgs, named_file};
+use super::{JobError, ReadArgs, named_file, unread};
 use crate::export::{check_targets, write_atomically};
 use crate::formats::{self, text::Decimal};
 use crate::import::estimate_weight;
@@ -59,13 +59,15 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         return print_weight(&estimate, args.json);
     }
     let known = map.as_ref().map_or(Known::Nothing, Known::Map);
-    let mut all = Vec::new();
+    let (mut all, mut count) = (Vec::new(), 0);
     let mut out = io::stdout().lock();
     for file in &args.files {
         let found = inspect(file, known, &Progress::default()).map(Some);
-        let Some(mut inspection) = args.read.or_left_out(found.map_err(JobError::from))? else {
+        let found = found.map_err(|error| unread(file, error));
+        let Some(mut inspection) = args.read.or_left_out(found)? else {
             continue;
         };
+        count += usize::from(inspection.check.error.is_some());
         inspection.map.tare = args.read.tare.or(inspection.map.tare);
         // What was assumed stands in the map that is written, to be changed.
         inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
@@ -90,7 +92,12 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         .map_err(io::Error::from)?;
         writeln!(out)?;
     }
-    Ok(())
+    let of = args.files.len();
+    // A map to correct is what was asked for, and written.
+    match count > 0 && args.write_map.is_none() {
+        true => Err(JobError::NotLoaded { count, of }),
+        false => Ok(()),
+    }
 }
 
 fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {

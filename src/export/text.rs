@@ -44,6 +44,21 @@ pub(super) fn identifier(name: &str) -> String {
     out
 }
 
+/// What Python, its standard library, NumPy, C and Rust call something of their own, and what a library calls its self-tests:
+/// a library of such a name would hide it.
+const TAKEN: &str = include_str!("templates/taken_names.txt");
+
+/// A name for a library: [`identifier`], and not one that means something of the system's already. Systems that take small and
+/// capital letters of file names for the same are thought of.
+pub(super) fn library_name(name: &str) -> String {
+    let name = identifier(name);
+    let small = name.to_ascii_lowercase();
+    match TAKEN.split_whitespace().any(|word| word == small) {
+        true => format!("cal_{name}"),
+        false => name,
+    }
+}
+
 /// [`for_xml`] for a comment, in which two hyphens may not meet.
 pub(super) fn for_xml_comment(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -96,6 +111,15 @@ mod tests {
         assert_eq!(identifier("_x"), "cal__x");
         assert_eq!(identifier(""), "cal_");
         assert_eq!(identifier("力"), "cal__");
+    }
+
+    #[test]
+    fn a_library_hides_nothing_of_the_system() {
+        for name in ["math", "NumPy", "csv", "stdio", "class", "selftest"] {
+            assert_eq!(library_name(name), format!("cal_{name}"));
+        }
+        assert_eq!(library_name("left arm"), "left_arm");
+        assert_eq!(library_name("mathematics"), "mathematics");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The recordings in a folder.
+//! The files that the name of a folder, or a pattern, stands for.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -37,9 +37,69 @@ pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
+/// Returns true if a name stands for many.
+pub fn is_pattern(path: &Path) -> bool {
+    path.to_string_lossy().contains(['*', '?'])
+}
+
+/// Returns the files that a pattern with `*` or `?` stands for, sorted by name as a Unix shell does; `None` where a file itself has
+/// that name, or none matches.
+pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
+    if !is_pattern(pattern) || pattern.exists() {
+        return None;
+    }
+    let options = glob::MatchOptions {
+        case_sensitive: !cfg!(windows),
+        require_literal_separator: true,
+        require_literal_leading_dot: true,
+    };
+    // Square brackets are common in the names of folders.
+    let pattern = pattern.to_str()?.replace('[', "[[]");
+    let found: Vec<_> = glob::glob_with(&pattern, options).ok()?.flatten().collect();
+    (!found.is_empty()).then_some(found)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pattern_stands_for_the_names_that_are_like_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for day in ["day1", "day2", "day[3]"] {
+            std::fs::create_dir(at(day)).unwrap();
+        }
+        for name in [
+            "day2/b.csv",
+            "day1/b.csv",
+            "day1/a.csv",
+            "day1/.c.csv",
+            "day2/x.txt",
+            "day[3]/z.csv",
+        ] {
+            std::fs::write(at(name), "").unwrap();
+        }
+        let expected = ["day1/a.csv", "day1/b.csv", "day2/b.csv"].map(at);
+        assert_eq!(matching(&at("day?/*.csv")), Some(expected.to_vec()));
+        assert_eq!(matching(&at("day?/x.txt")), Some(vec![at("day2/x.txt")]));
+        assert_eq!(
+            matching(&at("day[3]/?.csv")),
+            Some(vec![at("day[3]/z.csv")])
+        );
+        assert_eq!(matching(&at("day*/y*")), None);
+        assert_eq!(matching(&at("day1/a.csv")), None);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_called_like_a_pattern_is_itself() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["*.csv", "a.csv"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        assert_eq!(matching(&folder.path().join("*.csv")), None);
+    }
 
     #[test]
     fn recordings_come_in_order_and_what_is_none_stays() {

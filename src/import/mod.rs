@@ -40,7 +40,7 @@ mod weigh;
 pub use error::ReadError;
 pub(crate) use error::TableError;
 pub(crate) use estimate::estimate_weight;
-pub use folder::recordings_in;
+pub use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;
 pub use read::read;
 pub(crate) use warning::{Finding, LoadWarning};

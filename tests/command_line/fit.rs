@@ -56,6 +56,19 @@ fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
     );
 }
 
+/// Not every shell expands them.
+#[test]
+fn patterns_are_expanded() {
+    let workshop = Workshop::with_recordings();
+    let files = ["--train", "?.csv", "--test", "test*.csv"];
+    assert_eq!(
+        fit(workshop.path(), &files),
+        fit(workshop.path(), &ALL_FILES)
+    );
+    let none = run(workshop.path(), &["fit", "--train", "d*.csv"]);
+    assert!(stderr(&none).contains("d*.csv: no file is called like this"));
+}
+
 #[test]
 fn a_folder_of_test_recordings_alone_is_not_trained_on() {
     let workshop = Workshop::new();

@@ -107,7 +107,10 @@ fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
         assert!(text.contains(part), "no {part} in {text}");
     }
     workshop.write("odd.csv", "a,b\n1,x\n2,y\n1,z\n");
-    let output = succeed(workshop.path(), &["inspect", "odd.csv"]);
+    let output = run(workshop.path(), &["inspect", "odd.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    let written = ["inspect", "odd.csv", "--write-map", "odd.json"];
+    succeed(workshop.path(), &written);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
         text.contains("would not be loaded: odd.csv:1: no time column among a, b"),

@@ -98,6 +98,73 @@ fn numbers_out_of_range_are_refused() {
 }
 
 #[test]
+fn what_is_no_number_is_told_in_words() {
+    let workshop = Workshop::with_recordings();
+    for (option, value, words) in [
+        ("--t-th", "15s", "not a number"),
+        ("--history-rate", "fast", "not a number"),
+        ("--decimate", "0.5", "not a whole number"),
+        ("--seed", "one", "not a whole number"),
+    ] {
+        let output = run(workshop.path(), &["fit", option, value]);
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        for word in [option, value, words] {
+            assert!(told.contains(word), "no {word} in {told}");
+        }
+    }
+}
+
+#[test]
+fn full_scales_are_one_for_each_axis_and_calibrations_are_no_recordings() {
+    let workshop = calibrated();
+    let six_axes = "Fx Fy Fz Mx My Mz";
+    all_refused(
+        &workshop,
+        "fit",
+        &[
+            ("--full-scale 100", &["--full-scale has 1", six_axes]),
+            ("--full-scale 100,100", &["--full-scale has 2", six_axes]),
+            ("--train c.json", &["c.json is no recording"]),
+        ],
+    );
+    all_refused(
+        &workshop,
+        "inspect",
+        &[("c.json", &["c.json is no recording"])],
+    );
+}
+
+#[test]
+fn options_of_another_regressor_are_said_to_do_nothing() {
+    let workshop = Workshop::with_recordings();
+    let told = |regressor| {
+        let options = [
+            "--epochs",
+            "2",
+            "--landmarks",
+            "10",
+            "--regressor",
+            regressor,
+        ];
+        let arguments = [&["fit"], &ALL_FILES[..], &options].concat();
+        stderr(&succeed(workshop.path(), &arguments))
+    };
+    let of_network = "--epochs does nothing with --regressor";
+    let of_kernel = "--landmarks does nothing with --regressor";
+    let linear = told("linear");
+    assert!(
+        linear.contains(of_network) && linear.contains(of_kernel),
+        "{linear}"
+    );
+    let kernel = told("kernel");
+    assert!(
+        kernel.contains(of_network) && !kernel.contains(of_kernel),
+        "{kernel}"
+    );
+}
+
+#[test]
 fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
     let workshop = Workshop::with_recordings();
     workshop.write("short.csv", recording(0.0, 6));

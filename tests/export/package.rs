@@ -210,6 +210,7 @@ fn every_language_passes_its_own_test() {
         "class".to_owned(),
         calibration(every_block(), Regressor::Linear),
     ));
+    all.extend(["numpy", "selftest"].map(|name| (name.to_owned(), drifting(Regressor::Linear))));
     all.push(("drifting".to_owned(), drifting(Regressor::Linear)));
     all.push(("warm_network".to_owned(), drifting(Regressor::Network)));
     for (name, calibration) in all {

@@ -20,7 +20,7 @@ use super::rust::RUST;
 use crate::calibration::{Calibration, Learned, Status};
 use crate::export::code::Code;
 use crate::export::target::{Export, Outline, Refusal, Target, of_target};
-use crate::export::text::{for_block_comment, identifier};
+use crate::export::text::{for_block_comment, identifier, library_name};
 use crate::features::AuxiliaryChannel;
 
 /// How far a self-test may be off, in full scale: in double, and in single precision.
@@ -112,8 +112,9 @@ pub(in crate::export) type Files = Vec<(String, String)>;
 
 /// All files; `name` is what names inside are made of.
 pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Result<Files> {
+    let name = library_name(name);
     let source = |code: &Code| {
-        let export = of_target(code, calibration, name)?;
+        let export = of_target(code, calibration, &name)?;
         io::Result::Ok(code.source(&export))
     };
     let (name, header) = source(&C_HEADER)?;
