@@ -942,7 +942,7 @@ fn read_hearing(
 }
 
 /// Why a file could not be read; a calibration is no damaged recording.
-fn unread(path: &Path, error: ReadError) -> JobError {
+fn unread(path: &Path, error: impl Into<JobError>) -> JobError {
     let path = path.to_owned();
     match Session::is_at(&path) || read_with_notes(&path).is_ok() {
         true => JobError::NotRecording { path },

@@ -67,7 +67,16 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         let Some(mut inspection) = args.read.or_left_out(found)? else {
             continue;
         };
-        count += usize::from(inspection.check.error.is_some());
+        if inspection.check.error.is_some() {
+            count += 1;
+            let not_loaded = JobError::NotLoaded {
+                count,
+                of: args.files.len(),
+            };
+            if let no_recording @ JobError::NotRecording { .. } = unread(file, not_loaded) {
+                return Err(no_recording);
+            }
+        }
         inspection.map.tare = args.read.tare.or(inspection.map.tare);
         // What was assumed stands in the map that is written, to be changed.
         inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);

@@ -218,6 +218,7 @@ impl Tap {
                 let mut ages = auxiliary_places.iter().map(|at| row.auxiliary_ages[*at]);
                 let sample = LiveSample {
                     time: row.time,
+                    clock_secs: row.time,
                     gauges: &gauges,
                     auxiliary: &auxiliary,
                     reference: (&axes, &row.loads),

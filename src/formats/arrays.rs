@@ -132,6 +132,7 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
                 name,
                 unit: array.unit.to_owned(),
                 values: array.column(n_rows, n_columns, index),
+                ..Column::default()
             });
         }
     }

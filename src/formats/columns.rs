@@ -40,7 +40,33 @@ pub(crate) struct Column {
     pub(crate) name: String,
     /// Where the file itself says it; empty otherwise.
     pub(crate) unit: String,
+    /// Added to each of the values: large whole numbers keep their digits so.
+    pub(crate) since: i64,
     pub(crate) values: Vec<f64>,
+}
+
+/// Up to here a number of 64 bits has every whole number.
+const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
+
+/// What whole numbers are counted from ([`Column::since`]): zero, or the first one where numbers are too large to keep their digits.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Since(std::cell::Cell<Option<i64>>);
+
+impl Since {
+    pub(super) fn number(&self, value: i64) -> f64 {
+        let of_first = if value.unsigned_abs() > EXACT {
+            value
+        } else {
+            0
+        };
+        let since = self.0.get().unwrap_or(of_first);
+        self.0.set(Some(since));
+        value.saturating_sub(since) as f64
+    }
+
+    pub(super) fn get(&self) -> i64 {
+        self.0.get().unwrap_or(0)
+    }
 }
 
 impl Columns {
@@ -98,6 +124,8 @@ pub(crate) enum Cell<'a> {
     /// As it is written, without quotes; nothing where there is nothing.
     Text(&'a [u8]),
     Number(f64),
+    /// The sum of the two; for times that are counted from long ago.
+    Since(i64, f64),
 }
 
 impl<'a> Cell<'a> {
@@ -105,11 +133,19 @@ impl<'a> Cell<'a> {
         self == Self::Text(b"")
     }
 
+    /// Whether no value stands there: nothing, or NaN.
+    pub(crate) fn is_blank(self) -> bool {
+        match self {
+            Self::Text(text) => text.is_empty() || text.eq_ignore_ascii_case(b"nan"),
+            Self::Number(number) | Self::Since(_, number) => number.is_nan(),
+        }
+    }
+
     /// As it is written; nothing of a number.
     pub(crate) fn written(self) -> Option<&'a [u8]> {
         match self {
             Self::Text(text) => Some(text),
-            Self::Number(_) => None,
+            Self::Number(_) | Self::Since(..) => None,
         }
     }
 
@@ -118,6 +154,7 @@ impl<'a> Cell<'a> {
         match self {
             Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
             Self::Number(number) => number.to_string(),
+            Self::Since(since, number) => (since as f64 + number).to_string(),
         }
     }
 
@@ -126,7 +163,7 @@ impl<'a> Cell<'a> {
         const LONG_ENOUGH_BYTES: usize = 200;
         match self {
             Self::Text(text) => Self::Text(&text[..text.len().min(LONG_ENOUGH_BYTES)]).text(),
-            Self::Number(_) => self.text(),
+            Self::Number(_) | Self::Since(..) => self.text(),
         }
     }
 }
@@ -148,14 +185,23 @@ impl<'a> Iterator for NumberRow<'a> {
     type Item = Cell<'a>;
 
     fn next(&mut self) -> Option<Cell<'a>> {
-        let value = self.columns.next()?.values.get(self.row);
-        Some(value.map_or(Cell::Text(b""), |&value| Cell::Number(value)))
+        let column = self.columns.next()?;
+        Some(match (column.values.get(self.row), column.since) {
+            (None, _) => Cell::Text(b""),
+            (Some(value), 0) => Cell::Number(*value),
+            (Some(value), since) => Cell::Since(since, *value),
+        })
     }
 }
 
 impl<'a> Row<'a> for NumberRow<'a> {
     fn next_number(&mut self) -> Option<f64> {
-        let value = *self.columns.as_slice().first()?.values.get(self.row)?;
+        let column = self
+            .columns
+            .as_slice()
+            .first()
+            .filter(|own| own.since == 0)?;
+        let value = *column.values.get(self.row)?;
         self.columns.next();
         Some(value)
     }

@@ -233,6 +233,7 @@ impl<'a> Table<'a> {
                     name,
                     unit: self.segment.units.get(at).cloned().unwrap_or_default(),
                     values: vec![f64::NAN; n_rows],
+                    ..Column::default()
                 });
             }
         }
@@ -271,6 +272,7 @@ impl<'a> Table<'a> {
             name: TIME.to_owned(),
             unit: "s".to_owned(),
             values: self.times,
+            ..Column::default()
         };
         let mut left_out = Vec::new();
         if self.has_comments {

@@ -102,6 +102,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         name: String::new(),
         unit: array.unit.to_owned(),
         values: array.column(n_rows, n_columns, column),
+        ..Column::default()
     });
     Ok(Some(Columns {
         columns: columns.collect(),

@@ -94,7 +94,9 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
         for (column, more) in table.columns.columns.iter_mut().zip(next.columns.columns) {
             // Below a shorter column nothing stands, and its rows stay its own.
             column.values.resize(n_rows, f64::NAN);
-            column.values.extend(more.values);
+            let later = (more.since - column.since) as f64;
+            let more = more.values.into_iter().map(|value| value + later);
+            column.values.extend(more);
         }
         table.columns.left_out.extend(next.columns.left_out);
     }

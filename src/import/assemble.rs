@@ -47,7 +47,7 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
 pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     let per_second = match (plan.time_scale, plan.time_column) {
         (TimeScale::ByValues, Some(column)) => {
-            let unit = timeline::unit_by_values(&rows.times);
+            let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
             if unit != TimeUnit::Seconds {
                 let finding = Finding::AssumedTimeUnit {
                     column: column + 1,
@@ -66,6 +66,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
             *time /= per_second;
         }
     }
+    rows.zero_secs = plan.since as f64 / per_second;
     if plan.is_time_of_day() {
         count_days(&mut rows.times);
     }
@@ -274,7 +275,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         let recording = recording.with_gauge_units(plan.gauge_units.clone());
         let recording = with_auxiliary(recording, &plan, auxiliary)
             .with_held_auxiliary(held.next().unwrap_or_default());
-        let mut recording = recording.with_gap(cuts.gap_secs);
+        let mut recording = recording.with_gap(cuts.gap_secs).with_zero(rows.zero_secs);
         if let Some(before) = recordings.last()
             && follows(before, &recording)
         {

@@ -214,14 +214,16 @@ pub enum ReadError {
     #[error("{first} - and no other row is usable either")]
     NoUsableRow { first: Box<LoadWarning> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped, mostly like this: {first}. Say in a column map how the table is written ({HOW_TO_MAP}), \
+        "{}: {skipped} of {rows} rows would be skipped, mostly like this: {first}{}. Say in a column map how the table is written ({HOW_TO_MAP}), \
          or mend the file",
-        .path.display()
+        .path.display(),
+        if *are_largest { "; those rows hold the largest values, so the others would make a wrong calibration" } else { "" }
     )]
     ManySkipped {
         path: PathBuf,
         skipped: u64,
         rows: u64,
+        are_largest: bool,
         first: Box<LoadWarning>,
     },
     #[error("cancelled")]

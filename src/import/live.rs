@@ -185,7 +185,7 @@ impl LiveTable {
             .collect();
         let keys: Option<Vec<String>> = objects
             .first()
-            .map(|first| cells_of(first).map(|(key, _)| key).collect());
+            .map(|first| cells_of(first).into_iter().map(|(key, _)| key).collect());
         let text = match &keys {
             Some(keys) => {
                 let rows = objects.iter().map(|object| row_of(object, keys));
@@ -208,7 +208,7 @@ impl LiveTable {
             _ => None,
         };
         let by_values = || match plan.time_column {
-            Some(_) => timeline::unit_by_values(&rows.times),
+            Some(_) => timeline::unit_by_values(&rows.times, 0.0),
             None => TimeUnit::Seconds,
         };
         let mut table = Self {
@@ -338,17 +338,22 @@ fn by_step_of(
 }
 
 /// The cells of a JSON object; those of a list are called by what it is a list of, and their place: `gauges` holds `gauge1` and so on.
-fn cells_of(object: &Map<String, Value>) -> impl Iterator<Item = (String, &Value)> {
-    object.iter().flat_map(|(key, value)| match value {
+/// Those of an object inside are called by their path: `header.stamp.sec`.
+fn cells_of(object: &Map<String, Value>) -> Vec<(String, &Value)> {
+    let cells = object.iter().flat_map(|(key, value)| match value {
         Value::Array(list) => (list.iter().enumerate())
             .map(|(at, value)| (format!("{}{}", key.trim_end_matches('s'), at + 1), value))
             .collect(),
+        Value::Object(inside) => (cells_of(inside).into_iter())
+            .map(|(name, value)| (format!("{key}.{name}"), value))
+            .collect(),
         value => vec![(key.clone(), value)],
-    })
+    });
+    cells.collect()
 }
 
 fn row_of(object: &Map<String, Value>, keys: &[String]) -> String {
-    let cells: Vec<(String, &Value)> = cells_of(object).collect();
+    let cells = cells_of(object);
     let cells = keys.iter().map(|key| {
         let found = cells.iter().find(|(own, _)| own == key);
         match found {
@@ -591,6 +596,9 @@ mod tests {
             (row.time, row.gauges, row.loads),
             (0.6, vec![7.0, 8.0], vec![4.0])
         );
+        let nested =
+            r#"{"header": {"stamp": {"sec": 7, "nanosec": 250000000}}, "gauges": [1], "Fz": 3}"#;
+        assert_eq!(begin(&[nested]).unwrap().1[0].time, 7.25);
         for broken in [
             "",
             "[1]",

@@ -8,10 +8,10 @@ use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{ReadError, TableError, assemble, names, weigh};
+use super::{ReadError, TableError, assemble, names, timeline, weigh};
 use crate::formats::text::Decimal;
 use crate::formats::{self, Opened, Part};
-use crate::import::map::{ColumnMap, ColumnRole, TableMap, WeightMap};
+use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
 use crate::progress::Progress;
 use crate::recording::{Day, Recording};
 
@@ -122,7 +122,10 @@ impl<'a> Reading<'a> {
         if let Some(within_secs) = map.average_bursts_secs {
             assemble::average_bursts(&gauges.plan, &mut gauges.rows, within_secs);
         }
-        let reference = self.reference(path, &map)?;
+        let mut reference = self.reference(path, &map)?;
+        if let Some(own) = &mut reference {
+            own.rows.count_from(gauges.rows.zero_secs);
+        }
         if reference.is_none() {
             assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
         }
@@ -187,7 +190,12 @@ impl<'a> Reading<'a> {
             }
             plan => plan,
         };
-        let plan = plan.map_err(at(path, head.line))?;
+        let mut plan = plan.map_err(at(path, head.line))?;
+        let sample = opened.sample(&table.text, &head);
+        if let (Some(first), Some(_)) = (sample.rows.first(), plan.time_column) {
+            plan.count_from(first.iter().copied());
+        }
+        drop(sample);
         let day = opened.day(&head);
         let mut rows = Rows::starting_after(head.n_lines);
         let parse = |part: Part<'_>| Rows::parse(part, &plan);
@@ -196,6 +204,11 @@ impl<'a> Reading<'a> {
         });
         read.map_err(of_file(path))?;
         assemble::settle_times(&plan, &mut rows);
+        match table.stamps {
+            Stamps::AsWritten => {}
+            Stamps::Sorted => timeline::sort(&mut rows),
+            Stamps::Spread => timeline::spread(&mut rows.times),
+        }
         if rows.times.is_empty() {
             return Err(assemble::why_nothing_is_usable(path, &plan, rows));
         }
@@ -227,13 +240,14 @@ pub(super) fn by_names(
     if !text.header && head.names_in_comment.is_empty() {
         return Err(at(path, head.line)(TableError::HeaderIsNumbers));
     }
-    let guess = names::by_names(&text, &head, &opened.sample(&text, &head).rows);
+    let sample = opened.sample(&text, &head);
+    let mut guess = names::by_names(&text, &head, &sample.rows);
     // Nobody has said that commas are decimal points: then each is told. Between quotes they were found to be nothing else.
     if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
         text.decimal = Decimal::Point;
     }
-    let table = guess.table(&text, &head);
-    Ok((ColumnMap::of_table(table), guess.notes))
+    let map = guess.map(&text, &head, path, &sample.rows);
+    Ok((map, guess.notes))
 }
 
 /// What the file itself gives reason to say.
@@ -267,6 +281,7 @@ impl Sides {
             path: path.to_owned(),
             skipped,
             rows: skipped + used,
+            are_largest: rows.skips_largest(&self.gauges.plan),
             first: Box::new(first.expect("a skipped row has a reason")),
         })
     }

@@ -49,6 +49,8 @@ pub(crate) use warning::{Finding, LoadWarning};
 mod bad_input_tests;
 #[cfg(test)]
 mod load_tests;
+#[cfg(test)]
+mod logger_tests;
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,10 @@
 //! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
 
-use super::map::{ColumnRole, ColumnRule, Header, Shape, TableMap};
+use std::path::Path;
+
+use super::map::{
+    ColumnMap, ColumnRole, ColumnRule, Header, ReferenceFile, Shape, Stamps, TableMap,
+};
 use super::plan::AUXILIARY_LIMIT;
 use super::warning::Finding;
 use crate::formats::Cell;
@@ -34,8 +38,64 @@ impl Guess {
             },
             text: text.clone(),
             sample_rate_hz: None,
+            stamps: Stamps::default(),
             columns: rules.map(|(_, rule)| rule.clone()).collect(),
         }
+    }
+
+    /// The map of the file, in which gauges and loads may stand in rows of their own.
+    pub(super) fn map(
+        &mut self,
+        text: &TextLayout,
+        head: &Head,
+        path: &Path,
+        rows: &[Vec<Cell<'_>>],
+    ) -> ColumnMap {
+        let mut table = self.table(text, head);
+        if !self.is_turn_by_turn(rows) {
+            return ColumnMap::of_table(table);
+        }
+        self.notes.push(Finding::TurnByTurn);
+        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
+        let is_of_gauges =
+            |rule: &ColumnRule| [ColumnRole::Gauge, ColumnRole::Auxiliary].contains(&rule.is);
+        let mut of_loads = table.clone();
+        of_loads.columns.retain(|rule| !is_of_gauges(rule));
+        table.columns.retain(|rule| !is_load(rule));
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        ColumnMap {
+            table,
+            reference: Some(ReferenceFile {
+                file: format!("{{stem}}.{ending}"),
+                table: of_loads,
+            }),
+            ..ColumnMap::default()
+        }
+    }
+
+    /// Whether no row has both gauges and loads, and some have the ones and some the others.
+    fn is_turn_by_turn(&self, rows: &[Vec<Cell<'_>>]) -> bool {
+        const FEWEST_ROWS: usize = 3;
+        let columns = |is_it: fn(ColumnRole) -> bool| -> Vec<usize> {
+            let own = self.rules.iter().filter(|(_, rule)| is_it(rule.is));
+            own.map(|(index, _)| *index).collect()
+        };
+        let gauges = columns(|role| role == ColumnRole::Gauge);
+        let loads = columns(|role| matches!(role, ColumnRole::Load(_)));
+        let has = |row: &Vec<Cell<'_>>, columns: &[usize]| {
+            let mut cells = columns.iter().filter_map(|index| row.get(*index));
+            cells.any(|cell| !cell.is_blank())
+        };
+        let mut counts = [0; 2];
+        for row in rows {
+            match (has(row, &gauges), has(row, &loads)) {
+                (true, true) => return false,
+                (true, false) => counts[0] += 1,
+                (false, true) => counts[1] += 1,
+                (false, false) => {}
+            }
+        }
+        counts.iter().all(|count| *count >= FEWEST_ROWS)
     }
 
     pub(super) fn has_role(&self, role: ColumnRole) -> bool {

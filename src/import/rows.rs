@@ -29,10 +29,14 @@ pub(super) struct Rows {
     pub(super) n_skipped: u64,
     /// Per column, in how many skipped rows it holds no finite number.
     pub(super) bad_cells: Vec<u64>,
+    /// Per column, the least magnitude of what was written there and is no number; infinite without any.
+    pub(super) least_bad: Vec<f64>,
     /// Lines that are rows, usable or not.
     n_table_rows: u64,
     /// Whether the times are such counts.
     counts_rows: bool,
+    /// What was taken off the times (s since 1970).
+    pub(super) zero_secs: f64,
     lines: Vec<LineRun>,
     /// Rows in which an auxiliary channel holds a value that is older than a gap, in order of channel and row.
     pub(super) held: Vec<HeldRows>,
@@ -69,6 +73,7 @@ impl Rows {
     pub(super) fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
             bad_cells: vec![0; plan.uses.len()],
+            least_bad: vec![f64::INFINITY; plan.uses.len()],
             counts_rows: plan.time_column.is_none(),
             ..Self::default()
         };
@@ -79,11 +84,29 @@ impl Rows {
                 let first_bytes = lines.peek().map_or(0, |line| line.len());
                 let line_bytes = first_bytes.max(2 * plan.uses.len());
                 rows.reserve(block.len() / line_bytes + 1, plan);
-                for line in lines {
+                let mut rest = block;
+                // A text in quotes may hold line ends.
+                let has_texts = plan.uses.contains(&Use::Ignored);
+                while let Some(line) = lines.next() {
+                    let mut text = line;
+                    let mut n_lines = 1;
+                    if has_texts
+                        && memchr::memchr(b'"', line).is_some()
+                        && let Some((whole, n_whole)) = whole_row(rest, line.len())
+                        && plan
+                            .text
+                            .row(whole)
+                            .is_some_and(|row| row.count() == plan.uses.len())
+                    {
+                        lines.by_ref().take(n_whole - 1).for_each(drop);
+                        (text, n_lines) = (whole, n_whole);
+                    }
+                    rest = rest.get(text.len() + 1..).unwrap_or_default();
                     rows.n_lines += 1;
-                    if let Some(row) = plan.text.row(line) {
+                    if let Some(row) = plan.text.row(text) {
                         rows.row(row, plan);
                     }
+                    rows.n_lines += n_lines as u64 - 1;
                 }
             }
             Part::Rows(columns, range) => {
@@ -100,20 +123,45 @@ impl Rows {
     /// Returns the time of a line that is no usable row, in the unit of the file, where rows are counted that count; `None` if it has
     /// none.
     pub(super) fn time_of_line(line: &[u8], plan: &Plan, count: f64) -> Option<f64> {
-        let cells = plan.text.row(line)?.zip(&plan.uses).enumerate();
-        if plan.time_column.is_none() {
-            return Some(count);
+        let cells = plan.text.row(line)?;
+        match plan.time_column {
+            None => Some(count),
+            Some(_) => Self::time_of(cells, plan),
         }
-        let is_time = |usage: &Use| {
-            matches!(
-                usage,
-                Use::Time | Use::TimeText(_) | Use::TimeFraction { .. }
-            )
-        };
-        let own = cells.filter(|(_, (_, usage))| is_time(usage));
+    }
+
+    /// Returns the time of a row, in the unit of the file; `None` if it has none.
+    pub(super) fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
+        let cells = cells.zip(&plan.uses).enumerate();
+        let own = cells.filter(|(_, (_, usage))| usage.is_time());
         let mut own = own.map(|(at, (cell, usage))| Some(value_of(cell, *usage, at, plan).ok()?.0));
         let first = own.next()??;
         Some(first + own.sum::<Option<f64>>()?)
+    }
+
+    /// Puts the rows in this order.
+    pub(super) fn arrange(&mut self, order: &[usize]) {
+        let n_rows = self.times.len();
+        self.keep_lines_of(order.iter().copied());
+        let lists = [
+            &mut self.times,
+            &mut self.gauges,
+            &mut self.auxiliary,
+            &mut self.loads,
+            &mut self.poses,
+        ];
+        for values in lists {
+            let width = values.len().checked_div(n_rows).unwrap_or(0);
+            let rows = order.iter().flat_map(|row| &values[row * width..][..width]);
+            *values = rows.copied().collect();
+        }
+    }
+
+    /// Counts the times from here (s since 1970).
+    pub(super) fn count_from(&mut self, zero_secs: f64) {
+        let later = self.zero_secs - zero_secs;
+        self.times.iter_mut().for_each(|time| *time += later);
+        self.zero_secs = zero_secs;
     }
 
     /// Appends the parts that follow, which are such a share of the file; the first time it makes room for the whole
@@ -159,6 +207,10 @@ impl Rows {
         self.bad_cells.resize(next.bad_cells.len(), 0);
         for (sum, more) in self.bad_cells.iter_mut().zip(next.bad_cells) {
             *sum += more;
+        }
+        self.least_bad.resize(next.least_bad.len(), f64::INFINITY);
+        for (least, next) in self.least_bad.iter_mut().zip(next.least_bad) {
+            *least = least.min(next);
         }
         for run in next.lines {
             self.place_row(n_rows + run.row, n_lines + run.line);
@@ -247,9 +299,9 @@ impl Rows {
 
     /// Notes why a row cannot be kept: the first reason as a finding, all bad cells as counts.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
-        let is_used = |(_, usage): &(Cell<'_>, &Use)| **usage != Use::Ignored;
+        let is_used = |(_, usage): &(Cell<'_>, &Use)| !usage.is_time() && **usage != Use::Ignored;
         let mut used = row.clone().zip(&plan.uses).filter(is_used);
-        if plan.may_be_blank && used.all(|(cell, _)| cell.is_empty()) {
+        if plan.may_be_blank && used.all(|(cell, _)| cell.is_blank()) {
             return;
         }
         self.n_skipped += 1;
@@ -266,6 +318,9 @@ impl Rows {
                 && !may_be_missing
             {
                 self.bad_cells[index] += u64::from(!trouble.is_wanted());
+                if let (Trouble::NotANumber, Some(text)) = (trouble, cell.written()) {
+                    self.least_bad[index] = self.least_bad[index].min(magnitude(text));
+                }
                 first.get_or_insert_with(|| Finding::Cell {
                     column: index + 1,
                     name: plan.names[index].clone(),
@@ -277,6 +332,25 @@ impl Rows {
         if let Some(finding) = first {
             self.findings.note(self.n_lines, finding);
         }
+    }
+
+    /// Whether what is no number is, in a column of a gauge or a load, larger than every number there.
+    pub(super) fn skips_largest(&self, plan: &Plan) -> bool {
+        let mut gauge = 0;
+        let mut columns = plan.uses.iter().zip(&self.least_bad);
+        columns.any(|(usage, least)| {
+            let (values, at, width) = match usage {
+                Use::Gauge { .. } => {
+                    gauge += 1;
+                    (&self.gauges, gauge - 1, plan.gauge_names.len())
+                }
+                Use::Load { slot, .. } => (&self.loads, *slot, plan.axes.len()),
+                _ => return false,
+            };
+            let kept = values.iter().skip(at).step_by(width.max(1));
+            let largest = kept.fold(0.0, |largest: f64, value| largest.max(value.abs()));
+            least.is_finite() && least * usage.factor().abs() > largest
+        })
     }
 
     /// Leaves out the rows that are not kept.
@@ -422,6 +496,18 @@ impl Rows {
     }
 }
 
+/// The first row of a text, where its first line ends within quotes: up to the line in which they close, and how many lines it has.
+fn whole_row(text: &[u8], first: usize) -> Option<(&[u8], usize)> {
+    const LINES: usize = 10;
+    let (mut end, mut n_lines) = (first, 1);
+    while text[..end].iter().filter(|byte| **byte == b'"').count() % 2 == 1 {
+        let more = text.get(end + 1..).filter(|_| n_lines < LINES)?;
+        end += 1 + memchr::memchr(b'\n', more).unwrap_or(more.len());
+        n_lines += 1;
+    }
+    (n_lines > 1).then_some((&text[..end], n_lines))
+}
+
 /// The number that the next cell stands for; the first cell whose comma had to be read as a decimal point is kept.
 #[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
 fn next_value<'a>(
@@ -431,7 +517,7 @@ fn next_value<'a>(
     plan: &Plan,
     comma: &mut Option<(usize, Cell<'a>)>,
 ) -> Result<f64, Unusable> {
-    let plain = if usage.is_number() {
+    let plain = if usage.is_number() && !plan.is_since_off(index) {
         row.next_number()
     } else {
         None
@@ -468,8 +554,24 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
         _ if cell.is_empty() => Err(Trouble::Empty),
         // A number is no date.
         Use::TimeText(form) => {
-            let secs = cell.written().and_then(|text| form.secs(text));
+            let since = if plan.is_since_off(index) {
+                plan.since
+            } else {
+                0
+            };
+            let secs = cell.written().and_then(|text| form.secs_since(since, text));
             Ok((secs.ok_or(Trouble::NotATime)?, false))
+        }
+        Use::Time if plan.is_since_off(index) => {
+            let (number, has_comma) = match cell {
+                Cell::Text(text) => plan
+                    .text
+                    .number_since(plan.since, text)
+                    .ok_or(Trouble::NotANumber)?,
+                Cell::Number(number) => (number - plan.since as f64, false),
+                Cell::Since(since, number) => ((since - plan.since) as f64 + number, false),
+            };
+            Ok((in_si(number, usage, index, plan)?, has_comma))
         }
         Use::Status => match ati::reports_error(cell) {
             Some(false) => Ok((0.0, false)),
@@ -485,6 +587,7 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
         | Use::Pose { .. } => {
             let (number, has_comma) = match cell {
                 Cell::Number(number) => (number, false),
+                Cell::Since(since, number) => (since as f64 + number, false),
                 Cell::Text(text) => plan.text.number(text).ok_or(Trouble::NotANumber)?,
             };
             Ok((in_si(number, usage, index, plan)?, has_comma))
@@ -492,21 +595,41 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
     }
 }
 
+/// How large the number is that somebody meant by a text that is none, whatever stands between its digits; infinite without digits.
+fn magnitude(text: &[u8]) -> f64 {
+    let is_digit = |byte: &u8| byte.is_ascii_digit();
+    let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
+        Some(at) if text.len() - at != 4 => at,
+        _ => text.len(),
+    };
+    let digits: Vec<u8> = text[..decimals].iter().copied().filter(is_digit).collect();
+    let number = String::from_utf8(digits)
+        .ok()
+        .and_then(|digits| digits.parse().ok());
+    number.unwrap_or(f64::INFINITY)
+}
+
 /// Which mount a cell names.
 fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     let mounts = &plan.pose.as_ref()?.mounts;
     let is_it = |name: &String| match cell {
         Cell::Text(text) => name.as_bytes() == text,
-        Cell::Number(number) => *name == number.to_string(),
+        Cell::Number(_) | Cell::Since(..) => *name == cell.text(),
     };
     Some(mounts.iter().position(is_it)? as f64)
 }
+
+/// Meters answer with 9.9E+37 where a value is out of range, and with 9.91E+37 where there is none.
+const OVERLOAD: f64 = 9.9e37;
 
 /// A number in SI (times as they are), if it is one.
 #[inline(always)]
 fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
     if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
         return Err(Trouble::Dropout);
+    }
+    if number.abs() >= OVERLOAD && number.is_finite() && !usage.is_time() {
+        return Err(Trouble::Overload);
     }
     let shift = match usage {
         Use::Auxiliary { shift, .. } => shift,

@@ -77,6 +77,40 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     cuts
 }
 
+/// Puts rows in the order of their times.
+pub(super) fn sort(rows: &mut Rows) {
+    let mut order: Vec<usize> = (0..rows.times.len()).collect();
+    order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));
+    rows.arrange(&order);
+}
+
+/// Spreads rows with one stamp evenly until the next stamp: the first ones so that they end there, the last ones and those before a
+/// pause as far apart as the others.
+pub(super) fn spread(times: &mut [f64]) {
+    let stamps: Vec<(f64, usize)> = (times.chunk_by(|a, b| a == b))
+        .map(|own| (own[0], own.len()))
+        .collect();
+    let inner = stamps.get(1..).unwrap_or_default().windows(2);
+    let Some(step) = median(inner.map(|pair| (pair[1].0 - pair[0].0) / pair[0].1 as f64)) else {
+        return;
+    };
+    let longest = 2.0 * median_step(times).unwrap_or(0.0);
+    let mut row = 0;
+    for (at, &(stamp, n)) in stamps.iter().enumerate() {
+        let until = stamps.get(at + 1).map_or(0.0, |next| next.0 - stamp);
+        let is_cut = until <= 0.0 || until > longest;
+        let (start, step) = match (at, is_cut) {
+            (0, false) => (stamp + until - step * n as f64, step),
+            (_, true) => (stamp, step),
+            (_, false) => (stamp, until / n as f64),
+        };
+        for k in 0..n {
+            times[row + k] = start + step * k as f64;
+        }
+        row += n;
+    }
+}
+
 /// How far apart two samples are at most between which nothing is missing: 20 median steps, or where rows come in
 /// bursts, the longest pause between those.
 pub(super) fn longest_bridge(times: &[f64]) -> f64 {
@@ -103,15 +137,15 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
     })
 }
 
-/// The unit that the times have by their values.
+/// The unit that the times have by their values, counted from `since`.
 ///
 /// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
 /// whole numbers with a median step from 2 on are milliseconds, longer ones microseconds or nanoseconds, everything else seconds.
-pub(super) fn unit_by_values(times: &[f64]) -> TimeUnit {
+pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
         // From 2001 to 2286.
-        let is_epoch = |&time: &f64| (1e9..1e10).contains(&(time / unit.per_second()));
+        let is_epoch = |&time: &f64| (1e9..1e10).contains(&((since + time) / unit.per_second()));
         let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
         times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
     });
@@ -195,6 +229,19 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
 impl Cuts {
     /// Notes the cuts and repeats as findings about `rows`.
     pub(super) fn note(&self, rows: &mut Rows) {
+        let back = |row: &&usize| {
+            let step = rows.times[**row] - rows.times[**row - 1];
+            -self.gap_secs < step && step < 0.0
+        };
+        let mut late = self.starts.iter().filter(back);
+        // Where time goes back again and again it is no time.
+        const LATE_SHARE: usize = 4;
+        if let Some(&first) = late.next()
+            && let count = 1 + late.count()
+            && count * LATE_SHARE <= rows.times.len()
+        {
+            (rows.findings).note(rows.line_of(first), Finding::LateRows { count });
+        }
         for &row in &self.starts {
             let finding = Finding::NewRecording {
                 from_secs: rows.times[row - 1],
@@ -203,8 +250,13 @@ impl Cuts {
             rows.findings.note(rows.line_of(row), finding);
         }
         if let Some((first, last, count)) = self.repeats {
-            let finding = Finding::RepeatedTime {
-                time_secs: rows.times[first],
+            // Of a clock that is coarser than the samples.
+            let is_coarse = 2 * count >= rows.times.len() as u64;
+            let finding = match is_coarse {
+                true => Finding::CoarseStamps,
+                false => Finding::RepeatedTime {
+                    time_secs: rows.times[first],
+                },
             };
             let (first, last) = (rows.line_of(first), rows.line_of(last));
             rows.findings.note_many(first, last, count, finding);
@@ -348,7 +400,7 @@ mod tests {
             (2e9, 1e3, Microseconds), // no log takes a sample every 17 minutes
         ] {
             let times: Vec<f64> = (0..9).map(|k| start + step * f64::from(k)).collect();
-            assert_eq!(unit_by_values(&times), unit, "{start} + {step} k");
+            assert_eq!(unit_by_values(&times, 0.0), unit, "{start} + {step} k");
         }
         for (step, unit) in [(0.05, Seconds), (50.0, Milliseconds), (2e5, Microseconds)] {
             assert_eq!(unit_by_step(step, 0.05), Ok(unit));
@@ -357,7 +409,7 @@ mod tests {
         for step in [8e-4, 501.0] {
             assert!(unit_by_step(step, 0.05).is_err(), "{step}");
         }
-        assert_eq!(unit_by_values(&[7.0]), Seconds);
-        assert_eq!(unit_by_values(&[1.7e12]), Milliseconds);
+        assert_eq!(unit_by_values(&[7.0], 0.0), Seconds);
+        assert_eq!(unit_by_values(&[1.7e12], 0.0), Milliseconds);
     }
 }

@@ -90,6 +90,16 @@ pub enum Finding {
     /// Two samples of one time.
     #[error("time {time_secs} s is that of the row before")]
     RepeatedTime { time_secs: f64 },
+    /// Rows that a logger wrote late.
+    #[error(
+        "{count} rows stand after later ones, each less than a gap late; \"stamps\": \"sorted\" under \"table\" in a column map, or sorting by time in the import window, puts them where they belong"
+    )]
+    LateRows { count: usize },
+    /// A clock that is coarser than the samples.
+    #[error(
+        "most rows have the time of the row before; \"stamps\": \"spread\" under \"table\" in a column map, or the same in the import window, spreads them evenly until the next time"
+    )]
+    CoarseStamps,
     /// The header names no time unit, and the values do not look like seconds.
     #[error(
         "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
@@ -142,6 +152,11 @@ pub enum Finding {
     /// Lines above the header are no part of the table.
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
+    /// A table whose rows hold either gauges or a reference.
+    #[error(
+        "rows hold either gauges or the reference, each at its own time: the reference is interpolated at the times of the gauges"
+    )]
+    TurnByTurn,
     /// A reference that is held between fewer measurements.
     #[error(
         "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to {samples_each} samples"
@@ -233,6 +248,8 @@ pub enum Trouble {
     StatusError,
     /// The value says that there is none.
     Dropout,
+    /// The value with which meters say that they are out of range.
+    Overload,
     /// The mount is none that the map knows.
     UnknownMount,
 }
@@ -248,6 +265,11 @@ impl Trouble {
             Self::Empty => "is empty; row skipped".to_owned(),
             Self::NotANumber => format!("holds \"{value}\", which is not a number; row skipped"),
             Self::NotFinite => format!("holds {value}, which is not a finite number; row skipped"),
+            Self::Overload => {
+                format!(
+                    "holds {value}, with which a meter says that it is out of range; row skipped"
+                )
+            }
             Self::NotATime => {
                 format!("holds \"{value}\", which is not a time as in the other rows; row skipped")
             }

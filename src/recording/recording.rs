@@ -56,6 +56,8 @@ pub struct Recording {
     auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
+    /// What the times are counted from (s since 1970); zero where that is what the file does.
+    zero_secs: f64,
     /// Where somebody knows better than the steps.
     gap_secs: Option<f64>,
     earlier: Option<Earlier>,
@@ -160,6 +162,7 @@ impl Recording {
         Ok(Self {
             rate_hz: rate_hz(&times),
             tare: None,
+            zero_secs: 0.0,
             gap_secs: None,
             earlier: None,
             offsets: Vec::new(),
@@ -315,6 +318,17 @@ impl Recording {
         self
     }
 
+    /// The recording with what its times are counted from (s since 1970).
+    pub(crate) fn with_zero(mut self, zero_secs: f64) -> Self {
+        self.zero_secs = zero_secs;
+        self
+    }
+
+    /// A sample's time on the clock of the file (s).
+    pub fn clock_time(&self, sample: usize) -> f64 {
+        self.zero_secs + self.times[sample]
+    }
+
     /// The recording as that which follows another of its file after a gap: creep and play go on through it.
     pub(crate) fn after(mut self, before: &Self) -> Self {
         let (times, gauges) = (&before.times, before.gauges.shared());
@@ -366,7 +380,8 @@ impl Recording {
         self.times.len()
     }
 
-    /// Sample times (s), never going back, on the clock of the file.
+    /// Sample times (s), never going back, on the clock of the file; stamps of a date less whole seconds that
+    /// [`Self::clock_time`] adds.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -424,7 +439,7 @@ impl Recording {
 
     /// When it began (s since 1970), where its clock tells the day: by times like those of 2001 to 2286.
     pub fn started(&self) -> Option<f64> {
-        let first = self.times[0];
+        let first = self.clock_time(0);
         (1e9..1e10).contains(&first).then_some(first)
     }
 
@@ -590,6 +605,7 @@ impl Recording {
             sampling: self.sampling,
             rate_hz: rate_hz(&times).filter(|_| !self.is_static()),
             tare: self.tare,
+            zero_secs: self.zero_secs,
             gap_secs: self.gap_secs,
             earlier: None,
             offsets: self.offsets.clone(),

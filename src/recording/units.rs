@@ -133,7 +133,8 @@ impl TimeUnit {
             "us" | "usec" | "usecs" | "microsecond" | "microseconds" | "micros" => {
                 Self::Microseconds
             }
-            "ns" | "nsec" | "nsecs" | "nanosecond" | "nanoseconds" | "nanos" => Self::Nanoseconds,
+            "ns" | "nsec" | "nsecs" | "nanosec" | "nanosecs" | "nanosecond" | "nanoseconds"
+            | "nanos" => Self::Nanoseconds,
             _ => return None,
         })
     }

@@ -86,7 +86,12 @@ pub fn write_traces(
                 &part.loads.compensated[own],
             );
             let reference = (recording.axes(), reference);
-            columns.fill(recording.times()[part.sample], reference, loads, &mut row);
+            columns.fill(
+                recording.clock_time(part.sample),
+                reference,
+                loads,
+                &mut row,
+            );
             table.row(part.recording.name(), &row)
         })?;
         table.finish()
@@ -153,9 +158,11 @@ pub fn write_loads_csv(
         let n_axes = recording.axes().len();
         estimator.come_less((0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)));
         for (k, time) in recording.times().iter().enumerate() {
+            let clock_secs = recording.clock_time(k);
             let reference = &recording.loads()[k * n_axes..][..n_axes];
             let sample = LiveSample {
                 time: *time,
+                clock_secs,
                 gauges: recording.gauges_at(k),
                 auxiliary: match calibration.features.auxiliary.is_empty() {
                     true => &[],
@@ -175,6 +182,8 @@ pub fn write_loads_csv(
 pub struct LiveSample<'a> {
     /// Its time (s).
     pub time: f64,
+    /// Its time as it is written (s).
+    pub clock_secs: f64,
     /// Its gauges, in the order of the calibration.
     pub gauges: &'a [f64],
     /// Its auxiliary channels, in the order of the calibration.
@@ -240,7 +249,7 @@ impl<W: io::Write> LoadRows<W> {
             }
         };
         let loads = (estimator.conventional(), &compensated[..]);
-        (self.columns).fill(sample.time, sample.reference, loads, &mut self.row);
+        (self.columns).fill(sample.clock_secs, sample.reference, loads, &mut self.row);
         self.end_row(&status.to_string())
     }
 

@@ -140,9 +140,8 @@ impl ColumnName {
 
     /// Whether this counts the nanoseconds of a stamp whose whole seconds `self` counts.
     pub(crate) fn is_completed_by(&self, other: &Self) -> bool {
-        self.source == other.source
-            && path::is_part_of_stamp(&self.name, false)
-            && path::is_part_of_stamp(&other.name, true)
+        let stamp = path::stamp_of_part(&self.name, false);
+        stamp.is_some() && stamp == path::stamp_of_part(&other.name, true)
     }
 }
 
@@ -225,7 +224,7 @@ pub(crate) fn is_time_name(name: &str) -> bool {
 
 /// Whether a column with this name is a time, or a part of a stamp.
 pub(crate) fn is_clock_name(name: &str) -> bool {
-    let is_part = |is_rest| path::is_part_of_stamp(name, is_rest);
+    let is_part = |is_rest| path::stamp_of_part(name, is_rest).is_some();
     is_time_name(name) || is_part(false) || is_part(true)
 }
 

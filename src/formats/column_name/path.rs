@@ -77,11 +77,14 @@ pub(super) struct Path {
     pub(super) unit: Option<&'static str>,
 }
 
-/// Whether this is the part of a stamp that counts whole seconds, or the one that counts the rest.
-pub(super) fn is_part_of_stamp(name: &str, is_rest: bool) -> bool {
-    let last = name.rsplit(['/', '.']).next().unwrap_or(name);
+/// The stamp that this is a part of: its whole seconds, or what is left over. Empty where a name is nothing but the part.
+pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
+    let name = name.trim();
+    let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
     let words: &[&str] = if is_rest { &NANOSECONDS } else { &SECONDS };
-    words.contains(&last.trim().to_lowercase().as_str())
+    words
+        .contains(&last.to_lowercase().as_str())
+        .then_some(stamp)
 }
 
 /// Understands a name that is a path; `None` if it is none, or says nothing.

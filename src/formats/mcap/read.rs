@@ -21,6 +21,7 @@ use crate::recording::Axis;
 
 const FILE: &str = "the recording";
 /// Chunks are some megabytes; what declares more is damaged.
+const NANOS: i64 = 1_000_000_000;
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Reads all topics, and makes a table of one or two of them.
@@ -502,10 +503,15 @@ impl Topic {
         self.samples.sort_by_key(nanosecs);
         let n_columns = self.samples.first().map_or(0, |sample| sample.values.len());
         // Two clocks that agree to the nanosecond must give the same number.
-        let secs = |sample: &Sample| nanosecs(sample) as f64 / 1e9;
+        let since = self
+            .samples
+            .first()
+            .map_or(0, |first| nanosecs(first) / NANOS);
+        let secs = |sample: &Sample| (nanosecs(sample) - since * NANOS) as f64 / NANOS as f64;
         table.columns.push(Column {
             name: time.to_owned(),
             unit: "s".to_owned(),
+            since,
             values: self.samples.iter().map(secs).collect(),
         });
         for column in 0..n_columns {
@@ -514,8 +520,8 @@ impl Topic {
             let values = self.samples.iter().map(value);
             table.columns.push(Column {
                 name: name(column),
-                unit: String::new(),
                 values: values.collect(),
+                ..Column::default()
             });
         }
     }

@@ -7,7 +7,7 @@ use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 
-use super::super::columns::{Column, Columns};
+use super::super::columns::{Column, Columns, Since};
 use super::super::error::FileError;
 use super::super::format::{COLUMN_LIMIT, Source};
 use crate::progress::Progress;
@@ -48,17 +48,19 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
         table.columns.push(Column {
             name,
             unit: time_unit(&column).to_owned(),
-            values: Vec::new(),
+            ..Column::default()
         });
     }
+    let since = vec![Since::default(); indices.len()];
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(damaged)?;
-        for (&index, column) in indices.iter().zip(&mut table.columns) {
+        for ((&index, column), since) in indices.iter().zip(&mut table.columns).zip(&since) {
             let scale = decimal_scale(&schema.column(index));
             let start = column.values.len();
             let reader = group.get_column_reader(index).map_err(damaged)?;
-            append(reader, &mut column.values, source.progress)?;
-            if scale != 1.0 {
+            append(reader, &mut column.values, since, source.progress)?;
+            column.since = since.get();
+            if scale != 1.0 && column.since == 0 {
                 column.values[start..]
                     .iter_mut()
                     .for_each(|value| *value /= scale);
@@ -125,14 +127,18 @@ fn decimal_scale(column: &ColumnDescriptor) -> f64 {
 fn append(
     reader: ColumnReader,
     values: &mut Vec<f64>,
+    since: &Since,
     progress: &Progress,
 ) -> Result<(), FileError> {
     match reader {
         ColumnReader::BoolColumnReader(reader) => all(reader, values, f64::from, progress),
         ColumnReader::Int32ColumnReader(reader) => all(reader, values, f64::from, progress),
-        ColumnReader::Int64ColumnReader(reader) => all(reader, values, |v| v as f64, progress),
+        ColumnReader::Int64ColumnReader(reader) => {
+            all(reader, values, |v| since.number(v), progress)
+        }
         ColumnReader::Int96ColumnReader(reader) => {
-            all(reader, values, |v: Int96| v.to_nanos() as f64, progress)
+            let nanos = |v: Int96| since.number(v.to_nanos());
+            all(reader, values, nanos, progress)
         }
         ColumnReader::FloatColumnReader(reader) => all(reader, values, f64::from, progress),
         ColumnReader::DoubleColumnReader(reader) => all(reader, values, |v| v, progress),

@@ -73,6 +73,7 @@ pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
             return is_word.then_some(number as u32 & ANY_ERROR != 0);
         }
         Cell::Text(text) => std::str::from_utf8(text).ok()?,
+        Cell::Since(..) => return None,
     };
     let digits = text
         .strip_prefix("0x")

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use super::cells::{is_skipped, lines};
 use super::encoding::{Encoding, Text};
+use super::serial_monitor::Arrows;
 use crate::formats::error::FileError;
 
 /// A longer line is no row of a table; without a limit one would fill the memory.
@@ -22,6 +23,8 @@ pub(super) struct Blocks {
     /// The start of a line whose end is not read yet.
     carry: Vec<u8>,
     is_at_end: bool,
+    /// Of lines with the time of a terminal; unknown until the first are read.
+    arrows: Option<Option<Arrows>>,
 }
 
 impl Blocks {
@@ -38,6 +41,7 @@ impl Blocks {
             block_bytes,
             carry: Vec::new(),
             is_at_end: false,
+            arrows: None,
         })
     }
 
@@ -63,6 +67,9 @@ impl Blocks {
         }
         let start = memchr::memchr(b'\n', &lines).map_or(lines.len(), |end| end + 1);
         lines.drain(..start);
+        if let Some(Some(arrows)) = self.arrows {
+            arrows.mend(&mut lines, false);
+        }
         Ok(lines)
     }
 
@@ -100,6 +107,10 @@ impl Blocks {
         if self.is_at_end && self.is_sample {
             self.carry.clear();
             block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));
+        }
+        let is_first = self.arrows.is_none();
+        if let Some(arrows) = self.arrows.get_or_insert_with(|| Arrows::of(&block)) {
+            arrows.mend(&mut block, is_first);
         }
         Ok((!block.is_empty()).then_some(block))
     }

@@ -72,6 +72,28 @@ impl TextLayout {
         plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
     }
 
+    /// [`Self::number`] less a whole number, without the digits that would be lost by parsing the number first.
+    pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
+        let point = match self.decimal {
+            Decimal::Point => '.',
+            Decimal::Comma => ',',
+        };
+        let text = std::str::from_utf8(cell).ok()?;
+        let (whole, decimals) = text.split_once(point).unwrap_or((text, ""));
+        let share = match decimals {
+            "" => Some(0.0),
+            _ => plain_number(decimals.as_bytes(), b'.')
+                .filter(|(_, end)| *end == decimals.len() && !decimals.starts_with('-'))
+                .map(|(digits, _)| digits / 10_f64.powi(decimals.len() as i32)),
+        };
+        match (whole.parse::<i64>(), share) {
+            (Ok(whole @ 0..), Some(share)) => Some(((whole - since) as f64 + share, false)),
+            _ => self
+                .number(cell)
+                .map(|(number, comma)| (number - since as f64, comma)),
+        }
+    }
+
     fn ungrouped_number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let with_comma = || decimal_comma_number(cell);
         match self.decimal {

@@ -9,6 +9,7 @@
 //! | `arriving` | lines of a text that is still being written |
 //! | `cells`, `times` | cells, numbers, dates |
 //! | `written`, `layout` | how a table is written, and where it stands |
+//! | `serial_monitor` | lines with the time of day and an arrow in front |
 //! | `ati` | the lines that ATI's program writes above its rows |
 
 mod arriving;
@@ -18,6 +19,7 @@ pub(crate) mod cells;
 mod encoding;
 mod file;
 mod layout;
+mod serial_monitor;
 pub(crate) mod times;
 mod written;
 

@@ -121,6 +121,11 @@ impl TimeForm {
 
     /// The time in seconds that a cell names, since 1970 or since midnight.
     pub(crate) fn secs(self, cell: &[u8]) -> Option<f64> {
+        self.secs_since(0, cell)
+    }
+
+    /// [`Self::secs`] after these seconds since 1970.
+    pub(crate) fn secs_since(self, since: i64, cell: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok()?.trim_ascii();
         let Self::Date(order) = self else {
             return time_of_day(text);
@@ -128,7 +133,7 @@ impl TimeForm {
         let is_of_day = |c: char| c.is_ascii_digit() || MARKS.contains(&c);
         let end = text.find(|c| !is_of_day(c)).unwrap_or(text.len());
         let (day, rest) = text.split_at(end);
-        let midnight = date(day, order)?.duration_since(EPOCH).as_secs() as f64;
+        let midnight = (date(day, order)?.duration_since(EPOCH).as_secs() - since) as f64;
         if rest.is_empty() {
             return Some(midnight);
         }
@@ -170,7 +175,7 @@ fn date(text: &str, order: DateOrder) -> Option<Date> {
     Date::new(year as i16, month as i8, day as i8).ok()
 }
 
-/// `h:m`, `h:m:s` or `h:m:s.s` (also with a comma), with or without AM or PM.
+/// `h:m`, `h:m:s` or `h:m:s.s` (also with a comma or a colon), with or without AM or PM.
 fn time_of_day(text: &str) -> Option<f64> {
     let (clock, half) = match text.split_at_checked(text.len().saturating_sub(2)) {
         Some((clock, half)) if half.eq_ignore_ascii_case("am") => (clock, Some(0)),
@@ -185,7 +190,10 @@ fn time_of_day(text: &str) -> Option<f64> {
     let mut parts = clock.splitn(3, ':');
     let mut hour = digits(parts.next()?, 1..=2)?;
     let minute = digits(parts.next()?, 1..=2)?;
-    let (whole, decimals) = match parts.next().map(|secs| (secs, secs.split_once(['.', ',']))) {
+    let (whole, decimals) = match parts
+        .next()
+        .map(|secs| (secs, secs.split_once(['.', ',', ':'])))
+    {
         None => ("0", "0"),
         Some((_, Some(parts))) => parts,
         Some((whole, None)) => (whole, "0"),
@@ -271,6 +279,7 @@ mod tests {
         );
         assert_eq!(DAY_FIRST.secs(b"2/1/1970 12:00 PM"), Some(1.5 * 86_400.0));
         assert_eq!(TimeForm::TimeOfDay.secs(b"01:02:03.25"), Some(3723.25));
+        assert_eq!(TimeForm::TimeOfDay.secs(b"01:02:03:250"), Some(3723.25));
         assert_eq!(TimeForm::TimeOfDay.secs(b"24:00"), Some(86_400.0));
         assert_eq!(TimeForm::TimeOfDay.secs(b"23:59:60"), Some(86_400.0));
     }

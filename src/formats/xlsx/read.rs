@@ -287,7 +287,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
             table.columns.push(Column {
                 name,
                 unit: if is_time { "s".to_owned() } else { unit },
-                values: Vec::new(),
+                ..Column::default()
             });
         }
     }

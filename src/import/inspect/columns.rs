@@ -124,6 +124,7 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
             let value = |cell: Cell<'_>| {
                 let value = match cell {
                     Cell::Number(value) => Some(value),
+                    Cell::Since(since, value) => Some(since as f64 + value),
                     Cell::Text(text) => table.text.number(text).map(|(value, _)| value),
                 };
                 value.filter(|value| value.is_finite())

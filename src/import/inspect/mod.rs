@@ -152,9 +152,9 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     let opened = reading.open(path, parts)?;
     let (map, questions) = match known {
         Known::Map(map) => (map.clone(), Vec::new()),
-        Known::Layout(text) => propose(&opened, text),
+        Known::Layout(text) => propose(path, &opened, text),
         Known::Nothing => match opened.layout() {
-            Some(text) => propose(&opened, &text),
+            Some(text) => propose(path, &opened, &text),
             None => (ColumnMap::default(), Vec::new()),
         },
     };
@@ -179,7 +179,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
 }
 
 /// A map by the names of a table, and where they leave something open by its values.
-fn propose(opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
+fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
     let Some(head) = opened.head(text) else {
         let table = TableMap {
             text: text.clone(),
@@ -195,7 +195,7 @@ fn propose(opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
         let reports = columns::reports(&guess.table(text, &head), &head, &sample);
         by_values::fill_in(&mut guess, &head, &sample.rows, &reports)
     };
-    (ColumnMap::of_table(guess.table(text, &head)), questions)
+    (guess.map(text, &head, path, &sample.rows), questions)
 }
 
 /// The first of the maps that is for files like this one, if any is.

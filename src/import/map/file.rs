@@ -263,7 +263,7 @@ pub(super) fn must(
 mod tests {
     use super::*;
     use crate::formats::text::{Delimiter, TextLayout};
-    use crate::import::map::{ColumnRole, JoinMethod, Shape};
+    use crate::import::map::{ColumnRole, JoinMethod, Shape, Stamps};
     use crate::recording::Axis;
 
     fn two_files() -> ColumnMap {
@@ -278,6 +278,7 @@ mod tests {
                 ..TextLayout::default()
             },
             sample_rate_hz: Some(12.5),
+            stamps: Stamps::Sorted,
             columns: rules,
         };
         let load = ColumnRule {

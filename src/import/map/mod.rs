@@ -69,8 +69,53 @@ pub struct TableMap {
     /// Samples a second (Hz): times come from it where no column is the time, or where the time counts samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_rate_hz: Option<f64>,
+    /// What is done about stamps that are out of order, or shared by several rows.
+    #[serde(default, skip_serializing_if = "Stamps::is_as_written")]
+    pub stamps: Stamps,
     /// What the columns are; those that are not listed are ignored.
     pub columns: Vec<ColumnRule>,
+}
+
+/// What is done about stamps that are out of order, or shared by several rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stamps {
+    /// Nothing.
+    #[default]
+    AsWritten,
+    /// Rows are sorted by their time.
+    Sorted,
+    /// Rows with one stamp are spread evenly until the next.
+    Spread,
+}
+
+impl Stamps {
+    /// Each with its name for people, and what it does.
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::AsWritten,
+            "as written",
+            "Where time goes back, a new recording starts",
+        ),
+        (
+            Self::Sorted,
+            "sort rows by time",
+            "For loggers that write some rows late",
+        ),
+        (
+            Self::Spread,
+            "spread rows of one stamp evenly",
+            "For stamps of whole seconds, or of a clock that is coarser than the samples",
+        ),
+    ];
+
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde hands over a reference"
+    )]
+    fn is_as_written(&self) -> bool {
+        *self == Self::AsWritten
+    }
 }
 
 /// What files must have in common to be read by one map.

@@ -6,6 +6,8 @@
 mod making;
 
 use super::TableError;
+use super::rows::Rows;
+use crate::formats::Cell;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, TextLayout};
 use crate::import::map::{Attitude, ColumnRole, TableMap, WeightMap};
@@ -59,6 +61,14 @@ impl Use {
     /// Whether it is read as a number.
     pub(super) const fn is_number(self) -> bool {
         !matches!(self, Self::TimeText(_) | Self::Status | Self::Mount { .. })
+    }
+
+    /// Whether it is a part of the time.
+    pub(super) const fn is_time(self) -> bool {
+        matches!(
+            self,
+            Self::Time | Self::TimeText(_) | Self::TimeFraction { .. }
+        )
     }
 
     /// What one of its numbers is as the map wants it.
@@ -140,6 +150,8 @@ pub(super) struct Plan {
     /// Per column, which values mean that there is none; empty if no column has any.
     pub(super) dropouts: Vec<Vec<f64>>,
     pub(super) time_scale: TimeScale,
+    /// What is taken off the times before they become numbers of 64 bits, in the unit of the file: stamps of today lose digits there.
+    pub(super) since: i64,
     /// Without one, rows are counted.
     pub(super) time_column: Option<usize>,
     /// In file order.
@@ -184,6 +196,35 @@ impl Plan {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let is_clock = |usage: &Use| *usage == Use::TimeText(TimeForm::TimeOfDay);
         self.uses.iter().any(is_clock) && !self.uses.iter().any(is_date)
+    }
+
+    /// The column from which [`Self::since`] is taken off.
+    pub(super) fn is_since_off(&self, index: usize) -> bool {
+        let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
+        let date = self.uses.iter().position(is_date);
+        self.since != 0 && date.or(self.time_column) == Some(index)
+    }
+
+    /// Counts times from the first of these rows on, where they are counted from long ago.
+    pub(super) fn count_from<'a>(&mut self, first: impl Iterator<Item = Cell<'a>>) {
+        /// A clock that is set counts from 1970; one that was started with a computer stays below (s).
+        const SET_SECS: f64 = 1e8;
+        let Some(first) = Rows::time_of(first, self).filter(|first| *first < i64::MAX as f64)
+        else {
+            return;
+        };
+        let per_second = match self.time_scale {
+            TimeScale::PerSecond(per_second) => per_second,
+            TimeScale::ByValues => {
+                let is_set = |unit: &f64| first / unit >= 10.0 * SET_SECS;
+                let units = [1e9, 1e6, 1e3, 1.0].into_iter();
+                units.clone().find(is_set).unwrap_or(1.0)
+            }
+        };
+        if first / per_second >= SET_SECS {
+            // Whole seconds, so that two clocks differ by a number without decimals.
+            self.since = ((first / per_second).floor() * per_second) as i64;
+        }
     }
 
     /// How many numbers of a pose are kept of each row.
@@ -239,6 +280,7 @@ impl Plan {
             uses,
             names,
             time_scale,
+            since: 0,
             time_column,
             gauge_names,
             gauge_units,
@@ -246,7 +288,7 @@ impl Plan {
             auxiliary_units,
             axes,
             pose,
-            may_be_blank: matches!(side, Side::Gauges | Side::SecondClock),
+            may_be_blank: side != Side::Both,
             is_static,
         })
     }

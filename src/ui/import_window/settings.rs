@@ -4,7 +4,7 @@ use egui::{ComboBox, DragValue};
 
 use crate::formats::FilePart;
 use crate::formats::text::{Decimal, Delimiter, TextLayout, Thousands};
-use crate::import::map::ColumnMap;
+use crate::import::map::{ColumnMap, Stamps};
 use crate::recording::Tare;
 use crate::ui::choice::choice;
 
@@ -86,6 +86,13 @@ pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             100.0,
             &mut map.table.sample_rate_hz,
         );
+        let stamps = &mut map.table.stamps;
+        let named = Stamps::ALL.into_iter().find(|(own, ..)| own == stamps);
+        let button = ComboBox::from_label("times")
+            .selected_text(named.map_or("", |(_, name, _)| name))
+            .width(150.0);
+        let items = Stamps::ALL.map(|(own, name, explanation)| (own, name.into(), explanation));
+        choice(ui, button, stamps, items);
         optional(
             ui,
             [

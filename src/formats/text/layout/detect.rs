@@ -182,16 +182,30 @@ fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     n_values > n_others
 }
 
-/// The line above row `row` that has a cell for each column, if there is one; a line of units is passed over.
+/// The nearest line above row `row` that has a cell for each column, if there is one; lines of units, and of a word with its value, are
+/// passed over.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
-    let n_cells = |at: usize| names(lines[at].text, delimiter).len();
-    let above = row.checked_sub(1)?;
-    let header = match above.checked_sub(1) {
-        Some(higher) if is_units_row(lines[above].text, delimiter) => higher,
-        _ => above,
+    let n_cells = |at: &usize| names(lines[*at].text, delimiter).len();
+    let is_as_wide = |at: &usize| n_cells(at).abs_diff(n_cells(&row)) <= 1 && n_cells(at) > 1;
+    let mut above = (0..row).rev().filter(|at| !is_note(lines[*at].text));
+    let header = match above.next()? {
+        units if is_units_row(lines[units].text, delimiter) => above.next().unwrap_or(units),
+        header => header,
     };
-    let is_as_wide = n_cells(header).abs_diff(n_cells(row)) <= 1 && n_cells(header) > 1;
-    is_as_wide.then_some(header)
+    Some(header).filter(is_as_wide)
+}
+
+/// Whether a line is a word and its value: `Sample rate: 200 Hz`.
+fn is_note(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text);
+    let Some((word, value)) = text.split_once([':', '=']) else {
+        return false;
+    };
+    let is_word = !word.trim().is_empty() && !word.contains(|c: char| c.is_ascii_digit());
+    is_word
+        && value
+            .trim_start()
+            .starts_with(|c: char| c.is_ascii_digit() || c == '-')
 }
 
 /// Whether a line below the header holds units: at least one that is known, and no values.

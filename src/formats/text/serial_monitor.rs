@@ -1,0 +1,57 @@
+//! Lines as terminals for serial ports save them, with the time of day and an arrow in front: `12:03:04.123 -> 801,799`.
+
+use super::cells::{delimiter_of_header, number};
+use super::times::TimeForm;
+use super::written::Delimiter;
+
+const ARROW: &[u8] = b" -> ";
+
+/// What is put in the place of the arrows: as long as they are, so that places in the file stay what they are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrows {
+    put: [u8; ARROW.len()],
+}
+
+impl Arrows {
+    /// Of a text that starts so; `None` if its first line has no time and arrow.
+    pub(super) fn of(text: &[u8]) -> Option<Self> {
+        let line = text
+            .split(|byte| *byte == b'\n')
+            .find(|line| !line.trim_ascii().is_empty())?;
+        let at = place(line)?;
+        let between = match delimiter_of_header(&line[at + ARROW.len()..]) {
+            Delimiter::Comma => b',',
+            Delimiter::Semicolon => b';',
+            Delimiter::Tab => b'\t',
+            Delimiter::Spaces => b' ',
+        };
+        let put = [between, b' ', b' ', b' '];
+        Some(Self { put })
+    }
+
+    /// Makes the times of whole lines a column; above the names, of the first lines of a file, it is called `time`.
+    pub(super) fn mend(self, lines: &mut [u8], mut is_first: bool) {
+        for line in lines.split_mut(|byte| *byte == b'\n') {
+            let Some(at) = place(line) else {
+                continue;
+            };
+            line[at..at + ARROW.len()].copy_from_slice(&self.put);
+            let rest = line[at..].split(|byte| [b',', b';', b'\t', b' '].contains(byte));
+            let is_row = rest
+                .filter(|cell| !cell.trim_ascii().is_empty())
+                .all(|cell| number(cell.trim_ascii()).is_some());
+            if std::mem::take(&mut is_first) && !is_row {
+                line[..at].fill(b' ');
+                line[..4].copy_from_slice(b"time");
+            }
+        }
+    }
+}
+
+/// Where the arrow stands behind the time of a line.
+fn place(line: &[u8]) -> Option<usize> {
+    const LONGEST_TIME: usize = 32;
+    let start = &line[..line.len().min(LONGEST_TIME)];
+    let at = memchr::memmem::find(start, ARROW)?;
+    TimeForm::of_all([&line[..at]].into_iter()).map(|_| at)
+}
