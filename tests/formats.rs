@@ -86,6 +86,17 @@ fn check_numpy(folder: &Path) {
     let (packed, told) = sound(&folder.join("packed.npz"));
     check(&packed, 0.0, 6, &Axis::ALL);
     assert_eq!(told, "");
+    // Aligned records: what fills up between fields is none.
+    for name in ["records.npy", "records.npz"] {
+        let (records, told) = sound(&folder.join(name));
+        assert_eq!(records.gauges(), plain.gauges(), "{name}");
+        assert_eq!(records.gauge_names(), plain.gauge_names());
+        assert_eq!(records.times(), plain.times(), "{name}");
+        assert_eq!(records.axes(), [Axis::Fx, Axis::Mz]);
+        assert_eq!(records.loads()[2..4], [load(1, 0), 2.0 * load(1, 5)]);
+        assert!(told.contains("label (texts), "), "{told}");
+        assert!(told.contains("legs (lists of records)"), "{told}");
+    }
 }
 
 fn check_matlab(folder: &Path) {
@@ -585,6 +596,47 @@ fn declared_sizes_are_not_believed() {
         let header = format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (0, 3), }}\n");
         fs::write(&path, npy(&header, &[])).unwrap();
         assert!(error(&path).contains("no numbers in rows"));
+    }
+    for (descr, shape, expected) in [
+        (
+            "[('t', '<f8'), ('S1', '<f8', (999999999,))]",
+            "(2,)",
+            "the file ends inside the array",
+        ),
+        (
+            "[('t', '<f8'), ('S1', '<f8', (999999999,))]",
+            "(0,)",
+            "no numbers in rows",
+        ),
+        (
+            "[('t', '<f8', (9999999999, 9999999999))]",
+            "(0,)",
+            "its header describes no kind",
+        ),
+        (
+            "[('t', '<U1'), ('S1', '<f8', (0,))]",
+            "(99999999999,)",
+            "holds records without numbers",
+        ),
+        (
+            "[('t', '<f8'), ('S1', '|O')]",
+            "(2,)",
+            "holds Python objects",
+        ),
+        (
+            "[('t', '<f8'), ('S1', '<f8')",
+            "(2,)",
+            "its header describes no kind",
+        ),
+        (
+            &"[('t', ".repeat(9000),
+            "(2,)",
+            "its header describes no kind",
+        ),
+    ] {
+        let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}\n");
+        fs::write(&path, npy(&header, &[0; 64])).unwrap();
+        assert!(error(&path).contains(expected), "{descr}: {}", error(&path));
     }
     let header = "{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }\n";
     fs::write(&path, npy(header, &[0; 32])).unwrap();

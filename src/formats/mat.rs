@@ -13,6 +13,7 @@ use super::columns::Columns;
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source, unpacked_limit};
 use super::hdf5;
+use super::npy::Number;
 use super::parts::{self, Group};
 use crate::recording::Day;
 
@@ -307,33 +308,25 @@ fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
 
 /// Numbers of a stored kind; `None` if it is none of numbers.
 fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
-    macro_rules! all {
-        ($number:ty) => {{
-            const BYTES: usize = size_of::<$number>();
-            let value = |bytes: &[u8]| {
-                let mut own = [0; BYTES];
-                own.copy_from_slice(bytes);
-                if is_big_endian {
-                    own.reverse();
-                }
-                <$number>::from_le_bytes(own) as f64
-            };
-            bytes.chunks_exact(BYTES).map(value).collect()
-        }};
-    }
-    Some(match kind {
-        1 => all!(i8),
-        2 => all!(u8),
-        3 => all!(i16),
-        4 => all!(u16),
-        5 => all!(i32),
-        6 => all!(u32),
-        7 => all!(f32),
-        9 => all!(f64),
-        12 => all!(i64),
-        13 => all!(u64),
+    let number = match kind {
+        1 => Number::Int(1),
+        2 => Number::Uint(1),
+        3 => Number::Int(2),
+        4 => Number::Uint(2),
+        5 => Number::Int(4),
+        6 => Number::Uint(4),
+        7 => Number::Float(4),
+        9 => Number::Float(8),
+        12 => Number::Int(8),
+        13 => Number::Uint(8),
         _ => return None,
-    })
+    };
+    let elements = bytes.chunks_exact(number.n_bytes());
+    Some(
+        elements
+            .map(|bytes| number.value(bytes, is_big_endian))
+            .collect(),
+    )
 }
 
 /// Elements one after another.

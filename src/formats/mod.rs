@@ -9,7 +9,7 @@
 //! | room | what |
 //! |---|---|
 //! | [`text`], [`csv`] | delimited text: read as any logger writes it, written as every spreadsheet reads it |
-//! | `npy`, `npz` | NumPy's arrays, alone and in an archive |
+//! | `npy`, `npz` | NumPy's arrays and records, alone and in an archive |
 //! | `mat` | MATLAB's files of version 5 (`save` without `-v7.3`) |
 //! | `hdf5` | groups of arrays and tables of records, MATLAB's files of version 7.3 among them; feature `hdf5` |
 //! | `parquet` | columns of numbers; feature `parquet` |

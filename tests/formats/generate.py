@@ -45,7 +45,20 @@ def numpy_files():
         F=LOADS[::2, :3],
     )
     np.save(HERE / "lone.npy", np.column_stack([TIME, GAUGES, LOADS]))
+    np.save(HERE / "records.npy", numpy_records("<f8"))
+    np.savez(HERE / "records.npz", run=numpy_records("<M8[us]"), rate=np.float64(64))
     np.save(HERE / "objects.npy", np.array([{"a": 1}, None], dtype=object))
+
+
+def numpy_records(time):
+    wrench = np.dtype([("Fx", "<f8"), ("Mz", "<i4")])
+    fields = [("label", "<U3"), ("t", time), ("gauges", ">f4", (6,)), ("wrench", wrench), ("is_on", "?"), ("legs", wrench, (2,))]
+    records = np.zeros(N, dtype=np.dtype(fields, align=True))
+    records["label"] = "é"
+    records["t"] = TIME if time == "<f8" else (TIME * 1e6).astype("<i8").astype(time)
+    records["gauges"] = GAUGES
+    records["wrench"]["Fx"], records["wrench"]["Mz"] = LOADS[:, 0], 2 * LOADS[:, 5]
+    return records
 
 
 def matlab_files():
