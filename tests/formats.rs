@@ -112,6 +112,11 @@ fn check_matlab(folder: &Path) {
             assert!(told.contains(part), "{told}");
         }
     }
+    let (older, told) = sound(&folder.join("older.mat"));
+    check(&older, 0.0, 6, &Axis::ALL);
+    for part in ["note (text)", "z (complex numbers)"] {
+        assert!(told.contains(part), "{told}");
+    }
 }
 
 #[cfg(feature = "parquet")]
@@ -343,6 +348,78 @@ fn segments_of_labview_go_on_where_their_clock_does() {
 #[test]
 fn of_several_topics_one_pair_is_read_and_the_others_are_named() {
     check_several_topics(&fixture(""));
+}
+
+/// One matrix as `save -v4` writes it: five integers, the name, the numbers column by column.
+fn mat4(is_big_endian: bool, kind: u32, shape: [u32; 2], name: &str, data: &[Vec<u8>]) -> Vec<u8> {
+    let first = kind + if is_big_endian { 1000 } else { 0 };
+    let integers = [first, shape[0], shape[1], 0, name.len() as u32 + 1];
+    let in_order = |mut bytes: Vec<u8>| {
+        if is_big_endian {
+            bytes.reverse();
+        }
+        bytes
+    };
+    let integers = integers.map(|own| in_order(own.to_le_bytes().to_vec()));
+    let data = data.iter().cloned().map(in_order);
+    let bytes = integers.concat().into_iter().chain(name.bytes()).chain([0]);
+    bytes.chain(data.flatten()).collect()
+}
+
+#[test]
+fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mat");
+    let kinds: [(u32, fn(f64) -> Vec<u8>); 6] = [
+        (0, |value| value.to_le_bytes().to_vec()),
+        (10, |value| (value as f32).to_le_bytes().to_vec()),
+        (20, |value| (value as i32).to_le_bytes().to_vec()),
+        (30, |value| (value as i16).to_le_bytes().to_vec()),
+        (40, |value| (value as u16).to_le_bytes().to_vec()),
+        (50, |value| vec![value as u8]),
+    ];
+    let double = kinds[0].1;
+    let rows = || (0..N).map(|k| k as f64);
+    for (kind, bytes) in kinds {
+        for is_big_endian in [false, true] {
+            let write = |kind, shape, name: &str, data: Vec<Vec<u8>>| {
+                mat4(is_big_endian, kind, shape, name, &data)
+            };
+            let n = N as u32;
+            let note = "5 March 2024".bytes().map(|code| double(f64::from(code)));
+            let time = rows().map(|k| double(k / 64.0)).collect();
+            // Whole numbers, in any of the kinds.
+            let gauges = (0..2).flat_map(|j| rows().map(move |k| bytes(k * 3.0 + f64::from(j))));
+            let mut content = [
+                write(1, [1, 12], "recorded_on", note.collect()),
+                write(0, [n, 1], "t", time),
+                write(2, [1, 3], "where", [1.0; 3].map(double).to_vec()),
+                write(kind, [n, 2], "S", gauges.collect()),
+            ]
+            .concat();
+            fs::write(&path, &content).unwrap();
+            check_dated(&path);
+            let (recording, told) = sound(&path);
+            assert_eq!(
+                recording.gauges()[2..4],
+                [3.0, 4.0],
+                "{kind} {is_big_endian}"
+            );
+            assert_eq!(recording.gauges()[2 * N - 1], 118.0);
+            assert_eq!(recording.times()[N - 1], 39.0 / 64.0);
+            let left_out = "recorded_on (text), where (a sparse matrix)";
+            assert!(told.contains(left_out), "{told}");
+            content.pop();
+            fs::write(&path, &content).unwrap();
+            assert!(error(&path).contains("the file ends inside S; it was cut short"));
+            content.truncate(25);
+            fs::write(&path, &content).unwrap();
+            assert!(error(&path).contains("not text but binary data"));
+        }
+    }
+    let lie = mat4(false, 0, [u32::MAX; 2], "S", &[]);
+    fs::write(&path, lie).unwrap();
+    assert!(error(&path).contains("the file ends inside S"));
 }
 
 /// Each with the way out that its own tools offer.

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`text`], [`csv`] | delimited text: read as any logger writes it, written as every spreadsheet reads it |
 //! | `npy`, `npz` | NumPy's arrays and records, alone and in an archive |
-//! | `mat` | MATLAB's files of version 5 (`save` without `-v7.3`) |
+//! | `mat` | MATLAB's files of versions 4 and 5 (`save` without `-v7.3`) |
 //! | `hdf5` | groups of arrays and tables of records, MATLAB's files of version 7.3 among them; feature `hdf5` |
 //! | `parquet` | columns of numbers; feature `parquet` |
 //! | `mcap` | topics of a ROS 2 recording; feature `mcap` |

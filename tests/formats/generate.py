@@ -75,6 +75,9 @@ def matlab_files():
     }
     savemat(HERE / "plain.mat", variables)
     savemat(HERE / "packed.mat", variables, do_compression=True)
+    # Version 4 knows no structs.
+    variables.pop("rig")
+    savemat(HERE / "older.mat", variables, format="4")
     fields = {"t": TIME, "S": GAUGES, "out": {"loads": LOADS, "unit": "N"}, "note": "dry"}
     savemat(HERE / "struct.mat", {"run": fields, "gain": 5.0}, do_compression=True)
     runs = np.zeros(2, dtype=[("t", object), ("S", object), ("loads", object)])
