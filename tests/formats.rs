@@ -99,6 +99,12 @@ fn check_numpy(folder: &Path) {
     }
 }
 
+fn check_json_lines(folder: &Path) {
+    let (recording, told) = sound(&folder.join("run.jsonl"));
+    check(&recording, 0.0, 6, &Axis::ALL);
+    assert!(told.contains("note (no numbers)"), "{told}");
+}
+
 fn check_matlab(folder: &Path) {
     for name in ["plain.mat", "packed.mat"] {
         let (recording, told) = sound(&folder.join(name));
@@ -370,7 +376,8 @@ fn mat4(is_big_endian: bool, kind: u32, shape: [u32; 2], name: &str, data: &[Vec
 fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mat");
-    let kinds: [(u32, fn(f64) -> Vec<u8>); 6] = [
+    type Stored = fn(f64) -> Vec<u8>;
+    let kinds: [(u32, Stored); 6] = [
         (0, |value| value.to_le_bytes().to_vec()),
         (10, |value| (value as f32).to_le_bytes().to_vec()),
         (20, |value| (value as i32).to_le_bytes().to_vec()),
@@ -457,6 +464,68 @@ fn arrays_of_numpy_are_read_with_the_names_of_columns() {
 }
 
 #[test]
+fn lines_of_json_are_samples() {
+    check_json_lines(&fixture(""));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.txt");
+    let line = |k: usize| match k {
+        // What Python writes for a number that is none, a missing one, a damaged line, and a blank one.
+        3 => r#"{"time": "2024-03-05T10:00:03Z", "S": [NaN, 1], "is_on": true}"#.to_owned(),
+        4 => r#"{"time": "2024-03-05T10:00:04Z", "is_on": true}"#.to_owned(),
+        5 => r#"{"time": "2024-03-05T10:00:05Z", "S": [2.5,"#.to_owned(),
+        k => format!(
+            r#"{{"time": "2024-03-05T10:00:{k:02}Z", "S": [{k}.5, {}], "is_on": {}, "T [degC]": {}}}"#,
+            2 * k,
+            k % 2 == 0,
+            if k < 8 { "null" } else { "25" },
+        ),
+    };
+    let content: Vec<String> = (0..30).map(line).collect();
+    let content = format!("\u{feff}{}\n{{\"time\": \"20", content.join("\r\n"));
+    fs::write(&path, &content).unwrap();
+    let (recording, told) = sound(&path);
+    assert_eq!(recording.n_samples(), 27);
+    assert_eq!(recording.gauges_at(3), [6.5, 12.0]);
+    assert_eq!(recording.times()[0], 1_709_632_800.0);
+    assert_eq!(recording.auxiliary().names(), ["T"]);
+    for part in [
+        ":4: column 2 (S1) holds NaN",
+        "(3 times, last on line 6)",
+        "lines that are no JSON objects (1)",
+        "ends early",
+    ] {
+        assert!(told.contains(part), "{part} in {told}");
+    }
+    fs::write(&path, content + &" ".repeat(1 << 20)).unwrap();
+    assert!(error(&path).contains("a line is longer than 1048576 bytes"));
+    let keys: String = (0..40_000).map(|k| format!("{{\"S{k}\":1}}\n")).collect();
+    fs::write(&path, keys).unwrap();
+    assert!(error(&path).contains("the table would unpack to more than"));
+    let deep = format!("{{\"S\":{}\n", "[".repeat(100_000)).repeat(3);
+    fs::write(&path, deep).unwrap();
+    error(&path);
+}
+
+/// What this program itself writes is no recording, on one line or on many.
+#[test]
+fn documents_of_json_are_no_lines_of_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let proposed = inspect(&fixture("plain.npz"), Known::Nothing, &Progress::default()).unwrap();
+    let mut map = Vec::new();
+    proposed.map.write_json(&mut map).unwrap();
+    let document = r#"{"format": "x", "samples": [{"t": 0, "S1": 1}, {"t": 1, "S1": 2}]}"#;
+    let over_lines = document.replace(' ', "\n");
+    for content in [&map[..], document.as_bytes(), over_lines.as_bytes()] {
+        fs::write(&path, content).unwrap();
+        error(&path);
+        if let Ok(found) = inspect(&path, Known::Nothing, &Progress::default()) {
+            assert_eq!(found.table.kind, None);
+        }
+    }
+}
+
+#[test]
 fn matrices_of_matlab_are_read_packed_or_not() {
     check_matlab(&fixture(""));
 }
@@ -504,6 +573,7 @@ fn files_made_now_read_like_those_made_then() {
         check_structs(folder.path());
     }
     check_labview(folder.path());
+    check_json_lines(folder.path());
     #[cfg(feature = "hdf5")]
     if is_there("newer.mat") {
         check_hdf5(folder.path());
@@ -745,7 +815,7 @@ fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
 
 /// All fixtures that this build reads.
 fn fixtures() -> Vec<PathBuf> {
-    let mut endings = vec!["npz", "npy", "mat", "lvm"];
+    let mut endings = vec!["npz", "npy", "mat", "lvm", "jsonl"];
     if cfg!(feature = "hdf5") {
         endings.push("h5");
     }

@@ -16,6 +16,7 @@
 //! | `mcap` | topics of a ROS 2 recording; feature `mcap` |
 //! | `xlsx` | sheets of a workbook; feature `xlsx` |
 //! | `lvm` | LabVIEW's measurement files |
+//! | `json_lines` | lines of JSON, an object for each sample |
 //! | `parts` | which of several tables in a file is read |
 //! | `opened`, `columns` | a file behind one face, whichever of these it is: where its table may be, and its rows |
 //! | `arrays`, `column_name` | arrays to columns with the names that headers have, and what such names mean |
@@ -27,6 +28,7 @@ pub mod csv;
 mod error;
 mod format;
 mod hdf5;
+mod json_lines;
 mod lvm;
 pub(crate) mod mat;
 mod mcap;
@@ -56,6 +58,7 @@ pub const FORMATS: &[Format] = &[
     mcap::FORMAT,
     xlsx::FORMAT,
     lvm::FORMAT,
+    json_lines::FORMAT,
 ];
 
 /// What the names of files with recordings end with, without the point.

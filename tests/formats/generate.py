@@ -5,6 +5,7 @@ files are left out and named.
 Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a - k / 2. All of these are exact in any float.
 """
 
+import json
 import struct
 import sys
 from pathlib import Path
@@ -59,6 +60,14 @@ def numpy_records(time):
     records["gauges"] = GAUGES
     records["wrench"]["Fx"], records["wrench"]["Mz"] = LOADS[:, 0], 2 * LOADS[:, 5]
     return records
+
+
+def json_lines():
+    with open(HERE / "run.jsonl", "w") as file:
+        for k in range(N):
+            force, torque = dict(zip("xyz", LOADS[k, :3])), dict(zip("xyz", LOADS[k, 3:]))
+            sample = {"t": TIME[k], "gauges": list(GAUGES[k]), "wrench": {"force": force, "torque": torque}}
+            print(json.dumps({**sample, "note": "dry", "is_on": True}), file=file)
 
 
 def matlab_files():
@@ -310,7 +319,7 @@ def mcap_files():
     write("several.mcap", CompressionType.ZSTD, others=others)
 
 
-makers = (numpy_files, matlab_files, hdf5_files, workbook_files, labview_files, parquet_files, mcap_files)
+makers = (numpy_files, json_lines, matlab_files, hdf5_files, workbook_files, labview_files, parquet_files, mcap_files)
 for make in makers:
     try:
         make()
