@@ -86,6 +86,23 @@ fn check_numpy(folder: &Path) {
     let (packed, told) = sound(&folder.join("packed.npz"));
     check(&packed, 0.0, 6, &Axis::ALL);
     assert_eq!(told, "");
+    // Aligned records: what fills up between fields is none.
+    for name in ["records.npy", "records.npz"] {
+        let (records, told) = sound(&folder.join(name));
+        assert_eq!(records.gauges(), plain.gauges(), "{name}");
+        assert_eq!(records.gauge_names(), plain.gauge_names());
+        assert_eq!(records.times(), plain.times(), "{name}");
+        assert_eq!(records.axes(), [Axis::Fx, Axis::Mz]);
+        assert_eq!(records.loads()[2..4], [load(1, 0), 2.0 * load(1, 5)]);
+        assert!(told.contains("label (texts), "), "{told}");
+        assert!(told.contains("legs (lists of records)"), "{told}");
+    }
+}
+
+fn check_json_lines(folder: &Path) {
+    let (recording, told) = sound(&folder.join("run.jsonl"));
+    check(&recording, 0.0, 6, &Axis::ALL);
+    assert!(told.contains("note (no numbers)"), "{told}");
 }
 
 fn check_matlab(folder: &Path) {
@@ -100,6 +117,11 @@ fn check_matlab(folder: &Path) {
         ] {
             assert!(told.contains(part), "{told}");
         }
+    }
+    let (older, told) = sound(&folder.join("older.mat"));
+    check(&older, 0.0, 6, &Axis::ALL);
+    for part in ["note (text)", "z (complex numbers)"] {
+        assert!(told.contains(part), "{told}");
     }
 }
 
@@ -334,6 +356,79 @@ fn of_several_topics_one_pair_is_read_and_the_others_are_named() {
     check_several_topics(&fixture(""));
 }
 
+/// One matrix as `save -v4` writes it: five integers, the name, the numbers column by column.
+fn mat4(is_big_endian: bool, kind: u32, shape: [u32; 2], name: &str, data: &[Vec<u8>]) -> Vec<u8> {
+    let first = kind + if is_big_endian { 1000 } else { 0 };
+    let integers = [first, shape[0], shape[1], 0, name.len() as u32 + 1];
+    let in_order = |mut bytes: Vec<u8>| {
+        if is_big_endian {
+            bytes.reverse();
+        }
+        bytes
+    };
+    let integers = integers.map(|own| in_order(own.to_le_bytes().to_vec()));
+    let data = data.iter().cloned().map(in_order);
+    let bytes = integers.concat().into_iter().chain(name.bytes()).chain([0]);
+    bytes.chain(data.flatten()).collect()
+}
+
+#[test]
+fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mat");
+    type Stored = fn(f64) -> Vec<u8>;
+    let kinds: [(u32, Stored); 6] = [
+        (0, |value| value.to_le_bytes().to_vec()),
+        (10, |value| (value as f32).to_le_bytes().to_vec()),
+        (20, |value| (value as i32).to_le_bytes().to_vec()),
+        (30, |value| (value as i16).to_le_bytes().to_vec()),
+        (40, |value| (value as u16).to_le_bytes().to_vec()),
+        (50, |value| vec![value as u8]),
+    ];
+    let double = kinds[0].1;
+    let rows = || (0..N).map(|k| k as f64);
+    for (kind, bytes) in kinds {
+        for is_big_endian in [false, true] {
+            let write = |kind, shape, name: &str, data: Vec<Vec<u8>>| {
+                mat4(is_big_endian, kind, shape, name, &data)
+            };
+            let n = N as u32;
+            let note = "5 March 2024".bytes().map(|code| double(f64::from(code)));
+            let time = rows().map(|k| double(k / 64.0)).collect();
+            // Whole numbers, in any of the kinds.
+            let gauges = (0..2).flat_map(|j| rows().map(move |k| bytes(k * 3.0 + f64::from(j))));
+            let mut content = [
+                write(1, [1, 12], "recorded_on", note.collect()),
+                write(0, [n, 1], "t", time),
+                write(2, [1, 3], "where", [1.0; 3].map(double).to_vec()),
+                write(kind, [n, 2], "S", gauges.collect()),
+            ]
+            .concat();
+            fs::write(&path, &content).unwrap();
+            check_dated(&path);
+            let (recording, told) = sound(&path);
+            assert_eq!(
+                recording.gauges()[2..4],
+                [3.0, 4.0],
+                "{kind} {is_big_endian}"
+            );
+            assert_eq!(recording.gauges()[2 * N - 1], 118.0);
+            assert_eq!(recording.times()[N - 1], 39.0 / 64.0);
+            let left_out = "recorded_on (text), where (a sparse matrix)";
+            assert!(told.contains(left_out), "{told}");
+            content.pop();
+            fs::write(&path, &content).unwrap();
+            assert!(error(&path).contains("the file ends inside S; it was cut short"));
+            content.truncate(25);
+            fs::write(&path, &content).unwrap();
+            assert!(error(&path).contains("not text but binary data"));
+        }
+    }
+    let lie = mat4(false, 0, [u32::MAX; 2], "S", &[]);
+    fs::write(&path, lie).unwrap();
+    assert!(error(&path).contains("the file ends inside S"));
+}
+
 /// Each with the way out that its own tools offer.
 #[test]
 fn what_is_not_read_says_how_else() {
@@ -366,6 +461,68 @@ fn what_is_not_read_says_how_else() {
 #[test]
 fn arrays_of_numpy_are_read_with_the_names_of_columns() {
     check_numpy(&fixture(""));
+}
+
+#[test]
+fn lines_of_json_are_samples() {
+    check_json_lines(&fixture(""));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.txt");
+    let line = |k: usize| match k {
+        // What Python writes for a number that is none, a missing one, a damaged line, and a blank one.
+        3 => r#"{"time": "2024-03-05T10:00:03Z", "S": [NaN, 1], "is_on": true}"#.to_owned(),
+        4 => r#"{"time": "2024-03-05T10:00:04Z", "is_on": true}"#.to_owned(),
+        5 => r#"{"time": "2024-03-05T10:00:05Z", "S": [2.5,"#.to_owned(),
+        k => format!(
+            r#"{{"time": "2024-03-05T10:00:{k:02}Z", "S": [{k}.5, {}], "is_on": {}, "T [degC]": {}}}"#,
+            2 * k,
+            k % 2 == 0,
+            if k < 8 { "null" } else { "25" },
+        ),
+    };
+    let content: Vec<String> = (0..30).map(line).collect();
+    let content = format!("\u{feff}{}\n{{\"time\": \"20", content.join("\r\n"));
+    fs::write(&path, &content).unwrap();
+    let (recording, told) = sound(&path);
+    assert_eq!(recording.n_samples(), 27);
+    assert_eq!(recording.gauges_at(3), [6.5, 12.0]);
+    assert_eq!(recording.times()[0], 1_709_632_800.0);
+    assert_eq!(recording.auxiliary().names(), ["T"]);
+    for part in [
+        ":4: column 2 (S1) holds NaN",
+        "(3 times, last on line 6)",
+        "lines that are no JSON objects (1)",
+        "ends early",
+    ] {
+        assert!(told.contains(part), "{part} in {told}");
+    }
+    fs::write(&path, content + &" ".repeat(1 << 20)).unwrap();
+    assert!(error(&path).contains("a line is longer than 1048576 bytes"));
+    let keys: String = (0..40_000).map(|k| format!("{{\"S{k}\":1}}\n")).collect();
+    fs::write(&path, keys).unwrap();
+    assert!(error(&path).contains("the table would unpack to more than"));
+    let deep = format!("{{\"S\":{}\n", "[".repeat(100_000)).repeat(3);
+    fs::write(&path, deep).unwrap();
+    error(&path);
+}
+
+/// What this program itself writes is no recording, on one line or on many.
+#[test]
+fn documents_of_json_are_no_lines_of_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let proposed = inspect(&fixture("plain.npz"), Known::Nothing, &Progress::default()).unwrap();
+    let mut map = Vec::new();
+    proposed.map.write_json(&mut map).unwrap();
+    let document = r#"{"format": "x", "samples": [{"t": 0, "S1": 1}, {"t": 1, "S1": 2}]}"#;
+    let over_lines = document.replace(' ', "\n");
+    for content in [&map[..], document.as_bytes(), over_lines.as_bytes()] {
+        fs::write(&path, content).unwrap();
+        error(&path);
+        if let Ok(found) = inspect(&path, Known::Nothing, &Progress::default()) {
+            assert_eq!(found.table.kind, None);
+        }
+    }
 }
 
 #[test]
@@ -416,6 +573,7 @@ fn files_made_now_read_like_those_made_then() {
         check_structs(folder.path());
     }
     check_labview(folder.path());
+    check_json_lines(folder.path());
     #[cfg(feature = "hdf5")]
     if is_there("newer.mat") {
         check_hdf5(folder.path());
@@ -586,6 +744,47 @@ fn declared_sizes_are_not_believed() {
         fs::write(&path, npy(&header, &[])).unwrap();
         assert!(error(&path).contains("no numbers in rows"));
     }
+    for (descr, shape, expected) in [
+        (
+            "[('t', '<f8'), ('S1', '<f8', (999999999,))]",
+            "(2,)",
+            "the file ends inside the array",
+        ),
+        (
+            "[('t', '<f8'), ('S1', '<f8', (999999999,))]",
+            "(0,)",
+            "no numbers in rows",
+        ),
+        (
+            "[('t', '<f8', (9999999999, 9999999999))]",
+            "(0,)",
+            "its header describes no kind",
+        ),
+        (
+            "[('t', '<U1'), ('S1', '<f8', (0,))]",
+            "(99999999999,)",
+            "holds records without numbers",
+        ),
+        (
+            "[('t', '<f8'), ('S1', '|O')]",
+            "(2,)",
+            "holds Python objects",
+        ),
+        (
+            "[('t', '<f8'), ('S1', '<f8')",
+            "(2,)",
+            "its header describes no kind",
+        ),
+        (
+            &"[('t', ".repeat(9000),
+            "(2,)",
+            "its header describes no kind",
+        ),
+    ] {
+        let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}\n");
+        fs::write(&path, npy(&header, &[0; 64])).unwrap();
+        assert!(error(&path).contains(expected), "{descr}: {}", error(&path));
+    }
     let header = "{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }\n";
     fs::write(&path, npy(header, &[0; 32])).unwrap();
     assert!(error(&path).contains("holds complex numbers"));
@@ -616,7 +815,7 @@ fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
 
 /// All fixtures that this build reads.
 fn fixtures() -> Vec<PathBuf> {
-    let mut endings = vec!["npz", "npy", "mat", "lvm"];
+    let mut endings = vec!["npz", "npy", "mat", "lvm", "jsonl"];
     if cfg!(feature = "hdf5") {
         endings.push("h5");
     }

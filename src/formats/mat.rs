@@ -1,8 +1,11 @@
-//! MATLAB's `.mat`, version 5: matrices of numbers, alone or in structs, read compressed or not, written plain.
+//! MATLAB's `.mat`, versions 4 and 5: matrices of numbers, alone or in structs, read compressed or not, written plain as
+//! version 5.
 //!
 //! **Source** MAT-File Format (The MathWorks), level 5: a header of 128 bytes, then one element for each variable. An
 //! element is a kind, a length and so many bytes; a matrix is an element whose parts are elements: class, dimensions,
-//! name, numbers. Numbers may be stored as a smaller kind than their class.
+//! name, numbers. Numbers may be stored as a smaller kind than their class. Level 4: for each variable five integers, its
+//! name and its numbers. The first integer has decimal digits: 1000 for the high byte first, 10 for each step in the list of
+//! kinds, 1 for text, 2 for a sparse matrix.
 
 use std::io::{self, Read};
 
@@ -13,13 +16,38 @@ use super::columns::Columns;
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source, unpacked_limit};
 use super::hdf5;
+use super::npy::Number;
 use super::parts::{self, Group};
 use crate::recording::Day;
 
 pub(super) const FORMAT: Format = Format {
     name: "MATLAB file",
     endings: &["mat"],
-    signatures: &[b"MATLAB 5.0", NEWER],
+    signatures: &[
+        b"MATLAB 5.0",
+        NEWER,
+        // The first integer of version 4.
+        b"\x00\0\0\0",
+        b"\x01\0\0\0",
+        b"\x02\0\0\0",
+        b"\x0a\0\0\0",
+        b"\x0b\0\0\0",
+        b"\x0c\0\0\0",
+        b"\x14\0\0\0",
+        b"\x15\0\0\0",
+        b"\x16\0\0\0",
+        b"\x1e\0\0\0",
+        b"\x1f\0\0\0",
+        b"\x20\0\0\0",
+        b"\x28\0\0\0",
+        b"\x29\0\0\0",
+        b"\x2a\0\0\0",
+        b"\x32\0\0\0",
+        b"\x33\0\0\0",
+        b"\x34\0\0\0",
+        b"\0\0\x03",
+        b"\0\0\x04",
+    ],
     read: columns,
 };
 
@@ -47,6 +75,9 @@ const FILE: &str = "the file";
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if source.head.starts_with(NEWER) {
         return hdf5::matlab(source);
+    }
+    if !source.head.starts_with(b"MATLAB") {
+        return older(source);
     }
     let mut file = Vec::new();
     source.open()?.read_to_end(&mut file)?;
@@ -116,6 +147,106 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         }
     }
     let columns = parts::of_groups(groups, '.', left_out, source.parts)?;
+    Ok(Some(Columns { day, ..columns }))
+}
+
+/// What stands before each matrix of version 4, its name included.
+struct OlderHeader {
+    is_big_endian: bool,
+    number: Number,
+    /// 0 for numbers, 1 for text, 2 for a sparse matrix.
+    class: u32,
+    is_complex: bool,
+    shape: [usize; 2],
+    name: String,
+    n_bytes: usize,
+}
+
+impl OlderHeader {
+    /// The header at the start of `bytes`, or `None` if none is there.
+    fn read(bytes: &[u8]) -> Option<Self> {
+        const NUMBERS: [Number; 6] = [
+            Number::Float(8),
+            Number::Float(4),
+            Number::Int(4),
+            Number::Int(2),
+            Number::Uint(2),
+            Number::Uint(1),
+        ];
+        let is_big_endian = bytes.starts_with(&[0, 0]) && bytes.get(2) != Some(&0);
+        let parts = Elements {
+            bytes,
+            is_big_endian,
+        };
+        let integers = bytes.get(..20)?.chunks_exact(4);
+        let integers: Option<Vec<u32>> = integers.map(|own| parts.uint32(own)).collect();
+        let [digits, n_rows, n_columns, is_complex @ (0 | 1), name_bytes] = integers?[..] else {
+            return None;
+        };
+        let digits = digits.checked_sub(if is_big_endian { 1000 } else { 0 })?;
+        let n_bytes = 20_usize.checked_add(name_bytes as usize)?;
+        let name = bytes.get(20..n_bytes)?.split(|byte| *byte == 0).next()?;
+        let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+        let is_name = !name.is_empty() && name.iter().all(is_of_name);
+        (is_name && digits % 10 <= 2).then_some(Self {
+            is_big_endian,
+            number: *NUMBERS.get(digits as usize / 10)?,
+            class: digits % 10,
+            is_complex: is_complex == 1,
+            shape: [n_rows as usize, n_columns as usize],
+            name: String::from_utf8_lossy(name).into_owned(),
+            n_bytes,
+        })
+    }
+}
+
+/// The matrices of a file of version 4; `None` if it does not start with one.
+fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    if OlderHeader::read(source.head).is_none() {
+        return Ok(None);
+    }
+    let mut file = Vec::new();
+    source.open()?.read_to_end(&mut file)?;
+    let mut rest = &file[..];
+    let (mut group, mut left_out, mut day) = (Group::default(), Vec::new(), None);
+    while !rest.is_empty() {
+        source.progress.check()?;
+        let Some(header) = OlderHeader::read(rest) else {
+            return Err(match rest.len() < HEADER_BYTES {
+                true => cut_short(FILE),
+                false => damaged(FILE, "what follows a matrix is none"),
+            });
+        };
+        let OlderHeader { shape, name, .. } = header;
+        let n_numbers = shape[0].checked_mul(shape[1]);
+        let n_bytes = n_numbers.and_then(|n| n.checked_mul(header.number.n_bytes()));
+        let parts = if header.is_complex { 2 } else { 1 };
+        let end = n_bytes.and_then(|n| n.checked_mul(parts)?.checked_add(header.n_bytes));
+        let numbers = end.and_then(|end| rest.get(header.n_bytes..end));
+        let numbers = numbers.ok_or_else(|| cut_short(&name))?;
+        rest = &rest[header.n_bytes + numbers.len()..];
+        let values = || all(header.number, numbers, header.is_big_endian);
+        match header.class {
+            1 => {
+                let text: String = values()
+                    .iter()
+                    .map(|code| char::from(*code as u8))
+                    .collect();
+                day = day.or(Day::in_header(&format!("{name}: {text}")));
+                left_out.push(format!("{name} (text)"));
+            }
+            2 => left_out.push(format!("{name} (a sparse matrix)")),
+            _ if header.is_complex => left_out.push(format!("{name} (complex numbers)")),
+            _ => group.arrays.push(Array {
+                name,
+                shape: shape.to_vec(),
+                is_by_column: true,
+                values: values(),
+                ..Array::default()
+            }),
+        }
+    }
+    let columns = parts::of_groups(vec![group], '.', left_out, source.parts)?;
     Ok(Some(Columns { day, ..columns }))
 }
 
@@ -307,33 +438,26 @@ fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
 
 /// Numbers of a stored kind; `None` if it is none of numbers.
 fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
-    macro_rules! all {
-        ($number:ty) => {{
-            const BYTES: usize = size_of::<$number>();
-            let value = |bytes: &[u8]| {
-                let mut own = [0; BYTES];
-                own.copy_from_slice(bytes);
-                if is_big_endian {
-                    own.reverse();
-                }
-                <$number>::from_le_bytes(own) as f64
-            };
-            bytes.chunks_exact(BYTES).map(value).collect()
-        }};
-    }
-    Some(match kind {
-        1 => all!(i8),
-        2 => all!(u8),
-        3 => all!(i16),
-        4 => all!(u16),
-        5 => all!(i32),
-        6 => all!(u32),
-        7 => all!(f32),
-        9 => all!(f64),
-        12 => all!(i64),
-        13 => all!(u64),
+    let number = match kind {
+        1 => Number::Int(1),
+        2 => Number::Uint(1),
+        3 => Number::Int(2),
+        4 => Number::Uint(2),
+        5 => Number::Int(4),
+        6 => Number::Uint(4),
+        7 => Number::Float(4),
+        9 => Number::Float(8),
+        12 => Number::Int(8),
+        13 => Number::Uint(8),
         _ => return None,
-    })
+    };
+    Some(all(number, bytes, is_big_endian))
+}
+
+fn all(number: Number, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
+    let elements = bytes.chunks_exact(number.n_bytes());
+    let values = elements.map(|bytes| number.value(bytes, is_big_endian));
+    values.collect()
 }
 
 /// Elements one after another.

@@ -9,13 +9,14 @@
 //! | room | what |
 //! |---|---|
 //! | [`text`], [`csv`] | delimited text: read as any logger writes it, written as every spreadsheet reads it |
-//! | `npy`, `npz` | NumPy's arrays, alone and in an archive |
-//! | `mat` | MATLAB's files of version 5 (`save` without `-v7.3`) |
+//! | `npy`, `npz` | NumPy's arrays and records, alone and in an archive |
+//! | `mat` | MATLAB's files of versions 4 and 5 (`save` without `-v7.3`) |
 //! | `hdf5` | groups of arrays and tables of records, MATLAB's files of version 7.3 among them; feature `hdf5` |
 //! | `parquet` | columns of numbers; feature `parquet` |
 //! | `mcap` | topics of a ROS 2 recording; feature `mcap` |
 //! | `xlsx` | sheets of a workbook; feature `xlsx` |
 //! | `lvm` | LabVIEW's measurement files |
+//! | `json_lines` | lines of JSON, an object for each sample |
 //! | `parts` | which of several tables in a file is read |
 //! | `opened`, `columns` | a file behind one face, whichever of these it is: where its table may be, and its rows |
 //! | `arrays`, `column_name` | arrays to columns with the names that headers have, and what such names mean |
@@ -27,6 +28,7 @@ pub mod csv;
 mod error;
 mod format;
 mod hdf5;
+mod json_lines;
 mod lvm;
 pub(crate) mod mat;
 mod mcap;
@@ -56,6 +58,7 @@ pub const FORMATS: &[Format] = &[
     mcap::FORMAT,
     xlsx::FORMAT,
     lvm::FORMAT,
+    json_lines::FORMAT,
 ];
 
 /// What the names of files with recordings end with, without the point.

@@ -1,11 +1,11 @@
-//! NumPy's `.npy`: one array, read and written.
+//! NumPy's `.npy`: one array of numbers or of records, read and written.
 //!
 //! **Source** the NPY format, versions 1.0 to 3.0: magic, length of the header, the header (a Python literal), the
 //! numbers.
 
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read};
 
-use super::arrays::{Array, Entry};
+use super::arrays::{self, Array, Entry};
 use super::columns::{Column, Columns};
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source};
@@ -21,8 +21,10 @@ pub(super) const FORMAT: Format = Format {
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Headers of plain arrays are some hundred bytes.
 const HEADER_LIMIT: usize = 1 << 16;
-/// Numbers read at a time.
-const BLOCK_NUMBERS: usize = 1 << 13;
+/// Bytes read at a time, but for records that are longer.
+const BLOCK_BYTES: usize = 1 << 16;
+/// Records may lie in records so deep.
+const DEPTH_LIMIT: usize = 8;
 /// What a NumPy time that is none is stored as.
 const NOT_A_TIME: i64 = i64::MIN;
 
@@ -43,10 +45,14 @@ impl Number {
         }
     }
 
-    /// The value of so many bytes, the least first.
-    pub(super) fn value(self, bytes: &[u8]) -> f64 {
+    /// The value of so many bytes.
+    pub(super) fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
         let mut eight = [0; 8];
-        eight[..bytes.len()].copy_from_slice(bytes);
+        let own = &mut eight[..bytes.len()];
+        own.copy_from_slice(bytes);
+        if is_big_endian {
+            own.reverse();
+        }
         let unsigned = u64::from_le_bytes(eight);
         let shift = 64 - 8 * bytes.len() as u32;
         let signed = (unsigned << shift) as i64 >> shift;
@@ -74,20 +80,56 @@ fn half(bits: u16) -> f64 {
     sign * size
 }
 
+/// What each element of an array holds: one number, or the fields of a record.
+#[derive(Debug, Default)]
+struct Record {
+    fields: Vec<Field>,
+    /// Fields without numbers.
+    left_out: Vec<String>,
+    n_bytes: usize,
+}
+
+/// Numbers of one kind in each element.
 #[derive(Debug)]
-struct Header {
+struct Field {
+    /// Empty where the elements are no records.
+    name: String,
     number: Number,
     unit: &'static str,
     is_big_endian: bool,
+    /// Where they start in each element, and how many there are.
+    offset: usize,
+    n_each: usize,
+}
+
+#[derive(Debug)]
+struct Header {
+    record: Record,
+    is_records: bool,
     is_by_column: bool,
     shape: Vec<usize>,
 }
 
-/// A lone array: its columns have no names.
+/// What a file holds.
+#[derive(Debug)]
+pub(super) struct Content {
+    /// One array, or one for each field of the records, called like the field.
+    pub(super) arrays: Vec<Array>,
+    pub(super) is_records: bool,
+    /// Fields without numbers.
+    pub(super) left_out: Vec<String>,
+}
+
+/// The fields of records, or a lone array: its columns have no names.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const WHAT: &str = "the array";
     let mut file = BufReader::new(source.open()?);
-    let array = read(WHAT, &mut file, source.n_bytes, source.progress)?;
+    let mut content = read(WHAT, &mut file, source.n_bytes, source.progress)?;
+    if content.is_records {
+        let columns = arrays::columns(content.arrays, content.left_out);
+        return Ok(Some(columns));
+    }
+    let array = content.arrays.remove(0);
     let (n_rows, n_columns) = match array.shape[..] {
         [n_rows] => (n_rows, 1),
         [n_rows, n_columns] if n_columns <= COLUMN_LIMIT => (n_rows, n_columns),
@@ -110,62 +152,75 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     }))
 }
 
-/// Reads one array, called `name`, from a stream that cannot give more than `at_most_bytes`.
+/// Reads one file, called `name`, from a stream that cannot give more than `at_most_bytes`.
 pub(super) fn read(
     name: &str,
     from: &mut impl Read,
     at_most_bytes: u64,
     progress: &Progress,
-) -> Result<Array, FileError> {
+) -> Result<Content, FileError> {
     let header = header(name, from)?;
-    let n_numbers = header
+    let n_bytes = header
         .shape
         .iter()
-        .try_fold(1_usize, |product, &length| product.checked_mul(length));
-    let n_bytes = |n: usize| n.checked_mul(header.number.n_bytes());
-    let Some(n_numbers) =
-        n_numbers.filter(|&n| n_bytes(n).is_some_and(|b| b as u64 <= at_most_bytes))
-    else {
+        .try_fold(header.record.n_bytes, |n, &length| n.checked_mul(length));
+    let Some(n_bytes) = n_bytes.filter(|n_bytes| *n_bytes as u64 <= at_most_bytes) else {
         return Err(FileError::CutShort {
             what: name.to_owned(),
         });
     };
-    Ok(Array {
-        name: name.to_owned(),
-        unit: header.unit,
-        values: numbers(&header, n_numbers, from, progress).map_err(|error| match error {
-            FileError::Io(error) => reading(name)(error),
-            other => other,
-        })?,
-        shape: header.shape,
-        is_by_column: header.is_by_column,
+    let values = numbers(&header.record, n_bytes, from, progress).map_err(|error| match error {
+        FileError::Io(error) => reading(name)(error),
+        other => other,
+    })?;
+    let array = |(field, values): (Field, Vec<f64>)| Array {
+        name: match header.is_records {
+            true => field.name,
+            false => name.to_owned(),
+        },
+        unit: field.unit,
+        is_by_column: header.is_by_column && field.n_each == 1,
+        values,
+        shape: match field.n_each {
+            1 => header.shape.clone(),
+            n_each => [&header.shape[..], &[n_each]].concat(),
+        },
         labels: Vec::new(),
+    };
+    let fields = header.record.fields.into_iter();
+    Ok(Content {
+        arrays: fields.zip(values).map(array).collect(),
+        is_records: header.is_records,
+        left_out: header.record.left_out,
     })
 }
 
+/// The numbers of each field.
 fn numbers(
-    header: &Header,
-    n_numbers: usize,
+    record: &Record,
+    n_bytes: usize,
     from: &mut impl Read,
     progress: &Progress,
-) -> Result<Vec<f64>, FileError> {
-    let n_bytes = header.number.n_bytes();
-    let mut block = vec![0; BLOCK_NUMBERS * n_bytes];
-    // Grows with what is there; what the header says may be anything.
-    let mut values = Vec::new();
-    while values.len() < n_numbers {
+) -> Result<Vec<Vec<f64>>, FileError> {
+    let at_a_time = (BLOCK_BYTES / record.n_bytes).max(1) * record.n_bytes;
+    // Both grow with what is there; what the header says may be anything.
+    let mut block = Vec::new();
+    let mut values = vec![Vec::new(); record.fields.len()];
+    for start in (0..n_bytes).step_by(at_a_time) {
         progress.check()?;
-        let n_next = BLOCK_NUMBERS.min(n_numbers - values.len());
-        let block = &mut block[..n_next * n_bytes];
-        from.read_exact(block)?;
-        if header.is_big_endian {
-            block.chunks_exact_mut(n_bytes).for_each(<[u8]>::reverse);
+        let n_next = at_a_time.min(n_bytes - start);
+        block.clear();
+        if from.by_ref().take(n_next as u64).read_to_end(&mut block)? < n_next {
+            return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
         }
-        values.extend(
-            block
-                .chunks_exact(n_bytes)
-                .map(|bytes| header.number.value(bytes)),
-        );
+        for (field, values) in record.fields.iter().zip(&mut values) {
+            let own_bytes = field.number.n_bytes();
+            for element in block.chunks_exact(record.n_bytes) {
+                let own = &element[field.offset..][..field.n_each * own_bytes];
+                let own = own.chunks_exact(own_bytes);
+                values.extend(own.map(|bytes| field.number.value(bytes, field.is_big_endian)));
+            }
+        }
     }
     Ok(values)
 }
@@ -197,73 +252,164 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     let text = String::from_utf8_lossy(&text);
     let value = |key: &str| {
         let (_, rest) = text.split_once(&format!("'{key}':"))?;
-        Some(rest.trim_start())
+        Some(Literal(rest))
     };
-    let (Some(descr), Some(order), Some(shape)) =
+    let (Some(mut descr), Some(order), Some(mut shape)) =
         (value("descr"), value("fortran_order"), value("shape"))
     else {
         return Err(damaged("its header names no kind, order or shape"));
     };
-    let shape = shape_of(shape).ok_or_else(|| damaged("its shape is none"))?;
-    let (number, unit, is_big_endian) = number_of(descr).ok_or_else(|| FileError::NotNumbers {
+    let not_numbers = |kind: &str| FileError::NotNumbers {
         what: name.to_owned(),
-        kind: kind_in_words(descr),
-    })?;
+        kind: kind.to_owned(),
+    };
+    // Objects are stored in a way of their own, whatever stands beside them.
+    if text.contains("'|O'") {
+        return Err(not_numbers("Python objects"));
+    }
+    let shape = shape
+        .lengths()
+        .ok_or_else(|| damaged("its shape is none"))?;
+    let is_records = descr.0.trim_start().starts_with('[');
+    let record = descr.record(0);
+    let record = record.ok_or_else(|| damaged("its header describes no kind of numbers"))?;
+    if record.fields.is_empty() {
+        return Err(match (is_records, record.left_out.first()) {
+            (false, Some(kind)) => not_numbers(kind),
+            _ => not_numbers("records without numbers"),
+        });
+    }
     Ok(Header {
-        number,
-        unit,
-        is_big_endian,
-        is_by_column: order.starts_with("True"),
+        record,
+        is_records,
+        is_by_column: order.0.trim_start().starts_with("True"),
         shape,
     })
 }
 
-fn shape_of(text: &str) -> Option<Vec<usize>> {
-    let (inside, _) = text.strip_prefix('(')?.split_once(')')?;
-    let lengths = inside.split(',').map(str::trim);
-    let lengths = lengths.filter(|length| !length.is_empty());
-    lengths.map(|length| length.parse().ok()).collect()
+/// The rest of a Python literal.
+struct Literal<'a>(&'a str);
+
+impl<'a> Literal<'a> {
+    /// Whether a mark comes next, which is then behind.
+    fn has(&mut self, mark: char) -> bool {
+        let rest = self.0.trim_start().strip_prefix(mark);
+        self.0 = rest.unwrap_or(self.0);
+        rest.is_some()
+    }
+
+    fn text(&mut self) -> Option<&'a str> {
+        let rest = self.0.trim_start();
+        let quote = rest.chars().next().filter(|mark| "'\"".contains(*mark))?;
+        let (text, rest) = rest[1..].split_once(quote)?;
+        self.0 = rest;
+        Some(text)
+    }
+
+    fn lengths(&mut self) -> Option<Vec<usize>> {
+        let inside = self.0.trim_start().strip_prefix('(')?;
+        let (inside, rest) = inside.split_once(')')?;
+        self.0 = rest;
+        let lengths = inside.split(',').map(str::trim);
+        let lengths = lengths.filter(|length| !length.is_empty());
+        lengths.map(|length| length.parse().ok()).collect()
+    }
+
+    /// A kind, or a list of fields: `(name, kind)` or `(name, kind, shape)` each, where the name may be `(title, name)`.
+    fn record(&mut self, depth: usize) -> Option<Record> {
+        if !self.has('[') {
+            return of_kind(self.text()?);
+        }
+        let mut record = Record::default();
+        while !self.has(']') {
+            let starts = self.has('(') && depth < DEPTH_LIMIT;
+            let has_title = starts.then(|| self.has('('))?;
+            let mut name = self.text()?;
+            if has_title {
+                self.has(',').then_some(())?;
+                name = self.text()?;
+                self.has(')').then_some(())?;
+            }
+            self.has(',').then_some(())?;
+            let is_record = self.0.trim_start().starts_with('[');
+            let inner = self.record(depth + 1)?;
+            let lengths = match self.has(',') {
+                true => self.lengths()?,
+                false => Vec::new(),
+            };
+            self.has(')').then_some(())?;
+            self.has(',');
+            let n_each = lengths.into_iter().try_fold(1, usize::checked_mul)?;
+            let start = record.n_bytes;
+            record.n_bytes = start.checked_add(inner.n_bytes.checked_mul(n_each)?)?;
+            let within = |what: &str| match is_record {
+                true => format!("{name}.{what}"),
+                false => format!("{name} ({what})"),
+            };
+            if name.is_empty() {
+                // Fills up to where the next field starts.
+            } else if n_each != 1 && is_record {
+                record.left_out.push(format!("{name} (lists of records)"));
+            } else if n_each > 0 && record.fields.len() + inner.fields.len() <= COLUMN_LIMIT {
+                let left_out = inner.left_out.iter().map(|what| within(what));
+                record.left_out.extend(left_out);
+                record
+                    .fields
+                    .extend(inner.fields.into_iter().map(|field| Field {
+                        name: match is_record {
+                            true => within(&field.name),
+                            false => name.to_owned(),
+                        },
+                        offset: start + field.offset,
+                        n_each: field.n_each * n_each,
+                        ..field
+                    }));
+            }
+        }
+        Some(record)
+    }
 }
 
-/// The kind of numbers, what a time counts, and whether the high byte comes first.
-fn number_of(descr: &str) -> Option<(Number, &'static str, bool)> {
-    let (kind, _) = descr.strip_prefix('\'')?.split_once('\'')?;
+/// An element that is one number, or something else; `None` if its size is not known.
+fn of_kind(kind: &str) -> Option<Record> {
     let is_big_endian = kind.starts_with('>');
     let kind = kind.trim_start_matches(['<', '>', '|', '=']);
-    let number = match kind {
-        "f2" => Number::Float(2),
-        "f4" => Number::Float(4),
-        "f8" => Number::Float(8),
-        "i1" => Number::Int(1),
-        "i2" => Number::Int(2),
-        "i4" => Number::Int(4),
-        "i8" => Number::Int(8),
-        "b1" | "u1" => Number::Uint(1),
-        "u2" => Number::Uint(2),
-        "u4" => Number::Uint(4),
-        "u8" => Number::Uint(8),
-        "M8[s]" | "m8[s]" | "M8[ms]" | "m8[ms]" | "M8[us]" | "m8[us]" | "M8[ns]" | "m8[ns]" => {
-            Number::Time
-        }
-        _ => return None,
+    let letter = kind.chars().next()?;
+    let size = &kind[letter.len_utf8()..];
+    let (size, unit) = size.split_once('[').unwrap_or((size, ""));
+    let size: usize = size.parse().ok()?;
+    let units = [("s]", "s"), ("ms]", "ms"), ("us]", "us"), ("ns]", "ns")];
+    let unit = units.iter().find(|(ending, _)| *ending == unit);
+    let number = match (letter, size, unit) {
+        ('f', 2 | 4 | 8, _) => Some(Number::Float(size)),
+        ('i', 1 | 2 | 4 | 8, _) => Some(Number::Int(size)),
+        ('u', 1 | 2 | 4 | 8, _) | ('b', 1, _) => Some(Number::Uint(size)),
+        ('M' | 'm', 8, Some(_)) => Some(Number::Time),
+        _ => None,
     };
-    let units = [("[s]", "s"), ("[ms]", "ms"), ("[us]", "us"), ("[ns]", "ns")];
-    let unit = units.iter().find(|(ending, _)| kind.ends_with(ending));
-    Some((number, unit.map_or("", |(_, unit)| unit), is_big_endian))
-}
-
-fn kind_in_words(descr: &str) -> String {
-    let kind = descr.trim_start_matches(['\'', '<', '>', '|', '=']);
-    match kind.chars().next() {
-        Some('O') => "Python objects".to_owned(),
-        Some('U' | 'S') => "texts".to_owned(),
-        Some('c') => "complex numbers".to_owned(),
-        Some('[') => "records of several fields".to_owned(),
-        _ => format!(
-            "numbers of the kind {}",
-            kind.split('\'').next().unwrap_or_default()
-        ),
-    }
+    let other = match letter {
+        'U' | 'S' => "texts".to_owned(),
+        'c' => "complex numbers".to_owned(),
+        _ => format!("numbers of the kind {kind}"),
+    };
+    let field = number.map(|number| Field {
+        name: String::new(),
+        number,
+        unit: unit.map_or("", |(_, unit)| unit),
+        is_big_endian,
+        offset: 0,
+        n_each: 1,
+    });
+    let bytes_each = if letter == 'U' { 4 } else { 1 };
+    Some(Record {
+        left_out: if field.is_some() {
+            Vec::new()
+        } else {
+            vec![other]
+        },
+        fields: field.into_iter().collect(),
+        n_bytes: size.checked_mul(bytes_each)?,
+    })
 }
 
 /// The file of one array: magic, header padded to a multiple of 64 bytes, little-endian numbers or characters.
@@ -327,10 +473,10 @@ mod tests {
 
     #[test]
     fn signed_numbers_of_any_size_keep_their_sign() {
-        assert_eq!(Number::Int(1).value(&[0xff]), -1.0);
-        assert_eq!(Number::Int(2).value(&[0x00, 0x80]), -32768.0);
-        assert_eq!(Number::Int(8).value(&(-5_i64).to_le_bytes()), -5.0);
-        assert_eq!(Number::Uint(4).value(&[0xff; 4]), 4_294_967_295.0);
-        assert!(Number::Time.value(&i64::MIN.to_le_bytes()).is_nan());
+        assert_eq!(Number::Int(1).value(&[0xff], false), -1.0);
+        assert_eq!(Number::Int(2).value(&[0x80, 0x00], true), -32768.0);
+        assert_eq!(Number::Int(8).value(&(-5_i64).to_le_bytes(), false), -5.0);
+        assert_eq!(Number::Uint(4).value(&[0xff; 4], false), 4_294_967_295.0);
+        assert!(Number::Time.value(&i64::MIN.to_be_bytes(), true).is_nan());
     }
 }

@@ -1,4 +1,4 @@
-//! NumPy's `.npz`: arrays in a zip archive; written without compression.
+//! NumPy's `.npz`: arrays in a zip archive, those of records as tables of their own; written without compression.
 
 use std::io::{self, BufReader, Cursor, Read as _, Write as _};
 
@@ -6,11 +6,12 @@ use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use super::arrays::{self, Entry};
+use super::arrays::Entry;
 use super::columns::Columns;
 use super::error::FileError;
 use super::format::{Format, Source, unpacked_limit};
 use super::npy;
+use super::parts::{self, Group};
 
 pub(super) const FORMAT: Format = Format {
     name: "NumPy archive",
@@ -44,7 +45,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if !is_npz {
         return Ok(None);
     }
-    let (mut arrays, mut left_out) = (Vec::new(), Vec::new());
+    let (mut groups, mut left_out) = (vec![Group::default()], Vec::new());
     for index in 0..archive.len().min(MEMBER_LIMIT) {
         let mut member = archive.by_index(index).map_err(of_zip(ARCHIVE))?;
         let name = member.name().map_err(of_zip(ARCHIVE))?.into_owned();
@@ -62,7 +63,15 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         }
         let mut array = (&mut member).take(n_bytes);
         match npy::read(&name, &mut array, n_bytes, source.progress) {
-            Ok(array) => arrays.push(array),
+            Ok(content) if content.is_records => {
+                let what = content.left_out.iter();
+                left_out.extend(what.map(|what| format!("{name}/{what}")));
+                groups.push(Group {
+                    name,
+                    arrays: content.arrays,
+                });
+            }
+            Ok(content) => groups[0].arrays.extend(content.arrays),
             Err(FileError::NotNumbers { kind, .. }) => left_out.push(format!("{name} ({kind})")),
             Err(other) => return Err(other),
         }
@@ -70,7 +79,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if archive.len() > MEMBER_LIMIT {
         left_out.push(format!("{} more members", archive.len() - MEMBER_LIMIT));
     }
-    Ok(Some(arrays::columns(arrays, left_out)))
+    parts::of_groups(groups, '/', left_out, source.parts).map(Some)
 }
 
 fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {

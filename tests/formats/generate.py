@@ -5,6 +5,7 @@ files are left out and named.
 Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a - k / 2. All of these are exact in any float.
 """
 
+import json
 import struct
 import sys
 from pathlib import Path
@@ -45,7 +46,28 @@ def numpy_files():
         F=LOADS[::2, :3],
     )
     np.save(HERE / "lone.npy", np.column_stack([TIME, GAUGES, LOADS]))
+    np.save(HERE / "records.npy", numpy_records("<f8"))
+    np.savez(HERE / "records.npz", run=numpy_records("<M8[us]"), rate=np.float64(64))
     np.save(HERE / "objects.npy", np.array([{"a": 1}, None], dtype=object))
+
+
+def numpy_records(time):
+    wrench = np.dtype([("Fx", "<f8"), ("Mz", "<i4")])
+    fields = [("label", "<U3"), ("t", time), ("gauges", ">f4", (6,)), ("wrench", wrench), ("is_on", "?"), ("legs", wrench, (2,))]
+    records = np.zeros(N, dtype=np.dtype(fields, align=True))
+    records["label"] = "é"
+    records["t"] = TIME if time == "<f8" else (TIME * 1e6).astype("<i8").astype(time)
+    records["gauges"] = GAUGES
+    records["wrench"]["Fx"], records["wrench"]["Mz"] = LOADS[:, 0], 2 * LOADS[:, 5]
+    return records
+
+
+def json_lines():
+    with open(HERE / "run.jsonl", "w") as file:
+        for k in range(N):
+            force, torque = dict(zip("xyz", LOADS[k, :3])), dict(zip("xyz", LOADS[k, 3:]))
+            sample = {"t": TIME[k], "gauges": list(GAUGES[k]), "wrench": {"force": force, "torque": torque}}
+            print(json.dumps({**sample, "note": "dry", "is_on": True}), file=file)
 
 
 def matlab_files():
@@ -62,6 +84,9 @@ def matlab_files():
     }
     savemat(HERE / "plain.mat", variables)
     savemat(HERE / "packed.mat", variables, do_compression=True)
+    # Version 4 knows no structs.
+    variables.pop("rig")
+    savemat(HERE / "older.mat", variables, format="4")
     fields = {"t": TIME, "S": GAUGES, "out": {"loads": LOADS, "unit": "N"}, "note": "dry"}
     savemat(HERE / "struct.mat", {"run": fields, "gain": 5.0}, do_compression=True)
     runs = np.zeros(2, dtype=[("t", object), ("S", object), ("loads", object)])
@@ -294,7 +319,7 @@ def mcap_files():
     write("several.mcap", CompressionType.ZSTD, others=others)
 
 
-makers = (numpy_files, matlab_files, hdf5_files, workbook_files, labview_files, parquet_files, mcap_files)
+makers = (numpy_files, json_lines, matlab_files, hdf5_files, workbook_files, labview_files, parquet_files, mcap_files)
 for make in makers:
     try:
         make()

@@ -231,7 +231,9 @@ impl Reading<'_> {
             return Ok(NOT_READABLE);
         };
         let elements = raw.chunks_exact(number.0.n_bytes());
-        let mut values: Vec<f64> = elements.map(|bytes| value(number, bytes)).collect();
+        let mut values: Vec<f64> = elements
+            .map(|bytes| number.0.value(bytes, number.1))
+            .collect();
         if values.len() != n_values {
             return Err(FileError::CutShort {
                 what: name.to_owned(),
@@ -384,7 +386,7 @@ fn records<'a>(
         for record in raw.chunks_exact(record_bytes.max(1)).take(n_records) {
             let bytes = record.get(offset..offset.checked_add(n_bytes)?)?;
             for element in bytes.chunks_exact(number.0.n_bytes()) {
-                values.push(value(number, element));
+                values.push(number.0.value(element, number.1));
             }
         }
         Some(Array {
@@ -425,14 +427,4 @@ fn number_of(datatype: &Datatype) -> Option<(Number, bool)> {
         DatatypeByteOrder::BigEndian => Some((number, true)),
         _ => None,
     }
-}
-
-fn value((number, is_big_endian): (Number, bool), bytes: &[u8]) -> f64 {
-    let mut word = [0_u8; 8];
-    let word = &mut word[..bytes.len()];
-    word.copy_from_slice(bytes);
-    if is_big_endian {
-        word.reverse();
-    }
-    number.value(word)
 }

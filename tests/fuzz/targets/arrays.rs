@@ -9,13 +9,15 @@ use loopscope::progress::Progress;
 use loopscope::formats::FileError;
 use loopscope::import::{ReadError, read};
 
-const STARTS: [&[u8]; 8] = [
+const STARTS: [&[u8]; 10] = [
     b"\x93NUMPY\x01\x00",
     b"PK\x03\x04",
     b"MATLAB 5.0 MAT-file",
     b"MATLAB 7.3 MAT-file",
     b"\x89HDF\r\n\x1a\n",
     b"LabVIEW Measurement\n***End_of_Header***\n",
+    b"\0\0\0\0\x02\0\0\0\x02\0\0\0\0\0\0\0\x02\0\0\0S\0",
+    b"{\"t\": 0, \"S1\": 1}\n{\"t\": 1, \"S1\": 2}\n",
     b"\x89MCAP0\r\n",
     PARQUET,
 ];

@@ -1,0 +1,358 @@
+//! JSON lines (`.jsonl`, `.ndjson`): one object for each sample, whose numbers are columns called by their paths.
+//!
+//! Guarantees: rows keep the numbers of their lines; a document of JSON, such as this program's own files, is none of these;
+//! the memory that is taken is within the file's budget, whatever its keys are.
+
+use std::collections::HashMap;
+use std::fmt::{self, Write as _};
+use std::io::{BufRead, BufReader, Read};
+
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+
+use super::arrays::{self, Array};
+use super::columns::Columns;
+use super::error::FileError;
+use super::format::{Budget, COLUMN_LIMIT, Format, Source};
+use super::text::times::{DateOrder, TimeForm};
+
+pub(super) const FORMAT: Format = Format {
+    name: "JSON lines",
+    endings: &["jsonl", "ndjson"],
+    signatures: &[b"{", b"\xef\xbb\xbf{"],
+    read: columns,
+};
+
+const LINE_LIMIT_BYTES: usize = 1 << 20;
+/// No path of a number is longer.
+const NAME_LIMIT_BYTES: usize = 1 << 10;
+const VALUE_BYTES: u64 = size_of::<f64>() as u64;
+/// Of the first lines that are not blank, two of three are objects; in a document over several lines at most one is.
+const LOOKED_AT: usize = 3;
+const ISO: TimeForm = TimeForm::Date(DateOrder::YearMonthDay);
+
+/// The objects of a file as a table; `None` if its first lines are none.
+fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    let mut n_objects = 0;
+    let mut first = Lines::open(source)?;
+    for _ in 0..LOOKED_AT {
+        match first.next() {
+            Ok(Some(line)) => n_objects += usize::from(row(line).is_some()),
+            Ok(None) | Err(FileError::LineTooLong { .. }) => break,
+            Err(error) => return Err(error),
+        }
+    }
+    if n_objects < 2 {
+        return Ok(None);
+    }
+    let mut table = Table {
+        budget: Budget::of_file(source.n_bytes),
+        channels: Vec::new(),
+        places: HashMap::new(),
+        n_rows: 0,
+        has_more: false,
+    };
+    let (mut n_damaged, mut ends_early) = (0, false);
+    let mut lines = Lines::open(source)?;
+    while let Some(line) = lines.next()? {
+        source.progress.check()?;
+        let row = row(line);
+        if row.is_none() && !line.ends_with(b"\n") {
+            ends_early = true;
+            break;
+        }
+        n_damaged += usize::from(row.is_none());
+        // A damaged line is a row without numbers.
+        table.add(row.unwrap_or_default())?;
+    }
+    let mut columns = table.columns()?;
+    if n_damaged > 0 {
+        let what = format!("lines that are no JSON objects ({n_damaged})");
+        columns.left_out.push(what);
+    }
+    Ok(Some(Columns {
+        ends_early,
+        ..columns
+    }))
+}
+
+/// The lines of a file that are not blank.
+struct Lines {
+    file: BufReader<std::fs::File>,
+    line: Vec<u8>,
+}
+
+impl Lines {
+    fn open(source: &Source<'_>) -> Result<Self, FileError> {
+        let mut file = BufReader::new(source.open()?);
+        if !source.head.starts_with(b"{") {
+            // A byte order mark.
+            file.read_exact(&mut [0; 3])?;
+        }
+        let line = Vec::new();
+        Ok(Self { file, line })
+    }
+
+    fn next(&mut self) -> Result<Option<&[u8]>, FileError> {
+        loop {
+            self.line.clear();
+            let mut file = self.file.by_ref().take(LINE_LIMIT_BYTES as u64 + 1);
+            let n_bytes = file.read_until(b'\n', &mut self.line)?;
+            if n_bytes > LINE_LIMIT_BYTES {
+                let limit_bytes = LINE_LIMIT_BYTES;
+                return Err(FileError::LineTooLong { limit_bytes });
+            }
+            if n_bytes == 0 || !self.line.trim_ascii().is_empty() {
+                return Ok((n_bytes > 0).then_some(&self.line));
+            }
+        }
+    }
+}
+
+/// The path of a value, and its index where it is in a list.
+type Key = (String, Option<usize>);
+
+/// What an object holds besides objects and lists.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Value {
+    Number(f64),
+    /// A date, in seconds.
+    Time(f64),
+    Text,
+    Nothing,
+}
+
+type Row = Vec<(Key, Value)>;
+
+/// The values of a line; `None` if it is no object.
+fn row(line: &[u8]) -> Option<Row> {
+    if !line.trim_ascii_start().starts_with(b"{") {
+        return None;
+    }
+    let read = |line: &[u8]| {
+        let mut row = Vec::new();
+        let mut json = serde_json::Deserializer::from_slice(line);
+        let values = Values {
+            path: &mut String::new(),
+            index: None,
+            row: &mut row,
+        };
+        values.deserialize(&mut json).ok()?;
+        json.end().ok()?;
+        Some(row)
+    };
+    read(line).or_else(|| {
+        // As Python writes what is no number.
+        let line = std::str::from_utf8(line).ok()?;
+        let line = line
+            .replace("-Infinity", "null")
+            .replace("Infinity", "null");
+        read(line.replace("NaN", "null").as_bytes())
+    })
+}
+
+/// Takes what stands at a path.
+struct Values<'a> {
+    path: &'a mut String,
+    index: Option<usize>,
+    row: &'a mut Row,
+}
+
+impl Values<'_> {
+    fn take<E>(self, value: Value) -> Result<(), E> {
+        if self.path.len() <= NAME_LIMIT_BYTES && self.row.len() < COLUMN_LIMIT {
+            self.row.push(((self.path.clone(), self.index), value));
+        }
+        Ok(())
+    }
+
+    /// Makes the index a part of the path, and says how long the path was.
+    fn enter(&mut self) -> usize {
+        let n_bytes = self.path.len();
+        if let Some(index) = self.index {
+            // Writing to a text does not fail.
+            let _ = write!(self.path, "[{index}]");
+        }
+        n_bytes
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Values<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, json: D) -> Result<(), D::Error> {
+        json.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Values<'_> {
+    type Value = ();
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("JSON")
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<(), E> {
+        self.take(Value::Number(f64::from(u8::from(value))))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<(), E> {
+        self.take(Value::Number(value as f64))
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<(), E> {
+        self.take(Value::Number(value as f64))
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
+        self.take(Value::Number(value))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
+        self.take(ISO.secs(text.as_bytes()).map_or(Value::Text, Value::Time))
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<(), E> {
+        self.take(Value::Nothing)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(mut self, mut list: A) -> Result<(), A::Error> {
+        let n_bytes = self.enter();
+        for index in 0.. {
+            let element = Values {
+                path: self.path,
+                index: Some(index),
+                row: self.row,
+            };
+            if list.next_element_seed(element)?.is_none() {
+                break;
+            }
+        }
+        self.path.truncate(n_bytes);
+        Ok(())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut object: A) -> Result<(), A::Error> {
+        let n_bytes = self.enter();
+        while let Some(key) = object.next_key::<String>()? {
+            let n_before = self.path.len();
+            if n_before > 0 {
+                self.path.push('.');
+            }
+            self.path.push_str(&key);
+            object.next_value_seed(Values {
+                path: self.path,
+                index: None,
+                row: self.row,
+            })?;
+            self.path.truncate(n_before);
+        }
+        self.path.truncate(n_bytes);
+        Ok(())
+    }
+}
+
+/// The rows so far.
+struct Table {
+    budget: Budget,
+    channels: Vec<Channel>,
+    /// Where each channel stands.
+    places: HashMap<Key, usize>,
+    n_rows: usize,
+    /// Whether there are more keys than a table has columns.
+    has_more: bool,
+}
+
+struct Channel {
+    key: Key,
+    /// As long as the last row with this key.
+    values: Vec<f64>,
+    has_numbers: bool,
+    has_times: bool,
+}
+
+impl Table {
+    fn add(&mut self, row: Row) -> Result<(), FileError> {
+        for (at, (key, value)) in row.into_iter().enumerate() {
+            // Most objects have the same keys in the same order.
+            let is_next = self.channels.get(at).is_some_and(|own| own.key == key);
+            let known = is_next
+                .then_some(at)
+                .or_else(|| self.places.get(&key).copied());
+            let at = match known {
+                Some(at) => at,
+                None if self.channels.len() == COLUMN_LIMIT => {
+                    self.has_more = true;
+                    continue;
+                }
+                None => {
+                    self.places.insert(key.clone(), self.channels.len());
+                    self.channels.push(Channel {
+                        key,
+                        values: Vec::new(),
+                        has_numbers: false,
+                        has_times: false,
+                    });
+                    self.channels.len() - 1
+                }
+            };
+            let channel = &mut self.channels[at];
+            let n_more = (self.n_rows + 1).saturating_sub(channel.values.len()) as u64;
+            self.budget.take(&channel.key.0, n_more, VALUE_BYTES)?;
+            channel.values.resize(self.n_rows + 1, f64::NAN);
+            let (number, has_numbers) = match value {
+                Value::Number(number) | Value::Time(number) => (number, true),
+                Value::Text | Value::Nothing => (f64::NAN, false),
+            };
+            channel.values[self.n_rows] = number;
+            channel.has_numbers |= has_numbers;
+            channel.has_times |= matches!(value, Value::Time(_));
+        }
+        self.n_rows += 1;
+        Ok(())
+    }
+
+    /// Lists of numbers become arrays, which are named as those of other formats are.
+    fn columns(mut self) -> Result<Columns, FileError> {
+        let missing = |channel: &Channel| (self.n_rows - channel.values.len()) as u64;
+        let n_missing = self.channels.iter().map(missing).sum();
+        self.budget.take("the table", n_missing, VALUE_BYTES)?;
+        let mut arrays: Vec<(Array, bool)> = Vec::new();
+        for mut channel in self.channels {
+            channel.values.resize(self.n_rows, f64::NAN);
+            let (name, index) = channel.key;
+            let is_own = |(array, _): &&mut (Array, bool)| {
+                array.shape.len() == 2 && index.is_some() && array.name == name
+            };
+            if let Some((array, has_numbers)) = arrays.iter_mut().find(is_own) {
+                array.shape[1] += 1;
+                array.values.append(&mut channel.values);
+                *has_numbers |= channel.has_numbers;
+                continue;
+            }
+            let array = Array {
+                name,
+                unit: if channel.has_times { "s" } else { "" },
+                shape: match index {
+                    Some(_) => vec![self.n_rows, 1],
+                    None => vec![self.n_rows],
+                },
+                is_by_column: true,
+                values: channel.values,
+                labels: Vec::new(),
+            };
+            arrays.push((array, channel.has_numbers));
+        }
+        let (with, without): (Vec<_>, Vec<_>) = arrays
+            .into_iter()
+            .partition(|(_, has_numbers)| *has_numbers);
+        let without = without.into_iter();
+        let mut left_out: Vec<String> = without
+            .map(|(array, _)| format!("{} (no numbers)", array.name))
+            .collect();
+        if self.has_more {
+            left_out.push(format!("more than {COLUMN_LIMIT} keys"));
+        }
+        let arrays = with.into_iter().map(|(array, _)| array);
+        Ok(arrays::columns(arrays.collect(), left_out))
+    }
+}
