@@ -13,6 +13,7 @@ use crate::calibration::{
     Calibration, Conventional, FORMAT, FitSettings, LinearMap, NormalEquations, Past, PresentLoads,
     Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges, past_samples,
 };
+use crate::evaluation::MANY_SAMPLES;
 use crate::evaluation::coverage::Coverage;
 use crate::evaluation::faults::{Faults, faults, faults_of};
 use crate::evaluation::metrics;
@@ -60,10 +61,6 @@ impl Key {
 /// A load beyond the largest of the training recordings by more than this is beyond what is known of the sensor, where nobody
 /// entered a rated load.
 const BEYOND_TRAINING: f64 = 1.2;
-
-/// Of more samples than this the loads are not kept but made anew wherever they are needed: what that costs is less than what the
-/// memory would.
-pub(super) const MANY_SAMPLES: usize = 2_000_000;
 
 /// The searches of all recordings, for one set of weights and one history step.
 pub(super) type Paths = Arc<Vec<LoadPath>>;

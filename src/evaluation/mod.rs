@@ -26,3 +26,7 @@ pub mod threshold_study;
 
 pub use sensitivity::Sensitivity;
 pub(crate) use series::Series;
+
+/// Of more samples than this the loads are not kept but made anew wherever they are needed: what that costs is less than what the
+/// memory would.
+pub const MANY_SAMPLES: usize = 2_000_000;

@@ -90,6 +90,8 @@ pub(crate) struct Array {
     pub(crate) shape: Vec<usize>,
     /// Whether the first index runs fastest.
     pub(crate) is_by_column: bool,
+    /// Added to each of the values.
+    pub(crate) since: i64,
     pub(crate) values: Vec<f64>,
 }
 
@@ -131,8 +133,8 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
             table.columns.push(Column {
                 name,
                 unit: array.unit.to_owned(),
+                since: array.since,
                 values: array.column(n_rows, n_columns, index),
-                ..Column::default()
             });
         }
     }

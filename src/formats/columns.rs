@@ -53,6 +53,10 @@ const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 pub(super) struct Since(std::cell::Cell<Option<i64>>);
 
 impl Since {
+    pub(super) fn zero() -> Self {
+        Self(std::cell::Cell::new(Some(0)))
+    }
+
     pub(super) fn number(&self, value: i64) -> f64 {
         let of_first = if value.unsigned_abs() > EXACT {
             value

@@ -338,7 +338,7 @@ impl Table {
                 },
                 is_by_column: true,
                 values: channel.values,
-                labels: Vec::new(),
+                ..Array::default()
             };
             arrays.push((array, channel.has_numbers));
         }

@@ -6,7 +6,7 @@
 use std::io::{self, BufReader, Read};
 
 use super::arrays::{self, Array, Entry};
-use super::columns::{Column, Columns};
+use super::columns::{Column, Columns, Since};
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source};
 use crate::progress::Progress;
@@ -47,6 +47,11 @@ impl Number {
 
     /// The value of so many bytes.
     pub(super) fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
+        self.value_since(bytes, is_big_endian, &Since::zero())
+    }
+
+    /// The value of so many bytes, counted from the first one where that is large.
+    pub(super) fn value_since(self, bytes: &[u8], is_big_endian: bool, since: &Since) -> f64 {
         let mut eight = [0; 8];
         let own = &mut eight[..bytes.len()];
         own.copy_from_slice(bytes);
@@ -57,9 +62,12 @@ impl Number {
         let shift = 64 - 8 * bytes.len() as u32;
         let signed = (unsigned << shift) as i64 >> shift;
         match self {
-            Self::Uint(_) => unsigned as f64,
+            Self::Uint(_) => match i64::try_from(unsigned) {
+                Ok(number) => since.number(number),
+                Err(_) => unsigned as f64 - since.get() as f64,
+            },
             Self::Time if signed == NOT_A_TIME => f64::NAN,
-            Self::Int(_) | Self::Time => signed as f64,
+            Self::Int(_) | Self::Time => since.number(signed),
             Self::Float(2) => half(unsigned as u16),
             Self::Float(4) => f64::from(f32::from_bits(unsigned as u32)),
             Self::Float(_) => f64::from_bits(unsigned),
@@ -143,8 +151,8 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let columns = (0..n_columns).map(|column| Column {
         name: String::new(),
         unit: array.unit.to_owned(),
+        since: array.since,
         values: array.column(n_rows, n_columns, column),
-        ..Column::default()
     });
     Ok(Some(Columns {
         columns: columns.collect(),
@@ -173,13 +181,14 @@ pub(super) fn read(
         FileError::Io(error) => reading(name)(error),
         other => other,
     })?;
-    let array = |(field, values): (Field, Vec<f64>)| Array {
+    let array = |(field, (values, since)): (Field, (Vec<f64>, Since))| Array {
         name: match header.is_records {
             true => field.name,
             false => name.to_owned(),
         },
         unit: field.unit,
         is_by_column: header.is_by_column && field.n_each == 1,
+        since: since.get(),
         values,
         shape: match field.n_each {
             1 => header.shape.clone(),
@@ -201,11 +210,11 @@ fn numbers(
     n_bytes: usize,
     from: &mut impl Read,
     progress: &Progress,
-) -> Result<Vec<Vec<f64>>, FileError> {
+) -> Result<Vec<(Vec<f64>, Since)>, FileError> {
     let at_a_time = (BLOCK_BYTES / record.n_bytes).max(1) * record.n_bytes;
     // Both grow with what is there; what the header says may be anything.
     let mut block = Vec::new();
-    let mut values = vec![Vec::new(); record.fields.len()];
+    let mut values = vec![(Vec::new(), Since::default()); record.fields.len()];
     for start in (0..n_bytes).step_by(at_a_time) {
         progress.check()?;
         let n_next = at_a_time.min(n_bytes - start);
@@ -213,12 +222,14 @@ fn numbers(
         if from.by_ref().take(n_next as u64).read_to_end(&mut block)? < n_next {
             return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
         }
-        for (field, values) in record.fields.iter().zip(&mut values) {
+        for (field, (values, since)) in record.fields.iter().zip(&mut values) {
             let own_bytes = field.number.n_bytes();
             for element in block.chunks_exact(record.n_bytes) {
                 let own = &element[field.offset..][..field.n_each * own_bytes];
                 let own = own.chunks_exact(own_bytes);
-                values.extend(own.map(|bytes| field.number.value(bytes, field.is_big_endian)));
+                values.extend(
+                    own.map(|bytes| (field.number).value_since(bytes, field.is_big_endian, since)),
+                );
             }
         }
     }

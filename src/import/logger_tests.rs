@@ -76,6 +76,24 @@ fn stamps_of_a_date_keep_their_digits() {
     assert!((rate - 200.0).abs() < 1e-9, "{rate}");
 }
 
+/// Whole numbers of 64 bits keep digits that numbers with a point do not have.
+#[test]
+fn stamps_of_a_file_of_arrays_keep_their_digits() {
+    let head = "{'descr': [('t_ns', '<i8'), ('S1', '<f8'), ('Fz', '<f8')], 'fortran_order': False, 'shape': (400,), }";
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((head.len() as u16).to_le_bytes());
+    file.extend(head.bytes());
+    for k in 0..400_i64 {
+        file.extend((1_763_000_000_123_456_789 + k * 19_531).to_le_bytes());
+        file.extend((k as f64).to_le_bytes());
+        file.extend(((k % 7) as f64).to_le_bytes());
+    }
+    let recording = TestFile::new(file).read().unwrap().recordings.remove(0);
+    let rate = recording.rate_hz().unwrap();
+    assert!((rate - 1e9 / 19_531.0).abs() < 1e-3, "{rate}");
+    assert!((recording.clock_time(0) - 1_763_000_000.123_456_8).abs() < 1e-6);
+}
+
 #[test]
 fn two_clocks_of_one_day_meet() {
     let folder = tempfile::tempdir().unwrap();

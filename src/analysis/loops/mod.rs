@@ -210,6 +210,16 @@ impl Viewer {
             self.source = Some(Source::of(request, extents));
         }
         let source = self.source.as_mut().expect("was just made");
+        let answer = Self::answer(source, request, progress);
+        source.forget_many();
+        answer
+    }
+
+    fn answer(
+        source: &mut Source,
+        request: &LookRequest,
+        progress: &Progress,
+    ) -> Result<Look, LookError> {
         match &request.question {
             Question::Loops(question) => {
                 let parts = source.parts(question.span, request, progress)?;

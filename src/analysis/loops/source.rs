@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::{LookError, LookRequest, Output, Span};
 use crate::calibration::{AppliedLoads, Calibration};
+use crate::evaluation::MANY_SAMPLES;
 use crate::evaluation::loops::LoadExtent;
 use crate::evaluation::metrology::{MetrologySettings, Rules, Run, extents_of_set};
 use crate::progress::Progress;
@@ -139,6 +140,16 @@ impl Source {
             self.applied[at] = Some(applied);
         }
         Ok(())
+    }
+
+    /// Lets go of loads of more samples than memory is worth.
+    pub(super) fn forget_many(&mut self) {
+        let kept = self.recordings.iter().zip(&self.applied);
+        let kept = kept.filter(|(_, applied)| applied.is_some());
+        let n_samples: usize = kept.map(|(recording, _)| recording.n_samples()).sum();
+        if n_samples > MANY_SAMPLES {
+            self.applied.fill_with(|| None);
+        }
     }
 
     pub(super) fn recording(&self, at: usize) -> Option<&Arc<Recording>> {

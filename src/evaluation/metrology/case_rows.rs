@@ -17,7 +17,7 @@ pub(super) fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> 
     let run = &view.runs[0];
     let points: Vec<(f64, f64)> = cases
         .iter()
-        .map(|rows| (mean(rows, run.loads), mean(rows, run.outputs[output])))
+        .map(|rows| (mean(rows, run.loads), mean(rows, &run.outputs[output])))
         .collect();
     let mut loads: Vec<f64> = points.iter().map(|(load, _)| *load).collect();
     loads.sort_by(f64::total_cmp);

@@ -116,7 +116,7 @@ fn alone(measured: &Measured<'_>, loaded: usize) -> Alone {
     for output in 0..OUTPUTS {
         for axis in (0..n_axes).filter(|axis| *axis != loaded) {
             let points = |(run, (loads, samples)): &(&Columns<'_>, (Vec<&[f64]>, Vec<usize>))| {
-                let error = |k: usize| run.outputs[output][axis][k] - loads[axis][k];
+                let error = |k: usize| run.output(output, axis, k) - loads[axis][k];
                 let points = samples.iter().map(|k| (loads[loaded][*k], error(*k)));
                 points.collect::<Vec<_>>()
             };

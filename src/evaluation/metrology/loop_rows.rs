@@ -88,12 +88,12 @@ impl<'a> LoopRows<'a> {
 
     fn curve(&self, recording: usize, branch: &Branch, output: usize) -> Curve {
         let run = self.run(recording);
-        Curve::of(branch, run.loads, run.outputs[output])
+        Curve::of(branch, run.loads, &run.outputs[output])
     }
 
     fn cycle_loop(&self, cycle: &Cycle, output: usize) -> Loop {
         let run = self.run(cycle.recording);
-        Loop::of(cycle, run.loads, run.outputs[output])
+        Loop::of(cycle, run.loads, &run.outputs[output])
     }
 
     fn largest(&self) -> Result<&Cycle> {
@@ -199,7 +199,7 @@ impl<'a> LoopRows<'a> {
                     why_not = Reason::OthersDiffer { axis, other };
                     continue;
                 }
-                let spread = |way| spread(way, run.loads, run.outputs[output]);
+                let spread = |way| spread(way, run.loads, &run.outputs[output]);
                 let size = ways
                     .iter()
                     .filter_map(|way| spread(way))

@@ -25,8 +25,8 @@ pub(super) struct Columns<'a> {
     pub(super) times: &'a [f64],
     /// Per axis of the table; `None` where the run has no reference for it.
     pub(super) loads: Vec<Option<Vec<f64>>>,
-    /// Per output and axis.
-    pub(super) outputs: [Vec<Vec<f64>>; OUTPUTS],
+    /// Per output, row-major; an axis becomes a column where it is measured, as those of all would double the memory.
+    outputs: [&'a [f64]; OUTPUTS],
 }
 
 impl<'a> Columns<'a> {
@@ -47,11 +47,6 @@ impl<'a> Columns<'a> {
             }
         }
         let position = |axis: &Axis| run.reference_axes.iter().position(|own| own == axis);
-        let by_axis = |values: &[f64]| -> Vec<Vec<f64>> {
-            (0..axes.len())
-                .map(|at| column(values, axes.len(), at))
-                .collect()
-        };
         Ok(Self {
             name: run.name,
             is_static: run.is_static,
@@ -66,13 +61,18 @@ impl<'a> Columns<'a> {
                     ))
                 })
                 .collect(),
-            outputs: [by_axis(run.conventional), by_axis(run.compensated)],
+            outputs: [run.conventional, run.compensated],
         })
     }
 
     /// The reference of every axis of the table; `None` if one is missing.
     pub(super) fn all_loads(&self) -> Option<Vec<&[f64]>> {
         self.loads.iter().map(Option::as_deref).collect()
+    }
+
+    /// What an output gives on an axis of the table at a sample.
+    pub(super) fn output(&self, output: usize, axis: usize, sample: usize) -> f64 {
+        self.outputs[output][sample * self.loads.len() + axis]
     }
 
     pub(super) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
@@ -167,7 +167,7 @@ impl<'a> Measured<'a> {
                     index,
                     run,
                     loads: run.loads[at].as_deref()?,
-                    outputs: [&run.outputs[0][at], &run.outputs[1][at]],
+                    outputs: run.outputs.map(|rows| column(rows, self.axes.len(), at)),
                 })
             })
             .filter(|run| !run.loads.is_empty())
@@ -176,7 +176,7 @@ impl<'a> Measured<'a> {
             return Err(Reason::NoReference { axis });
         }
         for run in &runs {
-            for values in [run.loads, run.outputs[0], run.outputs[1]] {
+            for values in [run.loads, &run.outputs[0], &run.outputs[1]] {
                 check_numbers(axis, run.run.name, values)?;
             }
         }
@@ -226,7 +226,7 @@ pub(super) struct AxisRun<'a> {
     pub(super) index: usize,
     pub(super) run: &'a Columns<'a>,
     pub(super) loads: &'a [f64],
-    pub(super) outputs: [&'a [f64]; OUTPUTS],
+    pub(super) outputs: [Vec<f64>; OUTPUTS],
 }
 
 impl AxisRun<'_> {

@@ -38,6 +38,7 @@ use self::errors::error_figures;
 use self::loop_rows::LoopRows;
 use self::measured::{AxisView, Measured, OUTPUTS};
 use crate::calibration::AppliedLoads;
+use crate::evaluation::MANY_SAMPLES;
 use crate::evaluation::numbers::significant;
 use crate::recording::{Axis, Recording};
 
@@ -296,10 +297,13 @@ pub fn table_by(
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let alone = intervals_alone(&measured);
-    let by_axis: Vec<AxisFigures> = (0..axes.len())
-        .into_par_iter()
-        .map(|axis| AxisFigures::of(&measured, &alone, axis))
-        .collect();
+    let n_samples = runs.iter().map(|run| run.times.len()).sum();
+    let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
+    // Of many samples the lists of several axes at a time would fill the memory.
+    let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
+        true => (0..axes.len()).map(of_axis).collect(),
+        false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
+    };
     let rows = (Quantity::all(axes).into_iter().enumerate())
         .map(|(row, quantity)| {
             let cells = (0..axes.len()).map(|axis| {
@@ -331,7 +335,7 @@ pub fn table_by(
         notes: notes(&measured, &by_axis),
         dead_bands: measured.dead_bands,
         n_recordings: runs.len(),
-        n_samples: runs.iter().map(|run| run.times.len()).sum(),
+        n_samples,
         rows,
     })
 }

@@ -11,7 +11,7 @@ use hdf5_pure::{
 };
 
 use super::super::arrays::Array;
-use super::super::columns::Columns;
+use super::super::columns::{Columns, Since};
 use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::npy::Number;
@@ -231,8 +231,9 @@ impl Reading<'_> {
             return Ok(NOT_READABLE);
         };
         let elements = raw.chunks_exact(number.0.n_bytes());
+        let since = Since::default();
         let mut values: Vec<f64> = elements
-            .map(|bytes| number.0.value(bytes, number.1))
+            .map(|bytes| number.0.value_since(bytes, number.1, &since))
             .collect();
         if values.len() != n_values {
             return Err(FileError::CutShort {
@@ -249,6 +250,7 @@ impl Reading<'_> {
             name: name.to_owned(),
             shape,
             is_by_column: class.is_some(),
+            since: since.get(),
             values,
             ..Array::default()
         }))
@@ -382,11 +384,11 @@ fn records<'a>(
             other => (number_of(other)?, 1),
         };
         let n_bytes = n_each.checked_mul(number.0.n_bytes())?;
-        let mut values = Vec::new();
+        let (mut values, since) = (Vec::new(), Since::default());
         for record in raw.chunks_exact(record_bytes.max(1)).take(n_records) {
             let bytes = record.get(offset..offset.checked_add(n_bytes)?)?;
             for element in bytes.chunks_exact(number.0.n_bytes()) {
-                values.push(number.0.value(element, number.1));
+                values.push(number.0.value_since(element, number.1, &since));
             }
         }
         Some(Array {
@@ -395,6 +397,7 @@ fn records<'a>(
                 1 => vec![n_records],
                 _ => vec![n_records, n_each],
             },
+            since: since.get(),
             values,
             ..Array::default()
         })
