@@ -16,7 +16,7 @@ use super::format::{Budget, COLUMN_LIMIT, Format, Source};
 use super::text::times::{DateOrder, TimeForm};
 
 pub(super) const FORMAT: Format = Format {
-    name: "JSON lines",
+    name: "file of JSON lines",
     endings: &["jsonl", "ndjson"],
     signatures: &[b"{", b"\xef\xbb\xbf{"],
     read: columns,

@@ -193,7 +193,7 @@ impl<'a> Reading<'a> {
         let mut plan = plan.map_err(at(path, head.line))?;
         let sample = opened.sample(&table.text, &head);
         if let (Some(first), Some(_)) = (sample.rows.first(), plan.time_column) {
-            plan.count_from(first.iter().copied());
+            Rows::plan_zero(&mut plan, first.iter().copied());
         }
         drop(sample);
         let day = opened.day(&head);

@@ -585,8 +585,10 @@ fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
         }
     ));
     assert!(read_one("1.5e308,1\n", slow).is_err());
+    let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
+    assert!(matches!(blended, ReadError::ClocksApart { .. }));
     let averaged = format!("{HEADERLESS}, \"average_bursts_secs\": 1");
-    let (recording, _) = single(read_one("0;0;;9e37\n1;0;;-9e37\n", &averaged));
+    let (recording, _) = single(read_one("0;0;;8e307\n1;0;;-8e307\n", &averaged));
     assert_eq!(recording.gauges(), [0.0]);
 }
 

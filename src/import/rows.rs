@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::plan::{Plan, PosePlan, Use};
+use super::plan::{Plan, PosePlan, TimeScale, Use};
 use super::warning::{Finding, Findings, Trouble};
 use crate::formats::text::{ati, lines};
 use crate::formats::{Cell, Part, Row};
@@ -154,6 +154,28 @@ impl Rows {
             let width = values.len().checked_div(n_rows).unwrap_or(0);
             let rows = order.iter().flat_map(|row| &values[row * width..][..width]);
             *values = rows.copied().collect();
+        }
+    }
+
+    /// Plans to count times from the first of these rows on, where they are counted from long ago.
+    pub(super) fn plan_zero<'a>(plan: &mut Plan, first: impl Iterator<Item = Cell<'a>>) {
+        /// A clock that is set counts from 1970; one that was started with a computer stays below (s).
+        const SET_SECS: f64 = 1e8;
+        let Some(first) = Self::time_of(first, plan).filter(|first| *first < i64::MAX as f64)
+        else {
+            return;
+        };
+        let per_second = match plan.time_scale {
+            TimeScale::PerSecond(per_second) => per_second,
+            TimeScale::ByValues => {
+                let is_set = |unit: &f64| first / unit >= 10.0 * SET_SECS;
+                let units = [1e9, 1e6, 1e3, 1.0].into_iter();
+                units.clone().find(is_set).unwrap_or(1.0)
+            }
+        };
+        if first / per_second >= SET_SECS {
+            // Whole seconds, so that two clocks differ by a number without decimals.
+            plan.since = ((first / per_second).floor() * per_second) as i64;
         }
     }
 
@@ -619,8 +641,10 @@ fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     Some(mounts.iter().position(is_it)? as f64)
 }
 
-/// Meters answer with 9.9E+37 where a value is out of range, and with 9.91E+37 where there is none.
-const OVERLOAD: f64 = 9.9e37;
+/// Whether this is what meters answer where a value is out of range (9.9E+37) or there is none (9.91E+37).
+pub(super) fn is_overload(number: f64) -> bool {
+    (9.9e37..=1e38).contains(&number.abs())
+}
 
 /// A number in SI (times as they are), if it is one.
 #[inline(always)]
@@ -628,7 +652,7 @@ fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trou
     if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
         return Err(Trouble::Dropout);
     }
-    if number.abs() >= OVERLOAD && number.is_finite() && !usage.is_time() {
+    if is_overload(number) && !usage.is_time() {
         return Err(Trouble::Overload);
     }
     let shift = match usage {

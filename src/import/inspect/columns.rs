@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::super::names::form_of_column;
+use super::super::rows::is_overload;
 use crate::formats::text::Head;
 use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
@@ -127,7 +128,7 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
                     Cell::Since(since, value) => Some(since as f64 + value),
                     Cell::Text(text) => table.text.number(text).map(|(value, _)| value),
                 };
-                value.filter(|value| value.is_finite())
+                value.filter(|value| value.is_finite() && !is_overload(*value))
             };
             let numbers: Vec<f64> = filled().filter_map(value).collect();
             let form = form_of_column(rows, index);

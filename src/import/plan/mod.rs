@@ -6,8 +6,6 @@
 mod making;
 
 use super::TableError;
-use super::rows::Rows;
-use crate::formats::Cell;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, TextLayout};
 use crate::import::map::{Attitude, ColumnRole, TableMap, WeightMap};
@@ -203,28 +201,6 @@ impl Plan {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let date = self.uses.iter().position(is_date);
         self.since != 0 && date.or(self.time_column) == Some(index)
-    }
-
-    /// Counts times from the first of these rows on, where they are counted from long ago.
-    pub(super) fn count_from<'a>(&mut self, first: impl Iterator<Item = Cell<'a>>) {
-        /// A clock that is set counts from 1970; one that was started with a computer stays below (s).
-        const SET_SECS: f64 = 1e8;
-        let Some(first) = Rows::time_of(first, self).filter(|first| *first < i64::MAX as f64)
-        else {
-            return;
-        };
-        let per_second = match self.time_scale {
-            TimeScale::PerSecond(per_second) => per_second,
-            TimeScale::ByValues => {
-                let is_set = |unit: &f64| first / unit >= 10.0 * SET_SECS;
-                let units = [1e9, 1e6, 1e3, 1.0].into_iter();
-                units.clone().find(is_set).unwrap_or(1.0)
-            }
-        };
-        if first / per_second >= SET_SECS {
-            // Whole seconds, so that two clocks differ by a number without decimals.
-            self.since = ((first / per_second).floor() * per_second) as i64;
-        }
     }
 
     /// How many numbers of a pose are kept of each row.
