@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Duration;
 
-use loopscope::analysis::{Search, find_best};
 use loopscope::calibration::FitSettings;
 use loopscope::progress::Progress;
+use loopscope::questions::{Search, find_best};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 /// A generator of numbers, the same on every machine: xorshift64*.

@@ -6,11 +6,11 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use loopscope::analysis::{Request, train};
 use loopscope::calibration::{Calibration, FitSettings};
 use loopscope::export::write_calibration;
 use loopscope::features::{Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial};
 use loopscope::progress::Progress;
+use loopscope::questions::{Request, train};
 use loopscope::recording::simulated;
 
 fn main() {

@@ -4,12 +4,12 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::{AppliedLoads, FitSettings};
-use loopscope::evaluation::loops::{Frame, Loop, Loops, default_dead_band, outline};
-use loopscope::evaluation::metrology::{MetrologySettings, Rules, Run, extents_of_set, table_by};
 use loopscope::progress::Progress;
+use loopscope::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set, table_by};
+use loopscope::questions::{Request, analyse};
 use loopscope::recording::{RecordingSet, simulated};
+use loopscope::scoring::loops::{Frame, Loop, Loops, default_dead_band, outline};
 
 /// Width and height of a picture, and so many points it may have anyway.
 const PIXELS: [f64; 2] = [1000.0, 700.0];

@@ -6,10 +6,10 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use loopscope::analysis::{Analyst, Request, View};
 use loopscope::calibration::{FitSettings, RidgeChoice};
 use loopscope::features::{Blocks, LoadPath, Polynomial, Thresholds};
 use loopscope::progress::Progress;
+use loopscope::questions::{Analyst, Request, View};
 use loopscope::recording::simulated;
 
 fn slider_step(c: &mut Criterion) {

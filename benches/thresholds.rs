@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use loopscope::analysis::{Datasets, HistoryBlock, Study};
 use loopscope::calibration::{FitSettings, RidgeChoice};
-use loopscope::evaluation::threshold_study::{Measure, ThresholdGrid};
 use loopscope::features::{Creep, FeatureSettings, Play, Thresholds};
 use loopscope::progress::Progress;
+use loopscope::questions::thresholds::{Measure, ThresholdGrid};
+use loopscope::questions::{Datasets, HistoryBlock, Study};
 use loopscope::recording::simulated;
 
 fn thresholds(c: &mut Criterion) {

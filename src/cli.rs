@@ -30,12 +30,8 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::about;
-use crate::analysis::AnalysisError;
 use crate::calibration::{Calibration, CalibrationError, Undetermined};
 use crate::engine::Session;
-use crate::evaluation::faults::{Faults, faults, faults_of};
-use crate::evaluation::limits::{Checked, LimitsError};
-use crate::evaluation::metrology::MetrologyError;
 use crate::export::{
     FileFormat, ReadCalibrationError, TRACE_FORMATS, TargetError, Together, WriteError,
     check_targets, interrupted_code, name_gauges, names_gauges, read_with_notes, target_endings,
@@ -43,15 +39,21 @@ use crate::export::{
 };
 use crate::formats::FileError;
 use crate::formats::csv::write_csv;
+use crate::import;
 use crate::import::map::{ColumnMap, MapFileError};
-use crate::import::{self, LoadWarning, ReadError};
+use crate::import::{LoadWarning, ReadError};
 use crate::progress::Progress;
+use crate::questions::AnalysisError;
+use crate::questions::expected_error::limits::{Checked, LimitsError};
+use crate::questions::metrology::MetrologyError;
 use crate::recording::Item;
 use crate::recording::identity::{SensorFile, SensorFileError};
 use crate::recording::{
     Axis, GaugeRange, LayoutError, Recording, Role, Tare, TareError, ValidRange, simulated,
 };
-use crate::shown::{self, listed, printable};
+use crate::scoring::faults::{Faults, faults, faults_of};
+use crate::shown;
+use crate::shown::{listed, printable};
 
 pub use compare::CompareArgs;
 pub use fit::FitArgs;

@@ -9,10 +9,10 @@
 //! | [`import`] | columns → recordings: column maps and guessing them, clocks, pauses, loads from a pose | [`import::read`] |
 //! | [`features`] | what a sample is described by, one file a block: look-back (Eq. 9-12) and the others | [`features::Design`] |
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
-//! | [`evaluation`] | how good it is: errors, cross-validation, threshold study, loops, dwells, metrology | [`evaluation::cross_validation`] |
+//! | [`scoring`] | what all questions share: cross-validation, sums left out, faults, loops, dwells | [`scoring::cross_validation`] |
 //! | [`report`] | what is shown, as plain data: tables and figures, described once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
 //! | [`export`] | what leaves the program, whole or not at all: calibrations, one file a target, code that runs them, traces | [`export::TARGETS`] |
-//! | [`analysis`] | recordings and settings in, everything that is shown out | [`analysis::analyse`] |
+//! | [`questions`] | one folder a question: errors, expected error, thresholds, loops, metrology, models, check | [`questions::analyse`] |
 //! | [`engine`] | a document, its edits and undo, questions answered off the window's thread, sessions | [`engine::Engine`] |
 //! | [`cli`] | the command line | [`cli::Job`] |
 //! | `ui` | the window (feature `gui`), one file a pane: panes ask questions, draw answers, push edits | `ui::Shell` |
@@ -24,7 +24,7 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use loopscope::analysis::{Request, analyse};
+//! use loopscope::questions::{Request, analyse};
 //! use loopscope::calibration::{Estimator, FitSettings};
 //! use loopscope::export::{read_calibration, write_calibration};
 //! use loopscope::import::read;
@@ -67,11 +67,9 @@
 #![cfg_attr(not(feature = "gui"), allow(dead_code, unused_imports))]
 
 mod about;
-pub mod analysis;
 pub mod calibration;
 pub mod cli;
 pub mod engine;
-pub mod evaluation;
 pub mod export;
 pub mod features;
 pub mod formats;
@@ -81,9 +79,11 @@ pub mod logged;
 mod outward;
 pub(crate) mod panicked;
 pub mod progress;
+pub mod questions;
 mod random;
 pub mod recording;
 pub mod report;
+pub mod scoring;
 mod shown;
 mod small_file;
 #[cfg(feature = "gui")]

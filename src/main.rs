@@ -3,7 +3,8 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use loopscope::cli::{self, Cli};
+use loopscope::cli;
+use loopscope::cli::Cli;
 
 fn main() -> ExitCode {
     loopscope::logged::start();

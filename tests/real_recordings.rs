@@ -7,18 +7,18 @@ mod program;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use loopscope::analysis::loops::{
-    Channel, CrossQuestion, LoadKind, Look, LookRequest, LoopQuestion, Output, Question, Span,
-    TableOf, TableQuestion, Up, Viewer,
-};
-use loopscope::analysis::{Request, analyse};
 use loopscope::calibration::FitSettings;
-use loopscope::evaluation::loops::{Density, Frame};
-use loopscope::evaluation::metrology::MetrologySettings;
 use loopscope::import::map::ColumnMap;
 use loopscope::import::read;
 use loopscope::progress::Progress;
+use loopscope::questions::loops::{
+    Channel, CrossQuestion, LoadKind, Look, LookRequest, LoopQuestion, Output, Question, Span,
+    TableOf, TableQuestion, Up, Viewer,
+};
+use loopscope::questions::metrology::MetrologySettings;
+use loopscope::questions::{Request, analyse};
 use loopscope::recording::{Entry, RecordingSet, Role};
+use loopscope::scoring::loops::{Density, Frame};
 use program::{fit, numbers};
 use serde_json::Value;
 

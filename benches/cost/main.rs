@@ -9,9 +9,9 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use loopscope::analysis::{Analyst, Request, View};
 use loopscope::calibration::FitSettings;
 use loopscope::progress::Progress;
+use loopscope::questions::{Analyst, Request, View};
 
 use long_recording::long_recording;
 

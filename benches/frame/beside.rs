@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
-use loopscope::analysis::View;
 use loopscope::engine::Action;
+use loopscope::questions::View;
 use loopscope::recording::simulated;
 use loopscope::ui::{Command, TimeMove, pane};
 

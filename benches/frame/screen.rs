@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use loopscope::analysis::View;
 use loopscope::engine::{Action, Edit};
+use loopscope::questions::View;
 use loopscope::recording::RecordingSet;
 use loopscope::ui::{NativeDialogs, Shell};
 

@@ -292,12 +292,12 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::analysis::{Request, train};
     use crate::calibration::{
         FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice,
     };
     use crate::features::{Blocks, FeatureSettings, FixedLag, Polynomial, Thresholds};
     use crate::progress::Progress;
+    use crate::questions::{Request, train};
     use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
     fn some_built_in() -> RecordingSet {

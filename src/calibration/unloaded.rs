@@ -58,9 +58,9 @@ impl Calibration {
 mod tests {
     use std::sync::Arc;
 
-    use crate::analysis::{Request, train};
     use crate::calibration::{Calibration, Estimator, FitSettings};
     use crate::progress::Progress;
+    use crate::questions::{Request, train};
     use crate::recording::{Entry, Recording, RecordingSet, Role, Tare, simulated};
 
     /// The built-in sensor with gauges that were not tared, fitted to two recordings, and a third.

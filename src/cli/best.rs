@@ -12,11 +12,11 @@ use super::choices::{CommonArgs, RecordingArgs, fit_arguments};
 use super::fit::warn_of;
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
-use crate::analysis::{AnalysisError, Best, Request, Search, find_best, handed_over, train};
 use crate::calibration::DECIMATION;
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{Together, add_calibration, check_targets, interrupt_stops, target_for};
 use crate::progress::Progress;
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{AnalysisError, Best, Request, Search, find_best, handed_over, train};
 
 /// Arguments of `best`.
 #[derive(Debug, Args)]

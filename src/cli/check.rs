@@ -9,10 +9,11 @@ use serde::Serialize;
 
 use super::choices::{ModelArgs, RecordingArgs};
 use super::{JobError, named_file};
-use crate::analysis::{HangingMass, Request, sufficiency};
-use crate::evaluation::sufficiency::{Sufficiency, Verdict};
 use crate::progress::Progress;
-use crate::report::sufficiency_tables;
+use crate::questions::check::independent_loads::{Sufficiency, Verdict};
+use crate::questions::check::query::sufficiency;
+use crate::questions::check::sufficiency_tables;
+use crate::questions::{HangingMass, Request};
 use crate::shown::printable;
 
 /// Arguments of `check`.

@@ -12,13 +12,13 @@ use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
     LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
 };
-use crate::evaluation::limits::Limits;
 use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
     listed,
 };
 use crate::import::LoadWarning;
 use crate::import::map::ColumnMap;
+use crate::questions::expected_error::limits::Limits;
 use crate::recording::identity::SensorFile;
 use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
 

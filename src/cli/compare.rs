@@ -9,13 +9,13 @@ use clap::Args;
 use super::choices::{FitChoices, RecordingArgs, regressor};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file, tell};
-use crate::analysis::{
-    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
-};
 use crate::calibration::Regressor;
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{check_targets, write_atomically};
 use crate::progress::Progress;
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{
+    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
+};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]

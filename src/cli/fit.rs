@@ -11,24 +11,27 @@ use super::choices::{LimitsArgs, ModelArgs, RecordingArgs, SensorArgs};
 use super::progress_line::ProgressLine;
 use super::traces::TraceArgs;
 use super::{JobError, keep_limits, named_file, tell};
-use crate::analysis::{
-    Caution, Request, TrainingStep, analyse, cautions, check_limits, cross_validation_cost,
-    expected_error, handed_over, read_factory, train,
-};
 use crate::calibration::{
     BlockRidge, Calibration, CrossValidation, EpochReport, ExpectedError, FactoryScores,
     FitSettings, Regressor, Scores,
 };
-use crate::evaluation::limits::Checked;
-use crate::evaluation::numbers::significant;
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{
     Footprint, Outline, Together, WriteError, add_calibration, caution, check_targets,
     listed_targets, target_for,
 };
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::progress::Progress;
-use crate::report::{Shown, errors, expected_error_table, factory_note, limits_table};
+use crate::questions::check::cautions::cautions;
+use crate::questions::errors::{Shown, errors, factory_note};
+use crate::questions::expected_error::limits::Checked;
+use crate::questions::expected_error::query::expected_error;
+use crate::questions::expected_error::{expected_error_table, limits_table};
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{
+    Caution, Request, TrainingStep, analyse, check_limits, cross_validation_cost, handed_over,
+    read_factory, train,
+};
+use crate::scoring::numbers::significant;
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]

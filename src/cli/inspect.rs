@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::{JobError, ReadArgs, named_file, unread};
 use crate::export::{check_targets, write_atomically};
-use crate::formats::{self, text::Decimal};
+use crate::formats;
+use crate::formats::text::Decimal;
 use crate::import::estimate_weight;
 use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
 use crate::import::map::ColumnMap;

@@ -9,18 +9,19 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{JobError, Rated, ReadArgs, check_distinct, named_file, print_notes, read_all};
-use crate::analysis::loops::TableOf;
-use crate::analysis::{Request, analyse};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
-use crate::evaluation::loops::LoadExtent;
-use crate::evaluation::metrology::{
-    Metrology, MetrologySettings, Rules, Run, extents_of, extents_of_set, table_by,
-};
 use crate::export::{check_targets, read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::progress::Progress;
+use crate::questions::errors::Shown;
+use crate::questions::loops::TableOf;
+use crate::questions::metrology::{
+    Metrology, MetrologySettings, Rules, Run, extents_of, extents_of_set, table_by,
+};
+use crate::questions::metrology::{axis_figures, crosstalk, figure_records};
+use crate::questions::{Request, analyse};
 use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
-use crate::report::{Shown, axis_figures, crosstalk, figure_records};
+use crate::scoring::loops::LoadExtent;
 use crate::shown::printable;
 
 /// Arguments of `metrology`.
@@ -220,7 +221,7 @@ fn measure(args: &MetrologyArgs, subject: &Subject) -> Result<Metrology, JobErro
     let applied: Vec<AppliedLoads> = (subject.recordings.iter())
         .map(|recording| calibration.apply(recording))
         .collect::<Result<_, _>>()
-        .map_err(crate::analysis::AnalysisError::from)?;
+        .map_err(crate::questions::AnalysisError::from)?;
     let runs: Vec<Run<'_>> = (subject.recordings.iter().zip(&applied))
         .map(|(recording, applied)| Run::new(recording, applied))
         .collect();

@@ -8,9 +8,10 @@ use clap::Args;
 use super::choices::{LimitsArgs, ModelArgs, RecordingArgs, SensorArgs};
 use super::metrology::MeasuringArgs;
 use super::{JobError, keep_limits, named_file, print_path};
-use crate::analysis::{Request, handed_over, read_factory, report};
 use crate::export::{check_targets, write_report};
 use crate::progress::Progress;
+use crate::questions::page::report;
+use crate::questions::{Request, handed_over, read_factory};
 use crate::recording::simulated;
 
 /// Arguments of `report`.

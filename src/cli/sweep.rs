@@ -12,22 +12,22 @@ use serde::Serialize;
 use super::choices::{BlockArgs, List, RecordingArgs, one_of};
 use super::progress_line::ProgressLine;
 use super::{JobError, named_file};
-use crate::analysis::{AnalysisError, BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
 use crate::calibration::{DECIMATION, FitSettings, Scores};
-use crate::evaluation::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
-use crate::evaluation::metrics::percent_change;
-use crate::evaluation::numbers::significant;
-use crate::evaluation::threshold_study::{
-    Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
-    ThresholdGrid, ThresholdMap, even_values,
-};
 use crate::export::{
     Together, check_targets, threshold_heat_map, write_threshold_csv, write_threshold_svg,
 };
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::progress::Progress;
+use crate::questions::thresholds::{
+    Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
+    ThresholdGrid, ThresholdMap, even_values,
+};
+use crate::questions::{AnalysisError, BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
+use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
+use crate::scoring::metrics::percent_change;
+use crate::scoring::numbers::significant;
 
 /// Arguments of `sweep`.
 #[derive(Debug, Args)]

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{JobError, named_file};
-use crate::analysis::intervals_within;
 use crate::calibration::Calibration;
 use crate::export::{FileFormat, TRACE_FORMATS, Together, write_traces};
 use crate::progress::Progress;
+use crate::questions::intervals_within;
 use crate::recording::Recording;
 
 /// Where traces go, and which part of them.

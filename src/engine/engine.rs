@@ -8,14 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
-use crate::analysis::loops::LookRequest;
-use crate::analysis::loops::Question;
-use crate::analysis::{
-    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
-};
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
-use crate::engine::importing::{self, Importing, Preview};
+use crate::engine::importing;
+use crate::engine::importing::{Importing, Preview};
 use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::project::SessionFile;
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
@@ -31,12 +27,17 @@ use crate::engine::{
     Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
     Project, Split,
 };
-use crate::evaluation::numbers::significant;
-use crate::evaluation::threshold_study::Measure;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
+use crate::questions::loops::LookRequest;
+use crate::questions::loops::Question;
+use crate::questions::thresholds::Measure;
+use crate::questions::{
+    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
+};
 use crate::recording::{Recording, RecordingSet, Role, Tare};
+use crate::scoring::numbers::significant;
 
 /// Files with the maps that they are read by.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;

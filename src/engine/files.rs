@@ -6,8 +6,9 @@ use std::sync::Arc;
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
+use crate::import;
 use crate::import::map::ColumnMap;
-use crate::import::{self, Finding, LoadWarning, Loaded, ReadError};
+use crate::import::{Finding, LoadWarning, Loaded, ReadError};
 use crate::progress::Progress;
 
 /// What a file held.

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::engine::Preferences;
 use crate::engine::query::{Answered, Query, Unanswered, Work};
-use crate::evaluation::numbers::significant;
 use crate::formats::text::TextLayout;
 use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
+use crate::scoring::numbers::significant;
 
 /// Of the files that were not read so many are named.
 const MAX_NAMED: usize = 8;

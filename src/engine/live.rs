@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, Estimator};
 use crate::engine::query::{Query, Unanswered, Work};
-use crate::evaluation::series::Series;
 use crate::import::live::{GrowingFile, Grown, LiveRow, LiveSource, LiveTable};
 use crate::progress::Progress;
 use crate::recording::Axis;
+use crate::scoring::series::Series;
 
 /// How much of the file is shown (s).
 const SHOWN_SECS: f64 = 60.0;
@@ -420,9 +420,9 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
-    use crate::analysis::{Request, train};
     use crate::calibration::FitSettings;
     use crate::formats::csv::write_csv;
+    use crate::questions::{Request, train};
     use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
     /// Follows a file; `check` is given what waits for something to be shown.

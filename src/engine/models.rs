@@ -5,13 +5,13 @@
 
 use std::sync::{Arc, Weak};
 
-use crate::analysis::{
-    Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,
-};
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::Project;
 use crate::engine::questions::{Compare, RowState};
-use crate::evaluation::threshold_study::ScoreSet;
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{
+    Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,
+};
 use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};
 

@@ -9,17 +9,17 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{BlockSuggestion, Datasets, Request, View};
 use crate::calibration::{Calibration, FitSettings};
-use crate::evaluation::metrology::MetrologySettings;
-use crate::evaluation::numbers::round_step;
 use crate::export::{name_gauges, names_gauges};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
+use crate::questions::metrology::MetrologySettings;
+use crate::questions::{BlockSuggestion, Datasets, Request, View};
 use crate::recording::{
     Axis, Day, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
     ValidRange, load_ranges,
 };
+use crate::scoring::numbers::round_step;
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
 const USUAL_SHARE: f64 = 0.125;

@@ -3,21 +3,23 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::analysis::loops::{Look, LookError, LookRequest, Viewer};
-use crate::analysis::{
-    Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
-    HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare,
-    expected_error, find_best, sufficiency, train,
-};
 use crate::calibration::{Calibration, EpochReport, ExpectedError, FitSettings};
 use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::engine::recovery::Autosave;
-use crate::evaluation::faults::Faults;
-use crate::evaluation::mean_hysteresis::MeanHysteresis;
-use crate::evaluation::sufficiency::Sufficiency;
-use crate::evaluation::threshold_study::{Measure, PastAges, ThresholdGrid, ThresholdMap};
 use crate::features::Thresholds;
+use crate::questions::check::independent_loads::Sufficiency;
+use crate::questions::check::query::sufficiency;
+use crate::questions::expected_error::query::expected_error;
+use crate::questions::loops::{Look, LookError, LookRequest, Viewer};
+use crate::questions::thresholds::{Measure, PastAges, ThresholdGrid, ThresholdMap};
+use crate::questions::{
+    Analysis, AnalysisError, Analyst, Best, BlockSuggestion, Candidate, ComparedRow, Datasets,
+    HangingMass, HistoryBlock, Request, RowEvent, Search, Study, StudyEvent, TrainingStep, compare,
+    find_best, train,
+};
 use crate::recording::{Entry, Recording, RecordingSet, ValidRange};
+use crate::scoring::faults::Faults;
+use crate::scoring::mean_hysteresis::MeanHysteresis;
 
 /// The map has so many F_th, and so many t_th.
 const MAP_SIDE: usize = 40;

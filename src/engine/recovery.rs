@@ -489,9 +489,9 @@ mod tests {
         let mut newest = unsaved("saved");
         (newest.of, newest.session.settings) = (Arc::clone(&set), settings.clone());
         window.keep(newest, true);
-        let request = crate::analysis::Request::fit(Arc::clone(&set), settings.clone());
+        let request = crate::questions::Request::fit(Arc::clone(&set), settings.clone());
         let trained =
-            crate::analysis::train(&request, &crate::progress::Progress::default(), &mut |_| {});
+            crate::questions::train(&request, &crate::progress::Progress::default(), &mut |_| {});
         let trained = Arc::new(trained.unwrap());
         let other = FitSettings::default();
         window.autosave().take_trained(&set, &other, &trained);

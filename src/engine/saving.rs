@@ -3,20 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::analysis::{AnalysisError, Request, TraceSet, handed_over, intervals_on_screen, report};
 use crate::calibration::{Calibration, Undetermined};
 use crate::engine::session::write_session;
 use crate::engine::{Project, Session};
-use crate::evaluation::limits::Limits;
-use crate::evaluation::metrology::Metrology;
-use crate::evaluation::threshold_study::{Measure, ThresholdMap};
 use crate::export::{
     FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, caution,
     map_format, write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
+use crate::questions::expected_error::limits::Limits;
+use crate::questions::metrology::Metrology;
+use crate::questions::metrology::figure_records;
+use crate::questions::page::report;
+use crate::questions::thresholds::{Measure, ThresholdMap};
+use crate::questions::{AnalysisError, Request, TraceSet, handed_over, intervals_on_screen};
 use crate::recording::{Identity, RecordingSet};
-use crate::report::{Table, figure_records};
+use crate::report::Table;
 
 /// What is to be written into a file; where there is a choice, the ending of its name says how.
 #[derive(Clone, Debug)]

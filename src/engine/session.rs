@@ -10,20 +10,21 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::View;
 use crate::calibration::{Calibration, FitSettings, UsedRecording};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::engine::{Level, Notice};
-use crate::evaluation::faults::faults_of;
-use crate::evaluation::metrology::MetrologySettings;
 use crate::export::{
     Together, WriteError, add_calibration, read_calibration, sha256, with_sources,
 };
-use crate::import::{self, Loaded};
+use crate::import;
+use crate::import::Loaded;
 use crate::progress::Progress;
+use crate::questions::View;
+use crate::questions::metrology::MetrologySettings;
 use crate::recording::{
     Axis, GaugeRange, Identity, Recording, RecordingSet, Source, Tare, ValidRange,
 };
+use crate::scoring::faults::faults_of;
 use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::analysis::Model;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{OpenedFile, open_all};
 use crate::engine::lost::find;
@@ -11,12 +10,13 @@ use crate::engine::project::SessionFile;
 use crate::engine::query::{Answered, Query, Work};
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::{OpenedSession, SessionPart, prove_trained};
-use crate::evaluation::faults::faults_of;
 use crate::export::{TargetError, check_targets};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
+use crate::questions::Model;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
+use crate::scoring::faults::faults_of;
 
 /// Something to do.
 #[derive(Clone, Debug)]

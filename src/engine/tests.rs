@@ -7,9 +7,6 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::analysis::Mark;
-use crate::analysis::loops::{Question, TableOf, TableQuestion};
-use crate::analysis::{Analysis, View, analyse};
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::engine::MAX_NOTICES;
 use crate::engine::files::{Opened, OpenedFile};
@@ -23,12 +20,15 @@ use crate::engine::{
     Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
     ModelChange, Notice, Project, Row, Session,
 };
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::import::{Finding, LoadWarning, Loaded};
 use crate::progress::Progress;
+use crate::questions::Mark;
+use crate::questions::loops::{Question, TableOf, TableQuestion};
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{Analysis, View, analyse};
 use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Source, Tare};
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
@@ -550,7 +550,7 @@ fn a_threshold_study_of_other_recordings_goes() {
             recordings,
             &project.settings,
             project.thresholds(),
-            &crate::analysis::Datasets::default(),
+            &crate::questions::Datasets::default(),
         )
     };
     let mut engine = engine_with_files();

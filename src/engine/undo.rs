@@ -95,14 +95,14 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{BlockSuggestion, View};
     use crate::engine::tests::{
         FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
     };
     use crate::engine::{Edit, FromFile};
-    use crate::evaluation::metrology::MetrologySettings;
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
+    use crate::questions::metrology::MetrologySettings;
+    use crate::questions::{BlockSuggestion, View};
     use crate::recording::{Axis, GaugeRange, Identity, Item, Role};
 
     #[test]

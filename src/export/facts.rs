@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
-use crate::evaluation::numbers::significant;
 use crate::features::AuxiliaryChannel;
 use crate::recording::Role;
+use crate::scoring::numbers::significant;
 
 /// More recordings than this are counted, not named.
 const NAMED_RECORDINGS: usize = 40;

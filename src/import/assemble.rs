@@ -9,9 +9,10 @@ use super::rows::Rows;
 use super::two_clocks::Table;
 use super::warning::{Finding, LoadWarning, Trouble};
 use super::{ReadError, TableError, timeline};
+use crate::recording;
 use crate::recording::gap::LEAP_SECS;
 use crate::recording::units::TimeUnit;
-use crate::recording::{self, Recording, Source};
+use crate::recording::{Recording, Source};
 
 /// More cuts mean that the times are no times; so many recordings would only fill the memory.
 const RECORDING_LIMIT: usize = 50_000;

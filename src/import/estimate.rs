@@ -8,7 +8,8 @@ use super::plan::Side;
 use super::two_clocks;
 use super::weigh::rotations;
 use crate::import::map::{ColumnMap, ColumnRole};
-use crate::import::pose::{self, WeightEstimate};
+use crate::import::pose;
+use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::recording::Axis;
 

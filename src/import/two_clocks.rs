@@ -9,7 +9,8 @@ use super::plan::Plan;
 use super::rows::Rows;
 use super::warning::Finding;
 use super::{ReadError, TableError, timeline};
-use crate::import::join::{self, Series};
+use crate::import::join;
+use crate::import::join::Series;
 use crate::import::map::{Join, ReferenceFile};
 use crate::recording::Day;
 

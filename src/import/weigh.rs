@@ -5,7 +5,8 @@ use super::two_clocks::Table;
 use super::warning::Finding;
 use super::{ReadError, assemble};
 use crate::import::map::WeightMap;
-use crate::import::pose::{self, Pose};
+use crate::import::pose;
+use crate::import::pose::Pose;
 use crate::recording::kinetics::{Rotation, Weight};
 use crate::recording::{Axis, full_scale_of};
 

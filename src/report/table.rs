@@ -4,11 +4,11 @@
 
 use std::io;
 
-use super::Trace;
-use crate::evaluation::metrics::percent_change;
-use crate::evaluation::numbers::significant;
 use crate::formats::csv::CsvWriter;
+use crate::questions::errors::Trace;
 use crate::recording::Axis;
+use crate::scoring::metrics::percent_change;
+use crate::scoring::numbers::significant;
 use crate::shown::printable;
 
 /// Numbers, or the reasons why there are none, in rows and columns.

@@ -2,17 +2,19 @@
 
 use egui::{ComboBox, RichText};
 
-use crate::analysis::HangingMass;
 use crate::engine::Engine;
-use crate::evaluation::sufficiency::{Sufficiency, Verdict};
+use crate::questions::HangingMass;
+use crate::questions::check::independent_loads::{Sufficiency, Verdict};
+use crate::questions::check::{pair_figure, sufficiency_tables};
 use crate::recording::Axis;
+use crate::report::Table;
 use crate::report::figure::color;
-use crate::report::{Table, pair_figure, sufficiency_tables};
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Zoom};
+use crate::ui::plots;
+use crate::ui::plots::Zoom;
 use crate::ui::table;
 
 /// Height of the figure.

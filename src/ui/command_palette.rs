@@ -4,7 +4,8 @@ use egui::text_edit::TextEditState;
 use egui::{Event, Id, Key, Modifiers};
 
 use crate::engine::Engine;
-use crate::ui::actions::{self, Action, CanGo, FIND};
+use crate::ui::actions;
+use crate::ui::actions::{Action, CanGo, FIND};
 use crate::ui::command::Command;
 
 /// What the palette remembers while it is open.

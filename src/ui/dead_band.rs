@@ -2,7 +2,7 @@
 
 use egui::{DragValue, Ui};
 
-use crate::evaluation::metrology::MetrologySettings;
+use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
 
 const EXPLANATION: &str = "A reversal counts once the load has come back by more than this, in the loops, the table of figures \

@@ -1,9 +1,11 @@
 //! The table of errors: Conv. and Comp. per axis, on train, on test, and by cross-validation.
 
-use crate::analysis::Analysis;
 use crate::engine::Engine;
-use crate::evaluation::threshold_study::ScoreSet;
-use crate::report::{Shown, Table, errors, expected_error_column, expected_error_table};
+use crate::questions::Analysis;
+use crate::questions::errors::{Shown, errors};
+use crate::questions::expected_error::{expected_error_column, expected_error_table};
+use crate::questions::thresholds::ScoreSet;
+use crate::report::Table;
 use crate::ui::command::{Kind, Pane};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;

@@ -9,7 +9,8 @@ use crate::ui::command::{Kind, Pane};
 use crate::ui::numbers::significant;
 use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Zoom};
+use crate::ui::plots;
+use crate::ui::plots::Zoom;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {

@@ -8,12 +8,12 @@ mod linked;
 mod loop_view;
 mod save;
 
-use crate::analysis::loops::{
+use crate::engine::{Edit, Engine};
+use crate::questions::loops::{
     Channel, CrossQuestion, DwellQuestion, FiguresOf, LoadKind, Look, LoopQuestion, Output,
     Question, Span, TableOf, Up,
 };
-use crate::engine::{Edit, Engine};
-use crate::evaluation::metrology::MetrologySettings;
+use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::choice::choice;
@@ -21,7 +21,8 @@ use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Drawn, Zoom};
+use crate::ui::plots;
+use crate::ui::plots::{Drawn, Zoom};
 
 /// Beside the plot, so much is for figures.
 const FIGURES_WIDTH: f32 = 320.0;

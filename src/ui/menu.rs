@@ -3,7 +3,8 @@
 use egui::Button;
 
 use crate::engine::{Action as Do, Engine, Preferences, Theme};
-use crate::ui::actions::{self, Action, CanGo};
+use crate::ui::actions;
+use crate::ui::actions::{Action, CanGo};
 use crate::ui::command::Command;
 use crate::ui::panes;
 use crate::ui::workspace::Workspace;

@@ -2,15 +2,18 @@
 
 use std::sync::Arc;
 
-use crate::analysis::loops::{Look, Question, TableOf, TableQuestion};
 use crate::engine::{Edit, Engine, FileContent};
-use crate::evaluation::metrology::{Metrology, MetrologySettings};
+use crate::questions::errors::Shown;
+use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
+use crate::questions::metrology::{Metrology, MetrologySettings};
+use crate::questions::metrology::{crosstalk, overview};
 use crate::recording::Axis;
-use crate::report::{Shown, Table, crosstalk, overview};
+use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table::{self, Saving};
+use crate::ui::table;
+use crate::ui::table::Saving;
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {

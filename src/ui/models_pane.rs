@@ -4,14 +4,15 @@ use std::time::Duration;
 
 use egui::RichText;
 
-use crate::analysis::RELATIVE;
 use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES};
-use crate::evaluation::threshold_study::ScoreSet;
+use crate::questions::RELATIVE;
+use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table::{self, Saving, Sort};
+use crate::ui::table;
+use crate::ui::table::{Saving, Sort};
 
 /// Nobody waits longer than this (min).
 const MOST_MINUTES: f64 = 10_000.0;

@@ -1,6 +1,6 @@
 //! Numbers as people read them.
 
-pub use crate::evaluation::numbers::{file_size, significant};
+pub use crate::scoring::numbers::{file_size, significant};
 
 /// A span of time, as coarse as one waits for it.
 pub fn duration(span: std::time::Duration) -> String {

@@ -4,9 +4,9 @@
 
 use egui::{Color32, Stroke, Visuals};
 
-use crate::analysis::loops::Inks;
-use crate::evaluation::threshold_study::ScoreSet;
-pub(crate) use crate::report::Trace;
+pub(crate) use crate::questions::errors::Trace;
+use crate::questions::loops::Inks;
+use crate::questions::thresholds::ScoreSet;
 use crate::report::figure::color;
 
 impl Trace {

@@ -11,9 +11,9 @@ use egui_plot::{
     PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform, PlotUi, VLine,
 };
 
-use crate::evaluation::loops::Frame;
-use crate::evaluation::numbers::{three_ticks, tick_text};
 use crate::report::figure::{Cloud, CloudPicture, Figure, Line};
+use crate::scoring::loops::Frame;
+use crate::scoring::numbers::{three_ticks, tick_text};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;

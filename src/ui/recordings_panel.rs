@@ -4,11 +4,13 @@ use egui::Color32;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui_extras::{Column, TableBuilder};
 
-use crate::analysis::{self, RecordingResult};
 use crate::engine::{Action, Edit, Engine, Project};
-use crate::evaluation::metrics::Group;
+use crate::questions;
+use crate::questions::RecordingResult;
 use crate::recording::{Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare};
-use crate::report::{self, Cell, Table};
+use crate::report;
+use crate::report::{Cell, Table};
+use crate::scoring::metrics::Group;
 use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
@@ -338,7 +340,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
                 |mut row| {
                     let at = row.index();
                     let entry = &engine.project().recordings.entries()[at];
-                    row.set_selected(engine.project().view == analysis::View::One(at));
+                    row.set_selected(engine.project().view == questions::View::One(at));
                     row.col(|ui| role_menu(ui, at, entry, out));
                     row.col(|ui| name_button(ui, engine, at, fields, out));
                     let result = engine.result_of(at);
@@ -572,15 +574,15 @@ fn name_button(
     let recording = &engine.project().recordings.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
-    let button =
-        egui::Button::selectable(engine.project().view == analysis::View::One(at), name).truncate();
+    let button = egui::Button::selectable(engine.project().view == questions::View::One(at), name)
+        .truncate();
     let response = ui.add(button);
     response.widget_info(|| {
         let (role, name) = (egui::Role::Button, recording.name());
         egui::WidgetInfo::selected(
             role,
             true,
-            engine.project().view == analysis::View::One(at),
+            engine.project().view == questions::View::One(at),
             name,
         )
     });
@@ -630,7 +632,7 @@ fn name_button(
         }
     });
     if response.clicked() {
-        out.push(Action::Show(analysis::View::One(at)).into());
+        out.push(Action::Show(questions::View::One(at)).into());
     }
     context_menu(&response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);

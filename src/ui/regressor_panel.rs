@@ -3,14 +3,14 @@
 use egui::ComboBox;
 use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
 
-use crate::analysis::{TrainingStep, cross_validation_cost};
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
     Learner, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::engine::{Action, Engine};
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::features::Setting;
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{TrainingStep, cross_validation_cost};
 use crate::ui::choice::choice;
 use crate::ui::command::Command;
 use crate::ui::numbers::{duration, significant};

@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
-use crate::evaluation::mean_hysteresis::FEWEST_REVERSALS;
-use crate::evaluation::threshold_study::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
 use crate::features::{BLOCKS, Distance, Thresholds};
+use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, ImageTo, Kind, Pane};
 use crate::ui::numbers::significant;

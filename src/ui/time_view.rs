@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use egui::util::undoer::{Settings, Undoer};
 
-use crate::analysis::TraceSet;
 use crate::engine::FaultyRecording;
-use crate::evaluation::series::Columns;
+use crate::questions::TraceSet;
 use crate::recording::Axis;
+use crate::scoring::series::Columns;
 use crate::ui::command::TimeMove;
 use crate::ui::palette::Trace;
 

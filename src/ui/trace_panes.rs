@@ -6,9 +6,9 @@ mod drawn;
 mod overlay;
 mod pane;
 
-use crate::analysis::{AxisTraces, View as Shown};
 use crate::engine::{Action, Edit, Engine};
 use crate::features::Thresholds;
+use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};

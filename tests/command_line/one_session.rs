@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use loopscope::analysis::loops::{Look, LoopQuestion, Question, Span, TableOf, TableQuestion, Up};
 use loopscope::engine::{Action, Engine};
 use loopscope::progress::Progress;
+use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, TableQuestion, Up};
 use loopscope::recording::Axis;
 use serde_json::{Value, json};
 

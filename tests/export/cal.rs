@@ -3,11 +3,11 @@
 use std::fs;
 use std::sync::Arc;
 
-use loopscope::analysis::{Request, train};
 use loopscope::calibration::{FitSettings, Regressor};
 use loopscope::export::{name_gauges, read_calibration, write_calibration};
 use loopscope::features::FeatureSettings;
 use loopscope::progress::Progress;
+use loopscope::questions::{Request, train};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 use crate::support::{RECORDING, calibration, every_block, export};

@@ -4,11 +4,11 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use loopscope::analysis::Request;
 use loopscope::calibration::FitSettings;
-use loopscope::evaluation::limits::Limits;
 use loopscope::export::{ReportData, write_report};
 use loopscope::progress::Progress;
+use loopscope::questions::Request;
+use loopscope::questions::expected_error::limits::Limits;
 use loopscope::recording::{Axis, Entry, Identity, Recording, RecordingSet, Role, Source};
 
 const HOSTILE: &str =
@@ -42,7 +42,7 @@ fn hostile_set(roles: &[Role]) -> Arc<RecordingSet> {
 
 fn report(request: &Request) -> ReportData {
     let (identity, limits) = (Identity::default(), Limits::default());
-    loopscope::analysis::report(request, &identity, &limits, &Progress::default()).unwrap()
+    loopscope::questions::page::report(request, &identity, &limits, &Progress::default()).unwrap()
 }
 
 fn reported(roles: &[Role]) -> ReportData {

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, LazyLock};
 
-use loopscope::analysis::{Request, train};
 use loopscope::calibration::{
     Calibration, Estimator, FitSettings, KernelSettings, NetworkSettings, Regressor, Status,
 };
@@ -14,6 +13,7 @@ use loopscope::features::{
     Auxiliary, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds,
 };
 use loopscope::progress::Progress;
+use loopscope::questions::{Request, train};
 use loopscope::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
 static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {

@@ -9,7 +9,8 @@ use egui::{
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
-use loopscope::ui::{self, Command, PaneMove, Preset, Shell, TimeMove};
+use loopscope::ui;
+use loopscope::ui::{Command, PaneMove, Preset, Shell, TimeMove};
 
 /// A small generator whose numbers follow from its seed (splitmix64).
 #[derive(Clone)]

@@ -22,12 +22,13 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use dropped::Dropped;
-use loopscope::analysis::{Analysis, View};
 use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
 use loopscope::features::{Column, Play, Polynomial};
-use loopscope::recording::{self, Axis};
+use loopscope::questions::{Analysis, View};
+use loopscope::recording;
+use loopscope::recording::Axis;
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
 /// Only a window that hangs takes this long, however slow the machine.

@@ -2,7 +2,8 @@
 
 use super::ReportData;
 use super::markup::Markup;
-use crate::report::{Shown, axis_figures, crosstalk};
+use crate::questions::errors::Shown;
+use crate::questions::metrology::{axis_figures, crosstalk};
 
 pub(super) fn section(report: &ReportData, page: &mut Markup) {
     page.section("metrology", "page", "Figures", |page| {

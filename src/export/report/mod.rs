@@ -17,14 +17,14 @@ use jiff::Timestamp;
 use self::markup::Markup;
 use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
-use crate::evaluation::limits::Checked;
-use crate::evaluation::metrology::Metrology;
-use crate::evaluation::sufficiency::Sufficiency;
+use crate::questions::check::independent_loads::Sufficiency;
+use crate::questions::expected_error::limits::Checked;
+use crate::questions::metrology::Metrology;
 use crate::report::figure::Figure;
 
 /// Everything that a report says.
 ///
-/// [`analysis::report`](crate::analysis::report) gathers it.
+/// [`report`](crate::questions::page::report) gathers it.
 #[derive(Clone, Debug)]
 pub struct ReportData {
     /// When it was made.

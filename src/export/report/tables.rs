@@ -3,15 +3,15 @@
 use super::markup::Markup;
 use super::{ReportData, ReportRecording, utc};
 use crate::calibration::{Calibration, LinearMap};
-use crate::evaluation::numbers::significant;
-use crate::evaluation::threshold_study::ScoreSet;
 use crate::export::facts::settings_of;
 use crate::features::Distance;
+use crate::questions::check::sufficiency_tables;
+use crate::questions::errors::{Shown, errors, factory_note};
+use crate::questions::expected_error::{expected_error_table, limits_table};
+use crate::questions::thresholds::ScoreSet;
 use crate::recording::Role;
-use crate::report::{
-    Align, Cell, Column, Shown, Table, errors, expected_error_table, factory_note, limits_table,
-    sufficiency_tables,
-};
+use crate::report::{Align, Cell, Column, Table};
+use crate::scoring::numbers::significant;
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
 const MAX_FEATURES: usize = 400;

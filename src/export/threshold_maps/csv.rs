@@ -4,9 +4,9 @@ use std::io;
 
 use super::MapWriter;
 use crate::calibration::Scores;
-use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::export::format::FileFormat;
 use crate::formats::csv::CsvWriter;
+use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
 
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Delimited text",
@@ -74,8 +74,8 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::threshold_study::{MeasureScale, PointScores, ThresholdGrid};
     use crate::features::Distance;
+    use crate::questions::thresholds::{MeasureScale, PointScores, ThresholdGrid};
     use crate::recording::Axis;
 
     #[test]

@@ -9,7 +9,7 @@ pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
 use super::format::FileFormat;
 use super::{Together, WriteError};
-use crate::evaluation::threshold_study::{Measure, ThresholdMap};
+use crate::questions::thresholds::{Measure, ThresholdMap};
 
 /// What writes a map.
 pub struct MapWriter {

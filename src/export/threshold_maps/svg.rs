@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::MapWriter;
-use crate::evaluation::threshold_study::{Along, Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::export::format::FileFormat;
 use crate::export::{Together, WriteError};
 use crate::features::{Distance, Thresholds};
-use crate::report::figure::{self, Figure, HeatMap, Line, Scale, color};
+use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::report::figure;
+use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 
 /// The map of the left-out errors with the suggested pair, and beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the curves
 /// through that pair.

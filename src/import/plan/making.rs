@@ -9,7 +9,8 @@ use crate::import::map::{
     Attitude, ColumnKey, ColumnRole, ColumnRule, Header, KeyError, PosePart, TableMap, WeightMap,
 };
 use crate::recording::Axis;
-use crate::recording::units::{self, TimeUnit};
+use crate::recording::units;
+use crate::recording::units::TimeUnit;
 
 /// The columns that rules speak of, in file order.
 fn resolved<'a>(

@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use crate::evaluation::loops::{Density, Frame};
+use crate::scoring::loops::{Density, Frame};
 
 /// How strong a cell is that a path only passes, and one with the fewest samples.
 const WEAKEST: (f32, f32) = (0.2, 0.35);
@@ -104,7 +104,7 @@ impl CloudPicture {
 }
 
 /// In letters and digits (RFC 4648, section 4).
-pub(super) fn base64(bytes: &[u8]) -> String {
+pub(crate) fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {
@@ -121,7 +121,7 @@ pub(super) fn base64(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::loops::{Outline, outline};
+    use crate::scoring::loops::{Outline, outline};
 
     const FRAME: Frame = Frame {
         loads: (0.0, 4.0),

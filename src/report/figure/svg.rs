@@ -5,10 +5,10 @@
 
 use std::fmt;
 
-use super::cloud::base64;
-use super::{CloudPicture, Figure, HeatMap, Line, Scale, color};
-use crate::evaluation::loops::Frame;
-use crate::evaluation::numbers::{tick_text, ticks};
+use crate::report::figure::cloud::base64;
+use crate::report::figure::{CloudPicture, Figure, HeatMap, Line, Scale, color};
+use crate::scoring::loops::Frame;
+use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
 /// What is left free around the plot: left, top, right, bottom.
@@ -395,9 +395,9 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
 mod tests {
     use std::sync::Arc;
 
-    use super::super::{Cloud, DASHED};
     use super::*;
-    use crate::evaluation::loops::{Outline, outline};
+    use crate::report::figure::{Cloud, DASHED};
+    use crate::scoring::loops::{Outline, outline};
 
     const SIZE: (f64, f64) = (800.0, 600.0);
 

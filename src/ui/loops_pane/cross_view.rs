@@ -1,8 +1,8 @@
 //! Any channel over any other.
 
 use super::{LoopsPane, channel_name, channel_unit};
-use crate::analysis::loops::{Channel, CrossPlot, Inks};
 use crate::engine::Engine;
+use crate::questions::loops::{Channel, CrossPlot, Inks};
 use crate::ui::command::Command;
 use crate::ui::palette::inks;
 

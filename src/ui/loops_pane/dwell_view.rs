@@ -1,10 +1,11 @@
 //! Where the load dwells: the list, the chosen one's curve, its fitted exponential.
 
 use super::{LoopsPane, for_print, rgb, trace_of};
-use crate::analysis::loops::{DwellCurve, DwellPlot, Output};
 use crate::engine::Engine;
+use crate::questions::loops::drifts;
+use crate::questions::loops::{DwellCurve, DwellPlot, Output};
 use crate::report::figure::{Figure, Line, Scale};
-use crate::report::{Cell, Column, Table, drifts};
+use crate::report::{Cell, Column, Table};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;

@@ -5,11 +5,11 @@ use std::ops::Range;
 use egui::{Pos2, Stroke};
 
 use super::trace_of;
-use crate::analysis::loops::{LoopPlot, LoopView, Output, Up};
-use crate::analysis::{AxisTraces, Segment, TraceSet};
 use crate::engine::Engine;
-use crate::evaluation::Series;
+use crate::questions::loops::{LoopPlot, LoopView, Output, Up};
+use crate::questions::{AxisTraces, Segment, TraceSet};
 use crate::recording::Recording;
+use crate::scoring::Series;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;
 use crate::ui::plots::Drawn;

@@ -1,11 +1,11 @@
 //! Loops of one axis, the width over the load, and the table of figures.
 
 use super::{LoopsPane, linked, trace_of};
-use crate::analysis::loops::{FiguresOf, Inks, LoopPlot, LoopView, Span, Up};
 use crate::engine::Engine;
-use crate::evaluation::metrology::Reason;
+use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView, Span, Up};
+use crate::questions::loops::{LoopMeasures, LoopScale, loop_figures};
+use crate::questions::metrology::Reason;
 use crate::report::figure::Figure;
-use crate::report::{LoopMeasures, LoopScale, loop_figures};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::palette::inks;

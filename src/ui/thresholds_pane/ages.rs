@@ -3,7 +3,7 @@
 use egui_plot::{Bar, BarChart, VLine};
 
 use crate::engine::Engine;
-use crate::evaluation::threshold_study::PastAges;
+use crate::questions::thresholds::PastAges;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};

@@ -7,9 +7,9 @@ use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
 use crate::engine::{Edit, Engine};
-use crate::evaluation::threshold_study::{Measure, ScoreSet, ThresholdMap};
 use crate::export::ShownFTh;
 use crate::features::Thresholds;
+use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
 use crate::report::figure::color::shade;
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;

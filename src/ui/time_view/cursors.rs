@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use egui_plot::{LineStyle, PlotUi, VLine};
 
-use crate::analysis::{AxisTraces, TraceSet};
 use crate::engine::Engine;
-use crate::evaluation::Series;
+use crate::questions::{AxisTraces, TraceSet};
 use crate::report::{Cell, Column, Table};
+use crate::scoring::Series;
 use crate::ui::numbers::significant;
-use crate::ui::palette::{self, Trace};
+use crate::ui::palette;
+use crate::ui::palette::Trace;
 use crate::ui::status_line::busy;
 
 /// So many values are added up in one frame: a frame must not wait for millions.

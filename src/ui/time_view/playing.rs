@@ -1,6 +1,6 @@
 //! Going through time, as if the recording were measured now.
 
-use crate::analysis::TraceSet;
+use crate::questions::TraceSet;
 use crate::ui::choice::choice;
 
 /// How many seconds go by in one, to choose from.

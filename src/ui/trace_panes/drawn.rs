@@ -9,9 +9,9 @@ use egui::epaint::Tessellator;
 use egui::{Color32, Mesh, Shape, Stroke, Ui};
 use egui_plot::{PlotBounds, PlotGeometry, PlotItem, PlotItemBase, PlotTransform};
 
-use crate::evaluation::Series;
-use crate::evaluation::series::Columns;
 use crate::recording::Axis;
+use crate::scoring::Series;
+use crate::scoring::series::Columns;
 use crate::ui::palette::Trace;
 use crate::ui::plots;
 use crate::ui::time_view::Kind;

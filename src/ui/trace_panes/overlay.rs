@@ -3,11 +3,12 @@
 use egui::{Color32, Stroke};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
 
-use crate::analysis::{AxisTraces, TraceSet};
 use crate::export::ShownFTh;
 use crate::features::Thresholds;
+use crate::questions::{AxisTraces, TraceSet};
 use crate::ui::numbers::{elided, significant};
-use crate::ui::palette::{self, Trace};
+use crate::ui::palette;
+use crate::ui::palette::Trace;
 
 /// Characters of a recording's name that have room.
 const NAME_LENGTH: usize = 44;

@@ -5,14 +5,16 @@ use std::sync::Arc;
 
 use egui_plot::{FilledArea, Plot, PlotBounds, PlotItemBase, PlotResponse, PlotUi, Span, VLine};
 
-use crate::analysis::{AxisTraces, TraceSet};
 use crate::engine::FaultyRecording;
-use crate::evaluation::Series;
-use crate::evaluation::series::Columns;
+use crate::questions::{AxisTraces, TraceSet};
 use crate::recording::Axis;
-use crate::report::figure::{self, Figure, Scale};
+use crate::report::figure;
+use crate::report::figure::{Figure, Scale};
+use crate::scoring::Series;
+use crate::scoring::series::Columns;
 use crate::ui::command::Command;
-use crate::ui::palette::{self, Trace};
+use crate::ui::palette;
+use crate::ui::palette::Trace;
 use crate::ui::plots;
 use crate::ui::plots::{Asked, VALUE_AXIS_WIDTH, ZOOM_PER_POINT};
 use crate::ui::time_view::{Kind, TimeView, all_of, within};
@@ -231,7 +233,7 @@ fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Ki
 fn visible_segments<'a>(
     traces: &'a TraceSet,
     samples: &Range<usize>,
-) -> &'a [crate::analysis::Segment] {
+) -> &'a [crate::questions::Segment] {
     let segments = &traces.segments;
     let first = segments.partition_point(|segment| segment.samples.end <= samples.start);
     let end = segments.partition_point(|segment| segment.samples.start < samples.end);

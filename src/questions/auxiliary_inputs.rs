@@ -1,0 +1,366 @@
+//! Which auxiliary channels of the recordings a fit can use, and why not the others.
+
+use std::sync::Arc;
+
+use crate::features::AuxiliaryChannel;
+use crate::recording::{Entry, Recording, Role};
+
+/// The auxiliary channels of a set of recordings.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AuxiliaryInputs {
+    /// Those that a fit can use.
+    pub channels: Vec<AuxiliaryChannel>,
+    /// Why others cannot be used, in sentences.
+    pub unused: Vec<String>,
+}
+
+impl AuxiliaryInputs {
+    /// Finds the channels that all recordings have and that move where they train, and leaves those alone, in one order.
+    pub fn prepare(entries: &mut [Entry]) -> Self {
+        let mut inputs = Self::default();
+        let mut names: Vec<(String, String)> = Vec::new();
+        for entry in &*entries {
+            let table = entry.recording.auxiliary();
+            for own in table.names().iter().zip(table.units()) {
+                let own = (own.0.clone(), own.1.clone());
+                if !names.contains(&own) {
+                    names.push(own);
+                }
+            }
+        }
+        let mut kept: Vec<String> = Vec::new();
+        for (name, unit) in names {
+            let has_it = |recording: &Recording| {
+                let table = recording.auxiliary();
+                let mut own = table.names().iter().zip(table.units());
+                own.any(|own| *own.0 == name && *own.1 == unit)
+            };
+            let mut without = entries.iter().filter(|entry| !has_it(&entry.recording));
+            if let Some(first) = without.next() {
+                let of_unit = if unit.is_empty() {
+                    String::new()
+                } else {
+                    format!(" in {unit}")
+                };
+                inputs.unused.push(format!(
+                    "{} has no {name}{of_unit}, so that it cannot be used; load recordings that all have it, or close this one",
+                    first.recording.name(),
+                ));
+                continue;
+            }
+            let training: Vec<&Recording> = (entries.iter())
+                .filter(|entry| entry.role == Role::Train)
+                .map(|entry| &*entry.recording)
+                .collect();
+            match AuxiliaryChannel::measure(&training, &name) {
+                Ok(channel) => {
+                    kept.push(name);
+                    inputs.channels.push(channel);
+                }
+                Err(reason) => inputs.unused.push(reason),
+            }
+        }
+        for entry in entries {
+            if entry.recording.auxiliary().names() != kept
+                && let Ok(picked) = entry.recording.with_auxiliary_of(&kept)
+            {
+                entry.recording = Arc::new(picked);
+            }
+        }
+        inputs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use faer::Mat;
+    use faer::linalg::solvers::SolveLstsq as _;
+
+    use crate::calibration::{Calibration, Estimator, FitSettings, Regressor, RidgeChoice, Status};
+    use crate::features::{Auxiliary, Blocks, Column, Creep, FeatureSettings, Polynomial};
+    use crate::progress::Progress;
+    use crate::questions::{Analysis, Request, analyse, train};
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+    const NOISE: f64 = 0.02;
+    const N: usize = 400;
+
+    /// The temperature of recording `at` at sample `k`, which moves by so many degrees over all of them.
+    fn temperature(at: usize, k: usize, moves: f64) -> f64 {
+        let within = (k as f64 / 70.0 + at as f64).sin();
+        20.0 + moves * (0.2 * at as f64 + 0.1 * within)
+    }
+
+    /// Two gauges whose load is `3 s₁ − 2 s₂ + (T − 20) (0.4 + 0.02 s₁)`, but for the noise: a zero and a sensitivity that drift.
+    fn recording(at: usize, moves: f64) -> Recording {
+        let mut random = Random::new(11, &[at as u64]);
+        let (mut gauges, mut loads, mut auxiliary) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..N {
+            let [a, b, noise] = [(); 3].map(|()| random.normal());
+            let (a, b) = (50.0 + 4.0 * a, 0.5 * b);
+            let warm = temperature(at, k, moves);
+            gauges.extend([a, b]);
+            auxiliary.extend([5.0, warm]);
+            loads.push(3.0 * a - 2.0 * b + (warm - 20.0) * (0.4 + 0.02 * a) + NOISE * noise);
+        }
+        let recording = Recording::new(
+            format!("r{at}"),
+            Source::Simulated,
+            (0..N).map(|k| k as f64 * 0.05).collect(),
+            vec!["S1".into(), "S2".into()],
+            gauges,
+            vec![Axis::Fz],
+            loads,
+        );
+        let (names, units) = (["U", "T"], ["V", "°C"]);
+        let [names, units] = [names, units].map(|texts| texts.map(str::to_owned).to_vec());
+        recording
+            .unwrap()
+            .with_auxiliary(names, units, auxiliary)
+            .unwrap()
+    }
+
+    /// The last one tests.
+    fn set(recordings: Vec<Recording>) -> Arc<RecordingSet> {
+        let last = recordings.len() - 1;
+        let mut set = RecordingSet::default();
+        for (at, recording) in recordings.into_iter().enumerate() {
+            let role = if at < last { Role::Train } else { Role::Test };
+            set.push(Entry::new(recording, role)).unwrap();
+        }
+        Arc::new(set)
+    }
+
+    fn drifting(moves: f64) -> Vec<Recording> {
+        [0, 2, 4, 1, 3].map(|at| recording(at, moves)).to_vec()
+    }
+
+    fn asked(recordings: &Arc<RecordingSet>, change: impl Fn(&mut FitSettings)) -> Request {
+        let mut settings = FitSettings {
+            features: FeatureSettings {
+                blocks: Blocks::default().with(&Auxiliary, &[0.0]),
+                ..FeatureSettings::present()
+            },
+            ..FitSettings::default()
+        };
+        change(&mut settings);
+        Request::fit(Arc::clone(recordings), settings)
+    }
+
+    fn fitted(recordings: &Arc<RecordingSet>, change: impl Fn(&mut FitSettings)) -> Analysis {
+        analyse(&asked(recordings, change), &Progress::default()).unwrap()
+    }
+
+    fn test_rmse(calibration: &Calibration) -> f64 {
+        calibration.quality.compensated.test_rmse.as_ref().unwrap()[0]
+    }
+
+    /// With T and T times the gauges the load is linear, so that the noise alone is left; without them 0.02 · 50 + 0.4 N a degree.
+    #[test]
+    fn what_drifts_with_the_temperature_is_taken_away_down_to_the_noise() {
+        let recordings = set(drifting(30.0));
+        let with = fitted(&recordings, |_| {});
+        let without = fitted(&recordings, |settings| {
+            settings.features.blocks = Blocks::default();
+        });
+        assert!(test_rmse(&with.calibration) < 1.1 * NOISE);
+        assert!(test_rmse(&without.calibration) > 50.0 * NOISE);
+        let cv = with
+            .calibration
+            .quality
+            .compensated
+            .cv_rmse
+            .as_ref()
+            .unwrap();
+        assert!(cv[0] < 1.15 * NOISE, "{cv:?}");
+        // The supply stood still: it is none of the channels, and that is said.
+        let channels = &with.calibration.features.auxiliary;
+        assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
+        assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);
+        let said: Vec<String> = with.cautions.iter().map(ToString::to_string).collect();
+        assert!(
+            said.iter().any(|text| text.contains("U stands at 5")),
+            "{said:?}"
+        );
+    }
+
+    /// At 30 °C the load is `(3 + 0.02 · 10) s₁ − 2 s₂ + 0.4 · 10`.
+    #[test]
+    fn matrix_and_offset_are_those_at_the_reference_that_was_entered() {
+        let recordings = set(drifting(30.0));
+        let with = |reference: Option<f64>| {
+            fitted(&recordings, |settings| {
+                let entered = reference.map(|value| ("T".to_owned(), value));
+                settings.auxiliary_references = entered.into_iter().collect();
+            })
+        };
+        let (mean, entered) = (with(None), with(Some(30.0)));
+        let map = entered.calibration.compensated.as_ref().unwrap();
+        let of = |kind: &dyn Fn(&Column) -> bool| {
+            let at = map.columns.iter().position(kind).unwrap();
+            map.matrix[0][at]
+        };
+        assert!((of(&|column| *column == Column::Gauge(0)) - 3.2).abs() < 1e-3);
+        assert!((of(&|column| *column == Column::Offset) - 4.0).abs() < 0.1);
+        let tested = &recordings.entries()[4].recording;
+        let [a, b] =
+            [&mean, &entered].map(|own| own.calibration.apply(tested).unwrap().compensated);
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-7));
+        assert!(entered.cautions.len() == mean.cautions.len());
+        let far = with(Some(-20.0));
+        let said: Vec<String> = far.cautions.iter().map(ToString::to_string).collect();
+        assert!(
+            said.iter()
+                .any(|text| text.contains("T counts from -20 °C")),
+            "{said:?}"
+        );
+    }
+
+    /// The same least squares by QR on `[s₁, s₂, 1, T, T s₁, T s₂]`.
+    #[test]
+    fn predictions_are_those_of_a_qr_solution() {
+        let recordings = set(drifting(30.0));
+        let calibration = fitted(&recordings, |_| {}).calibration;
+        let training: Vec<_> = recordings.entries()[..4]
+            .iter()
+            .map(|entry| &entry.recording)
+            .collect();
+        let row = |recording: &Recording, k: usize| {
+            let (s, t) = (recording.gauges_at(k), recording.auxiliary().at(k)[1]);
+            [s[0], s[1], 1.0, t, t * s[0], t * s[1]]
+        };
+        let n = 4 * N;
+        let x = Mat::from_fn(n, 6, |i, j| row(training[i / N], i % N)[j]);
+        let y = Mat::from_fn(n, 1, |i, _| training[i / N].loads()[i % N]);
+        let solution = x.col_piv_qr().solve_lstsq(&y);
+        let tested = &recordings.entries()[4].recording;
+        let loads = calibration.apply(tested).unwrap().compensated;
+        for (k, load) in loads.iter().enumerate() {
+            let expected: f64 = row(tested, k)
+                .iter()
+                .enumerate()
+                .map(|(j, x)| x * solution[(j, 0)])
+                .sum();
+            assert!(
+                (load - expected).abs() < 1e-7,
+                "sample {k}: {load} instead of {expected}"
+            );
+        }
+    }
+
+    /// A thermometer's noise of some hundredths is no drift, and must not become one where it is warm.
+    #[test]
+    fn a_temperature_that_hardly_moved_is_left_out_and_said() {
+        let mut recordings = drifting(0.5);
+        recordings[4] = recording(3, 30.0);
+        let analysis = fitted(&set(recordings), |_| {});
+        let quality = &analysis.calibration.quality;
+        assert_eq!(quality.compensated, quality.conventional);
+        assert!(analysis.calibration.features.auxiliary.is_empty());
+        let said: Vec<String> = analysis.cautions.iter().map(ToString::to_string).collect();
+        let about = said
+            .iter()
+            .find(|text| text.contains("T stands at"))
+            .unwrap();
+        assert!(
+            about.contains("(1 °C): its effect is not determined"),
+            "{about}"
+        );
+    }
+
+    #[test]
+    fn a_channel_that_one_recording_lacks_is_not_used_and_said() {
+        let mut recordings = drifting(30.0);
+        let bare = &recordings[1];
+        let only = ["U".to_owned()];
+        recordings[1] = bare.with_auxiliary_of(&only).unwrap();
+        let analysis = fitted(&set(recordings), |_| {});
+        let said: Vec<String> = analysis.cautions.iter().map(ToString::to_string).collect();
+        assert!(
+            said.iter().any(|text| text.contains("r2 has no T in °C")),
+            "{said:?}"
+        );
+        assert!(analysis.calibration.features.auxiliary.is_empty());
+    }
+
+    #[test]
+    fn a_recording_without_the_channel_is_refused_by_name() {
+        let recordings = set(drifting(30.0));
+        let calibration = fitted(&recordings, |_| {}).calibration;
+        let only = ["U".to_owned()];
+        let bare = recordings.entries()[4].recording.with_auxiliary_of(&only);
+        let error = calibration.apply(&bare.unwrap()).unwrap_err().to_string();
+        assert!(
+            error.starts_with(
+                "r3 has no auxiliary channel T [°C], which the calibration needs (it has: U [V])"
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_file_and_an_estimator_give_the_numbers_of_a_whole_recording() {
+        let recordings = set(drifting(30.0));
+        for regressor in [
+            Regressor::Linear,
+            Regressor::HybridKernel,
+            Regressor::Network,
+        ] {
+            let request = asked(&recordings, |settings| {
+                settings.regressor = regressor;
+                settings.network.epochs = 2;
+                settings.kernel.landmarks = 20;
+                settings.features.blocks = Blocks::default()
+                    .with(&Auxiliary, &[0.0, 4.0])
+                    .with(&Creep, &[1.0])
+                    .with(&Polynomial, &[2.0]);
+            });
+            let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
+            let text = serde_json::to_vec(&calibration.in_file()).unwrap();
+            let read = Calibration::from_json(&text).unwrap();
+            assert_eq!(read, calibration);
+            let names = read.feature_names();
+            assert!(names.contains(&"aux1".to_owned()) && names.contains(&"aux1_4s*S2".to_owned()));
+            let (first, rest) = recordings.entries()[4].recording.split(0.4).unwrap();
+            let rest = rest.after(&first);
+            let design = read.design();
+            let mut estimator = Estimator::new(&read, &design).unwrap();
+            for part in [&first, &rest] {
+                let expected = read.apply(part).unwrap().compensated;
+                for (k, expected) in expected.iter().enumerate() {
+                    let warm = [part.auxiliary().at(k)[1]];
+                    let updated = estimator.update_with(part.times()[k], part.gauges_at(k), &warm);
+                    let load = updated.unwrap().1[0];
+                    assert!(
+                        (load - expected).abs() < 1e-9,
+                        "{regressor:?}, sample {k}: {load} {expected}"
+                    );
+                }
+            }
+            let (time, gauges) = (1e2, [50.0, 0.0]);
+            assert!(estimator.update(time, &gauges).is_err());
+            assert!(estimator.update_with(time, &gauges, &[f64::NAN]).is_err());
+            let (status, _) = estimator.update_with(time, &gauges, &[90.0]).unwrap();
+            assert!(status.has(Status::BEYOND));
+        }
+    }
+
+    /// Noise that creep could learn is shrunk away without the drift.
+    #[test]
+    fn an_automatic_ridge_is_chosen_for_the_channels_by_themselves() {
+        let recordings = set(drifting(30.0));
+        let calibration = fitted(&recordings, |settings| {
+            settings.ridge = RidgeChoice::Auto;
+            settings.features.blocks.set(&Creep, vec![1.0]);
+        })
+        .calibration;
+        let blocks = &calibration.quality.ridge_by_block;
+        let names: Vec<&str> = blocks.iter().map(|own| own.block.as_str()).collect();
+        assert_eq!(names, ["creep 1 s", "auxiliary T, 0 s"]);
+        assert!(blocks[1].strengths[0].unwrap() < 1e-3);
+        assert!(test_rmse(&calibration) < 1.2 * NOISE);
+    }
+}

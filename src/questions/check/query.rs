@@ -1,0 +1,951 @@
+//! Whether the training recordings carry the model that is asked for: everything from the sums of one pass, before anybody
+//! trusts the matrix.
+
+use crate::calibration::{
+    Calibration, NormalEquations, Past, Piece, Regressor, Terms, recording_sums,
+};
+use crate::features::{Column, Design, FeatureStream};
+use crate::progress::Progress;
+use crate::questions::check::cautions::Caution;
+use crate::questions::check::independent_loads::{
+    AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Part, Reason, Sufficiency, Verdict, enclosed,
+    faults_verdict, is_far_outside, leverages, percent,
+};
+use crate::questions::dataset::{Dataset, Key, in_role};
+use crate::questions::errors::fit::LinearFit;
+use crate::questions::{AnalysisError, Request};
+use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
+use crate::recording::{Axis, Recording, Role, ValidRange};
+use crate::scoring::Sensitivity;
+use crate::scoring::coverage::{Coverage, outside_of_others};
+use crate::scoring::cross_validation::are_left_out_whole;
+use crate::scoring::information::{Information, free_coefficients};
+use crate::scoring::left_out::LeftOut;
+use crate::scoring::numbers::significant;
+
+/// How many loads are proposed.
+const PROPOSED: usize = 6;
+/// Load cases are left out where that takes no more multiplications than this ...
+const LEAVING_OUT: f64 = 2e9;
+/// ... and no more numbers than this are kept meanwhile.
+const KEPT: usize = 1 << 24;
+/// A square of a singular value below this share of the greatest leaves its direction undetermined, or nearly so.
+const HARDLY: f64 = 1e-8;
+/// So many recordings with faults are named.
+const FAULTY: usize = 3;
+/// So many such directions are named.
+const NAMED: usize = 8;
+/// A part of a direction below this share of its greatest is not named.
+const PART: f64 = 0.3;
+/// A load goes one way only where the other is below this share of it.
+const ONE_WAY: f64 = 0.1;
+/// The sensor's frame as the world's.
+const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// What a laboratory can hang on a sensor that it turns any way.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HangingMass {
+    /// The masses that there are (kg).
+    pub masses: Vec<f64>,
+    /// How far from the sensor's origin they can hang, along either way of each of its axes (m).
+    pub arms: Vec<f64>,
+}
+
+/// What the training recordings of a request tell of its linear model; proposes loads within the rated ones, or of those what
+/// a hanging mass makes.
+///
+/// # Errors
+/// [`AnalysisError`] where there is nothing to fit.
+pub fn sufficiency(
+    request: &Request,
+    hanging: Option<&HangingMass>,
+    progress: &Progress,
+) -> Result<Sufficiency, AnalysisError> {
+    request.settings.validate()?;
+    if request.recordings.entries().is_empty() {
+        return Err(AnalysisError::NoRecordings);
+    }
+    let fitted = Request {
+        calibration: None,
+        ..request.clone()
+    };
+    let data = fitted.datasets.get(&Key::of(&fitted), progress)?;
+    let mut calibration = data.blank_calibration(&fitted.settings)?;
+    let past = data.past(&calibration, progress)?;
+    let design = calibration.design();
+    let sums = data.sums(&design, &past, calibration.axes.len(), progress);
+    progress.check()?;
+    let fit = data.fit_sums(fitted.settings.ridge, &sums, &mut calibration);
+    let by_load = data.load_cases_left_out(&calibration, &past, &fit, &sums.train, progress);
+    progress.check()?;
+
+    let coverage = data.coverage(&calibration.axes);
+    let training = in_role(&data.entries, Role::Train);
+    let loads = training
+        .iter()
+        .flat_map(|own| own.loads().chunks_exact(calibration.axes.len()));
+    let spread = LoadSpread::of(loads, &coverage.trained);
+    let axes = reaches(&calibration, coverage, &spread, by_load.as_deref());
+    let information = Information::of(&sums.train, &design.all());
+    let of_recordings = data.entries.iter().zip(&sums.of_recordings);
+    let of_recordings = of_recordings
+        .filter(|(entry, _)| entry.role == Role::Train)
+        .map(|(entry, pieces)| {
+            let mut whole = NormalEquations::new(sums.train.n_features(), sums.train.n_targets());
+            pieces.iter().for_each(|piece| whole.add(piece));
+            Part {
+                recording: entry.recording.name().to_owned(),
+                sums: whole,
+                is_one_load: coverage.is_one_load(&entry.recording),
+            }
+        });
+    let of_recordings: Vec<_> = of_recordings.collect();
+    let names = calibration.feature_names();
+    let mut reasons = said_already(&data.cautions(&calibration, true));
+    let (faults, share) = faulty(&fitted, progress)?;
+    if share > 0.0 {
+        let more = faults.len().saturating_sub(FAULTY);
+        let more = if more > 0 {
+            format!("; and {more} more")
+        } else {
+            String::new()
+        };
+        let text = format!(
+            "{} of the training samples are not to be trusted ({}{more}): leave such samples out, load less, or take a smaller gain",
+            percent(share),
+            faults[..faults.len().min(FAULTY)].join("; ")
+        );
+        reasons.push(Reason {
+            about: "faults",
+            verdict: faults_verdict(share),
+            text,
+        });
+    }
+    if fitted.settings.regressor != Regressor::Linear {
+        let text = "all this is of the linear model on these features; what a network or a kernel learns beside it has more freedom \
+                    still, which cross-validation alone can judge";
+        reasons.push(Reason {
+            about: "regressor",
+            verdict: Verdict::Enough,
+            text: text.to_owned(),
+        });
+    }
+    let (next, next_note) = proposals(&Proposing {
+        calibration: &calibration,
+        design: &design,
+        axes: &axes,
+        training: &training,
+        sums: &sums.train,
+        n_cases: coverage.cases.len(),
+        hanging,
+    });
+    let free = fit
+        .shares
+        .iter()
+        .filter_map(|shares| free_coefficients(&sums.train, shares));
+    let found = Sufficiency {
+        verdict: Verdict::Enough,
+        summary: String::new(),
+        reasons,
+        n_samples: sums.train.n_samples(),
+        load_cases: coverage.n_cases(&calibration.columns()),
+        coefficients: names.len(),
+        free_coefficients: free.fold(0.0, f64::max),
+        rank: calibration.quality.rank,
+        condition: calibration.quality.condition,
+        pairs: pairs(&axes, coverage, &spread),
+        axes,
+        undetermined: undetermined(&names, &design, information.as_ref()),
+        leverage: information.map_or_else(Vec::new, |own| leverages(&own, &of_recordings)),
+        outside: data.outside(coverage, &calibration.axes),
+        faults,
+        next,
+        next_note,
+        cases: coverage.cases.loads().map(<[f64]>::to_vec).collect(),
+    };
+    let how = calibration
+        .quality
+        .cross_validation
+        .as_ref()
+        .map(ToString::to_string);
+    Ok(found.judged(&spread, how.as_deref()))
+}
+
+/// What the fit's cautions say already, with what it makes of the verdict; what is told here in more words is left out.
+fn said_already(cautions: &[Caution]) -> Vec<Reason> {
+    use Verdict::{Doubtful, Enough, Insufficient};
+    let said = cautions.iter().filter_map(|caution| {
+        let (about, verdict) = match caution {
+            Caution::NoTest => ("test", Enough),
+            Caution::LoadCases(..) => ("times", Enough),
+            Caution::Undetermined(_) => ("samples", Insufficient),
+            Caution::NotLeftOut(_) => ("cross_validation", Doubtful),
+            Caution::Blocks(_) | Caution::Groups(_) | Caution::Lone(_) => ("groups", Doubtful),
+            Caution::Still(_, (low, high), _) if low == high => ("still", Insufficient),
+            Caution::Still(..) => ("still", Doubtful),
+            Caution::Outside(_, _, outside) if is_far_outside(outside) => ("outside", Doubtful),
+            Caution::Outside(..) => ("outside", Enough),
+            Caution::Rank(..) | Caution::Auxiliary(_) | Caution::AuxiliaryBeyond(_) => {
+                ("undetermined", Enough)
+            }
+            Caution::AuxiliaryLeft(_) => ("auxiliary", Enough),
+            Caution::NoGauge(_) => ("no_gauge", Doubtful),
+            Caution::Odd(_) => ("odd", Doubtful),
+            Caution::FarOff(..) => ("test", Doubtful),
+            Caution::Worse(_) => ("error", Doubtful),
+            Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {
+                return None;
+            }
+        };
+        Some(Reason {
+            about,
+            verdict,
+            text: caution.to_string(),
+        })
+    });
+    said.collect()
+}
+
+/// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
+fn faulty(request: &Request, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
+    let range = ValidRange {
+        gauges: request.gauge_range.clone(),
+        rated: request.settings.full_scale.clone(),
+    };
+    let found = (request.datasets).faults(&request.recordings, &range, progress)?;
+    let all = request.recordings.entries().iter().zip(&found);
+    let training = all.filter(|(entry, _)| entry.role == Role::Train);
+    let (mut words, mut spoiled, mut n) = (Vec::new(), 0, 0);
+    for (entry, found) in training {
+        let own = &entry.recording;
+        (spoiled, n) = (spoiled + found.n_samples(), n + own.n_samples());
+        if !found.found.is_empty() {
+            words.push(format!(
+                "{}: {}",
+                own.name(),
+                found.in_words(own).join(", ")
+            ));
+        }
+    }
+    Ok((words, spoiled as f64 / n.max(1) as f64))
+}
+
+fn reaches(
+    calibration: &Calibration,
+    coverage: &Coverage,
+    spread: &LoadSpread,
+    by_load: Option<&[f64]>,
+) -> Vec<AxisReach> {
+    let scores = &calibration.quality.compensated;
+    let of = |errors: &Option<Vec<f64>>, at: usize| errors.as_ref().map(|errors| errors[at]);
+    let axes = calibration.axes.iter().enumerate().map(|(at, axis)| {
+        let (low, high) = coverage.trained[at];
+        let (full_scale, rated) = (
+            calibration.full_scale[at],
+            calibration.rated.get(at) == Some(&true),
+        );
+        let (up, down) = (high.max(0.0), (-low).max(0.0));
+        let region = match rated {
+            false => (low, high),
+            true if down <= ONE_WAY * up => (0.0, full_scale),
+            true if up <= ONE_WAY * down => (-full_scale, 0.0),
+            true => (-full_scale, full_scale),
+        };
+        AxisReach {
+            axis: *axis,
+            low,
+            high,
+            full_scale,
+            rated,
+            region,
+            deviation: spread.deviations[at],
+            inflation: spread.inflations[at],
+            train_rmse: of(&scores.train_rmse, at),
+            left_out_rmse: of(&scores.cv_rmse, at),
+            load_left_out_rmse: by_load.map(|errors| errors[at]),
+        }
+    });
+    axes.collect()
+}
+
+fn pairs(axes: &[AxisReach], coverage: &Coverage, spread: &LoadSpread) -> Vec<Pair> {
+    let both = (0..axes.len()).flat_map(|a| (a + 1..axes.len()).map(move |b| (a, b)));
+    let pair = |(a, b): (usize, usize)| {
+        let points = coverage.cases.loads().map(|load| [load[a], load[b]]);
+        let move_both = spread.deviations[a] > 0.0 && spread.deviations[b] > 0.0;
+        Pair {
+            axes: [axes[a].axis, axes[b].axis],
+            correlation: spread.correlations[a * axes.len() + b],
+            covered: enclosed(points, axes[a].region, axes[b].region).filter(|_| move_both),
+        }
+    };
+    both.map(pair).collect()
+}
+
+/// The combinations of features that nothing determines, then those that hardly anything does.
+fn undetermined(
+    names: &[String],
+    design: &Design,
+    information: Option<&Information>,
+) -> Vec<String> {
+    let present: &[usize] = information.map_or(&[], |own| &own.columns);
+    let columns = design.columns();
+    let is_gone = |at: &usize| !present.contains(at);
+    let gone: Vec<usize> = design.all().into_iter().filter(is_gone).collect();
+    // The past of a gauge that never changes says nothing that is not said of the gauge.
+    let still = |at: &&usize| matches!(columns[**at], Column::Gauge(_));
+    let no_past = |at: &&usize| matches!(columns[**at], Column::Past { gauge, .. } if present.contains(&gauge));
+    let mut found = Vec::new();
+    let mut say = |what: &str, gone: Vec<&usize>| {
+        let listed: Vec<&str> = gone.iter().take(NAMED).map(|at| &*names[**at]).collect();
+        let more = gone.len().saturating_sub(NAMED);
+        let more = if more > 0 {
+            format!(" and {more} more")
+        } else {
+            String::new()
+        };
+        if !listed.is_empty() {
+            found.push(format!("{what}: {}{more}", listed.join(", ")));
+        }
+    };
+    say("never changes", gone.iter().filter(still).collect());
+    say(
+        "never differs from the present",
+        gone.iter().filter(no_past).collect(),
+    );
+    let Some(own) = information else {
+        return found;
+    };
+    let greatest = own.squares.last().copied().unwrap_or(0.0);
+    let directions = own.squares.iter().zip(&own.directions);
+    for (square, direction) in directions
+        .take_while(|(square, _)| **square < HARDLY * greatest)
+        .take(NAMED)
+    {
+        let largest = direction
+            .iter()
+            .fold(0.0_f64, |most, part| most.max(part.abs()));
+        let mut parts: Vec<(usize, f64)> = direction.iter().copied().enumerate().collect();
+        parts.retain(|(_, part)| part.abs() > PART * largest);
+        // Parts that are alike stay in the order of their features.
+        parts.sort_by_key(|(_, part)| std::cmp::Reverse((1e6 * part.abs()) as u64));
+        let sign = parts.first().map_or(1.0, |(_, part)| part.signum());
+        let terms = parts
+            .iter()
+            .take(5)
+            .map(|(at, part)| format!("{:+.2} {}", sign * part, names[own.columns[*at]]));
+        let terms: Vec<String> = terms.collect();
+        let more = if parts.len() > 5 { " …" } else { "" };
+        let how = if *square < 1e-11 * greatest {
+            "is not determined"
+        } else {
+            "is hardly determined"
+        };
+        found.push(format!("{how}: {}{more}", terms.join(" ")));
+    }
+    found
+}
+
+impl Dataset {
+    /// Loads outside those of the others: the test's, then those of each group that is left out.
+    fn outside(&self, coverage: &Coverage, axes: &[Axis]) -> Vec<OutsideOf> {
+        let tested = axes.iter().zip(&coverage.outside);
+        let tested = tested
+            .filter_map(|(axis, outside)| Some(OutsideOf::new("test", true, *axis, (*outside)?)));
+        let mut found: Vec<OutsideOf> = tested.collect();
+        let of_training = self
+            .entries
+            .iter()
+            .zip(&self.groups.of)
+            .filter(|(entry, _)| entry.role == Role::Train);
+        let of_training: Vec<usize> = of_training.map(|(_, group)| *group).collect();
+        if are_left_out_whole(&of_training) {
+            for (group, axis, outside) in outside_of_others(&self.entries, axes, &self.groups.of) {
+                let first = self
+                    .groups
+                    .of
+                    .iter()
+                    .position(|own| *own == group)
+                    .unwrap_or(0);
+                let name = self
+                    .groups
+                    .name_of(first)
+                    .unwrap_or(self.entries[first].recording.name());
+                found.push(OutsideOf::new(name, false, axis, outside));
+            }
+        }
+        found
+    }
+
+    /// RMSE of each axis where each load case is predicted by the fit to all others; `None` where the features have a past,
+    /// which goes from one load to the next, or where there are too many cases.
+    fn load_cases_left_out(
+        &self,
+        calibration: &Calibration,
+        past: &[Past],
+        fit: &LinearFit,
+        train: &NormalEquations,
+        progress: &Progress,
+    ) -> Option<Vec<f64>> {
+        let design = calibration.design();
+        let cases = &self.coverage(&calibration.axes).cases;
+        let (n_cases, p) = (cases.len(), design.n_columns());
+        let has_past = calibration
+            .columns()
+            .iter()
+            .any(|column| matches!(column, Column::Past { .. }));
+        let cost = n_cases as f64
+            * ((p as f64).powi(3) + train.n_samples() as f64 * calibration.axes.len() as f64);
+        if has_past || n_cases < 3 || cost > LEAVING_OUT {
+            return None;
+        }
+        let mut parts = vec![NormalEquations::new(p, calibration.axes.len()); n_cases];
+        for (at, entry) in self
+            .entries
+            .iter()
+            .enumerate()
+            .filter(|(_, entry)| entry.role == Role::Train)
+        {
+            let pieces = runs(&entry.recording, |load| cases.nearest(load).unwrap_or(0));
+            if pieces.len() * train.stride() * (p + calibration.axes.len()) > KEPT {
+                return None;
+            }
+            let sums = recording_sums(
+                &design,
+                self.present_loads(at),
+                &past[at],
+                &pieces,
+                progress,
+            );
+            for (piece, sums) in pieces.iter().zip(&sums) {
+                parts[piece.fold].add(sums);
+            }
+        }
+        parts.retain(|part| part.n_samples() > 0);
+        let left_out = LeftOut {
+            total: train,
+            parts: &parts,
+            terms: Terms {
+                used: &design.all(),
+                kinds: &design.kinds(),
+                known: &self.map.standardised(&design),
+            },
+        };
+        // What a ridge shrinks counts as determined.
+        let least = fit.shares.iter().flatten().copied().fold(0.0, f64::max);
+        let strengths = vec![if least > 0.0 { least } else { 0.0 }; calibration.axes.len()];
+        left_out.rmse(&strengths, || left_out.squares_by_target(&fit.shares))
+    }
+}
+
+/// A recording cut where its load becomes another case, by whose number the pieces go.
+fn runs(recording: &Recording, case: impl Fn(&[f64]) -> usize) -> Vec<Piece> {
+    let mut pieces: Vec<Piece> = Vec::new();
+    let loads = recording
+        .loads()
+        .chunks_exact(recording.axes().len().max(1));
+    for (k, fold) in loads.map(case).enumerate() {
+        match pieces.last_mut().filter(|last| last.fold == fold) {
+            Some(last) => last.samples.end = k + 1,
+            None => pieces.push(Piece {
+                samples: k..k + 1,
+                fold,
+            }),
+        }
+    }
+    pieces
+}
+
+/// What loads are proposed from.
+struct Proposing<'a> {
+    calibration: &'a Calibration,
+    design: &'a Design,
+    axes: &'a [AxisReach],
+    training: &'a [&'a Recording],
+    sums: &'a NormalEquations,
+    n_cases: usize,
+    hanging: Option<&'a HangingMass>,
+}
+
+/// The loads to record next, and what is to be known of them.
+fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
+    let columns = on.calibration.columns();
+    let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
+    let memoryless: Vec<usize> = on
+        .design
+        .all()
+        .into_iter()
+        .filter(|at| !is_past(at))
+        .collect();
+    let (Some(sensitivity), Some(information)) = (
+        Sensitivity::of(on.training),
+        Information::of(on.sums, &memoryless),
+    ) else {
+        return (
+            Vec::new(),
+            "No load moves, so nothing says what another one would show.".to_owned(),
+        );
+    };
+    if !sensitivity.moves.contains(&true) {
+        return (
+            Vec::new(),
+            "No load moves, so nothing says what another one would show.".to_owned(),
+        );
+    }
+    let row = |load: &[f64]| {
+        let gauges = sensitivity.gauges(load);
+        let mut row = vec![0.0; on.design.n_columns()];
+        let channels = on.design.features.auxiliary.iter();
+        let usual: Vec<f64> = channels.map(|channel| channel.reference).collect();
+        FeatureStream::new(on.design).raw_row(0.0, &gauges, &usual, |_| &gauges, &mut row);
+        on.design.standardise(&mut row);
+        row
+    };
+    let region = within(on.axes, &sensitivity.moves);
+    let loads: Vec<(Vec<f64>, Option<String>)> = match on.hanging {
+        None => region.iter().map(|load| (load.clone(), None)).collect(),
+        Some(hanging) => hung(hanging, on.axes),
+    };
+    let rows: Vec<Vec<f64>> = loads.iter().map(|(load, _)| row(load)).collect();
+    let of_region: Vec<Vec<f64>> = region.iter().map(|load| row(load)).collect();
+    let weight = on.sums.n_samples() as f64 / on.n_cases.max(1) as f64;
+    let found = information.next_best(&rows, &of_region, weight, PROPOSED);
+    let next: Vec<NextLoad> = found
+        .into_iter()
+        .map(|own| NextLoad {
+            load: loads[own.at].0.clone(),
+            how: loads[own.at].1.clone(),
+            gain: own.gain,
+            variance_left: own.left,
+        })
+        .collect();
+    let mut note = match (on.hanging, loads.is_empty()) {
+        (Some(_), true) => "No such mass and arm stays within these loads.".to_owned(),
+        _ => format!(
+            "Chosen one after the other so that the determinant of the design grows most (D-optimal), each counted as \
+             the load cases are in the mean ({} samples); the gauges under a load are those of a linear model of the same data.",
+            significant(weight, 2)
+        ),
+    };
+    if memoryless.len() < columns.len() {
+        note.push_str(" Features with a memory are left aside: what they show depends on how a load is reached.");
+    }
+    if on
+        .axes
+        .iter()
+        .zip(&sensitivity.moves)
+        .any(|(axis, moves)| *moves && !axis.rated)
+    {
+        note.push_str(" Where no rated load is entered, loads stay within those that there are.");
+    }
+    if on.hanging.is_some() && !loads.is_empty() {
+        // Nothing reaches it with what there is: an arm of none makes no moment.
+        let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
+        let unreached = (0..on.axes.len()).filter(|axis| !reached(*axis));
+        let unreached: Vec<&str> = unreached.map(|axis| on.axes[axis].axis.symbol()).collect();
+        if !unreached.is_empty() {
+            note.push_str(&format!(
+                " These masses and arms load nothing on {}: that takes {}.",
+                unreached.join(", "),
+                match unreached.iter().any(|axis| axis.starts_with('F')) {
+                    true => "other masses",
+                    false => "a mass on an arm (--arm)",
+                }
+            ));
+        }
+    }
+    if sensitivity.moves.contains(&false) {
+        note.push_str(" Axes that never move come first of all, and are not among these.");
+    }
+    (next, note)
+}
+
+/// Each axis that moves to the ends of its region and halfway, alone and by twos.
+fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
+    let none: Vec<f64> = axes
+        .iter()
+        .map(|own| 0.0_f64.clamp(own.region.0, own.region.1))
+        .collect();
+    let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
+    let levels = |axis: usize| {
+        let (low, high) = axes[axis].region;
+        let zero = none[axis];
+        let levels = [low, high, 0.5 * (low + zero), 0.5 * (high + zero)];
+        levels.into_iter().filter(move |level| *level != zero)
+    };
+    let mut loads = vec![none.clone()];
+    for (at, &a) in moving.iter().enumerate() {
+        for one in levels(a) {
+            let mut alone = none.clone();
+            alone[a] = one;
+            for &b in &moving[at + 1..] {
+                for other in levels(b) {
+                    let mut both = alone.clone();
+                    both[b] = other;
+                    loads.push(both);
+                }
+            }
+            loads.push(alone);
+        }
+    }
+    loads
+}
+
+/// What masses on arms make of gravity, the sensor turned so that it pulls along its axes or between them, where nothing goes
+/// beyond the largest load of an axis.
+fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
+    let steps = [-1.0, 0.0, 1.0];
+    let ways = steps.into_iter().flat_map(|x| {
+        steps
+            .into_iter()
+            .flat_map(move |y| steps.map(|z| [x, y, z]))
+    });
+    let ways: Vec<[f64; 3]> = ways
+        .filter(|way| way.iter().any(|part| *part != 0.0))
+        .collect();
+    let axis_ways = |way: &&[f64; 3]| way.iter().filter(|part| **part != 0.0).count() == 1;
+    let mut centres = vec![[0.0; 3]];
+    for arm in hanging.arms.iter().filter(|arm| **arm != 0.0) {
+        centres.extend(
+            ways.iter()
+                .filter(axis_ways)
+                .map(|way| way.map(|part| part * arm)),
+        );
+    }
+    let named = |way: &[f64; 3]| {
+        let parts = way
+            .iter()
+            .zip(["x", "y", "z"])
+            .filter(|(part, _)| **part != 0.0);
+        parts
+            .map(|(part, name)| format!("{}{name}", if *part > 0.0 { "+" } else { "−" }))
+            .collect::<String>()
+    };
+    let mut loads = Vec::new();
+    for mass in &hanging.masses {
+        for centre in &centres {
+            for way in &ways {
+                let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
+                let pull = way.map(|part| STANDARD_GRAVITY * part / length);
+                let weight = Weight {
+                    mass_kg: *mass,
+                    centre_m: *centre,
+                };
+                let wrench = load_of_pull(&UPRIGHT, &weight, pull);
+                let load: Vec<f64> = axes.iter().map(|own| wrench[own.axis as usize]).collect();
+                let limit = |own: &AxisReach| match own.rated {
+                    true => own.full_scale,
+                    false => own.low.abs().max(own.high.abs()),
+                };
+                let fits = load
+                    .iter()
+                    .zip(axes)
+                    .all(|(load, own)| load.abs() <= limit(own) * (1.0 + 1e-9));
+                if fits {
+                    let arm = match centre.iter().find(|part| **part != 0.0) {
+                        None => String::new(),
+                        Some(part) => format!(
+                            " at {} m along {}",
+                            part.abs(),
+                            named(&centre.map(|part| if part == 0.0 {
+                                0.0
+                            } else {
+                                part.signum()
+                            }))
+                        ),
+                    };
+                    loads.push((
+                        load,
+                        Some(format!("{mass} kg{arm}, down is {}", named(way))),
+                    ));
+                }
+            }
+        }
+    }
+    loads
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::calibration::{FitSettings, RidgeChoice};
+    use crate::features::{Blocks, FeatureSettings, Polynomial};
+    use crate::questions::analyse;
+    use crate::random::Random;
+    use crate::recording::{Entry, GaugeRange, RecordingSet, Source, simulated};
+
+    /// Static poses on three axes, each held for `held` samples, in recordings of so many poses.
+    fn poses(n: usize, held: usize, per_recording: usize) -> Arc<RecordingSet> {
+        let mut random = Random::new(3, &[2]);
+        let mut set = RecordingSet::default();
+        let loads: Vec<[f64; 3]> = (0..n)
+            .map(|_| [(); 3].map(|()| 10.0 * random.normal()))
+            .collect();
+        for (at, loads) in loads.chunks(per_recording).enumerate() {
+            let loads: Vec<[f64; 3]> = loads.iter().flat_map(|load| vec![*load; held]).collect();
+            let gauges = loads.iter().flat_map(|[x, y, z]| {
+                let noise = [(); 4].map(|()| 0.05 * random.normal());
+                [
+                    x + noise[0],
+                    y - 0.3 * x + noise[1],
+                    z + 0.01 * x * z + noise[2],
+                    x + y + z + noise[3],
+                ]
+            });
+            let recording = Recording::new(
+                format!("pose {at}"),
+                Source::Simulated,
+                (0..loads.len()).map(|k| k as f64).collect(),
+                ["S1", "S2", "S3", "S4"].map(str::to_owned).to_vec(),
+                gauges.collect(),
+                vec![Axis::Fx, Axis::Fy, Axis::Fz],
+                loads.as_flattened().to_vec(),
+            );
+            set.push(Entry::new(recording.unwrap(), Role::Train))
+                .unwrap();
+        }
+        Arc::new(set)
+    }
+
+    fn quadratic(ridge: f64) -> FitSettings {
+        FitSettings {
+            features: FeatureSettings {
+                blocks: Blocks::default().with(&Polynomial, &[2.0]),
+                ..FeatureSettings::present()
+            },
+            ridge: RidgeChoice::Strength(ridge),
+            ..FitSettings::default()
+        }
+    }
+
+    fn of(set: Arc<RecordingSet>, settings: FitSettings) -> Sufficiency {
+        sufficiency(&Request::fit(set, settings), None, &Progress::default()).unwrap()
+    }
+
+    fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<&'static str> {
+        let of = found
+            .reasons
+            .iter()
+            .filter(|reason| reason.verdict == verdict);
+        of.map(|reason| reason.about).collect()
+    }
+
+    /// Where each recording is one pose, leaving load cases out is leaving recordings out, which is scored elsewhere.
+    #[test]
+    fn errors_by_load_case_are_those_of_fits_without_the_pose() {
+        for ridge in [0.0, 0.1] {
+            let set = poses(40, 5, 1);
+            let found = of(Arc::clone(&set), quadratic(ridge));
+            let request = Request::fit(set, quadratic(ridge));
+            let quality = &analyse(&request, &Progress::default())
+                .unwrap()
+                .calibration
+                .quality;
+            let by_recording = quality.compensated.cv_rmse.as_ref().unwrap();
+            assert_eq!(found.load_cases, 40);
+            for (own, expected) in found.axes.iter().zip(by_recording) {
+                let off = own.load_left_out_rmse.unwrap() / expected - 1.0;
+                assert!(off.abs() < 1e-9, "{off}");
+            }
+        }
+    }
+
+    #[test]
+    fn as_many_poses_as_coefficients_do_not_carry_the_model_and_many_do() {
+        let few = of(poses(16, 20, 4), quadratic(0.0));
+        assert_eq!(
+            (few.verdict, few.coefficients, few.load_cases),
+            (Verdict::Insufficient, 15, 16)
+        );
+        assert!(
+            abouts(&few, Verdict::Insufficient).contains(&"load_cases"),
+            "{:#?}",
+            few.reasons
+        );
+        let many = of(poses(200, 20, 50), quadratic(0.0));
+        assert_eq!(many.verdict, Verdict::Enough, "{:#?}", many.reasons);
+        assert!(abouts(&many, Verdict::Doubtful).is_empty());
+        let shrunk = of(poses(16, 20, 4), quadratic(1.0));
+        assert!(
+            shrunk.free_coefficients < 13.0,
+            "{}",
+            shrunk.free_coefficients
+        );
+    }
+
+    /// Each pose once, without times: some pose is always the largest.
+    #[test]
+    fn only_a_pose_that_stands_alone_is_said_to() {
+        let of_tables = |alone: Option<[f64; 3]>| {
+            let mut random = Random::new(11, &[]);
+            let mut set = RecordingSet::default();
+            for at in 0..60 {
+                let [mut x, mut y, mut z] = [(); 3].map(|()| random.between(-10.0, 10.0));
+                if let (0, Some(load)) = (at, alone) {
+                    [x, y, z] = load;
+                }
+                let [a, b, c, d] = [(); 4].map(|()| 0.05 * random.normal());
+                let gauges = vec![x + a, y - 0.3 * x + b, z + c, x + y + z + d];
+                let names = ["S1", "S2", "S3", "S4"].map(str::to_owned).to_vec();
+                let axes = vec![Axis::Fx, Axis::Fy, Axis::Fz];
+                let one = Recording::new(
+                    format!("pose {at}"),
+                    Source::Simulated,
+                    vec![0.0],
+                    names,
+                    gauges,
+                    axes,
+                    vec![x, y, z],
+                );
+                let entry = Entry::new(one.unwrap().without_times(), Role::Train);
+                set.push(entry).unwrap();
+            }
+            let found = of(Arc::new(set), FitSettings::default());
+            let about = found.reasons.iter();
+            about
+                .filter(|reason| matches!(reason.about, "leverage" | "outside"))
+                .map(|reason| reason.text.clone())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(of_tables(None), [""; 0]);
+        let told = of_tables(Some([0.0, 0.0, 90.0]));
+        assert!(
+            told.len() == 2 && told.iter().all(|text| text.contains("pose 0")),
+            "{told:?}"
+        );
+    }
+
+    #[test]
+    fn entered_limits_of_gauges_count_and_faults_are_looked_for_once() {
+        let set = poses(40, 20, 4);
+        let limited = |high: f64| Request {
+            gauge_range: Some(GaugeRange::All((-100.0, high))),
+            ..Request::fit(Arc::clone(&set), quadratic(0.0))
+        };
+        let told = |request: &Request| {
+            let found = sufficiency(request, None, &Progress::default()).unwrap();
+            let about = found.reasons.iter().find(|reason| reason.about == "faults");
+            about.map(|reason| reason.verdict)
+        };
+        let request = limited(5.0);
+        assert_eq!(told(&limited(100.0)), None);
+        assert_eq!(told(&request), Some(Verdict::Doubtful));
+        let range = ValidRange {
+            gauges: request.gauge_range.clone(),
+            rated: request.settings.full_scale.clone(),
+        };
+        let again = || {
+            let found = request.datasets.faults(&set, &range, &Progress::default());
+            found.unwrap()
+        };
+        assert!(Arc::ptr_eq(&again()[0], &again()[0]));
+    }
+
+    #[test]
+    fn what_is_proposed_is_within_the_loads_or_hangs() {
+        let rated = FitSettings {
+            full_scale: vec![Some(20.0); 3],
+            ..quadratic(0.0)
+        };
+        let request = Request::fit(poses(40, 5, 10), rated);
+        let free = sufficiency(&request, None, &Progress::default()).unwrap();
+        assert_eq!(free.next.len(), PROPOSED);
+        assert!(
+            free.next
+                .iter()
+                .all(|own| own.load.iter().all(|load| load.abs() <= 20.0))
+        );
+        assert!(
+            free.next
+                .is_sorted_by(|a, b| a.gain >= b.gain && a.variance_left >= b.variance_left)
+        );
+        let hanging = HangingMass {
+            masses: vec![1.5, 30.0],
+            arms: vec![0.1],
+        };
+        let hung = sufficiency(&request, Some(&hanging), &Progress::default()).unwrap();
+        assert!(
+            !hung.next_note.contains("load nothing on"),
+            "{}",
+            hung.next_note
+        );
+        for own in &hung.next {
+            let force = own.load.iter().map(|load| load * load).sum::<f64>().sqrt();
+            assert!(
+                (force - 1.5 * STANDARD_GRAVITY).abs() < 1e-9,
+                "30 kg are beyond what is rated"
+            );
+            assert!(own.how.as_ref().unwrap().starts_with("1.5 kg"));
+        }
+    }
+
+    #[test]
+    fn recordings_that_say_little_are_told_so_without_a_panic() {
+        let one =
+            |n: usize, gauges: &dyn Fn(usize) -> [f64; 3], loads: &dyn Fn(usize) -> [f64; 2]| {
+                let recording = Recording::new(
+                    "r",
+                    Source::Simulated,
+                    (0..n).map(|k| k as f64 * 0.1).collect(),
+                    ["S1", "S2", "S3"].map(str::to_owned).to_vec(),
+                    (0..n).flat_map(gauges).collect(),
+                    vec![Axis::Fx, Axis::My],
+                    (0..n).flat_map(loads).collect(),
+                );
+                let mut set = RecordingSet::default();
+                set.push(Entry::new(recording.unwrap(), Role::Train))
+                    .unwrap();
+                of(Arc::new(set), FitSettings::default())
+            };
+        let noise = |k: usize, of: u64| Random::new(9, &[k as u64, of]).normal();
+        let gauges = |k| [1, 2, 3].map(|at| noise(k, at));
+        let worst = |found: &Sufficiency| abouts(found, Verdict::Insufficient);
+        let zero = one(50, &gauges, &|_| [0.0; 2]);
+        assert_eq!(worst(&zero), ["still", "still", "load_cases"]);
+        assert!(zero.next.is_empty() && zero.pairs[0].correlation.is_none());
+        let single = one(1, &gauges, &|_| [1.0, 2.0]);
+        assert!(worst(&single).contains(&"samples"));
+        let unlike = one(300, &gauges, &|k| [noise(k, 4), noise(k, 5)]);
+        assert_eq!(worst(&unlike), ["error"]);
+        // A mass on one arm: both axes are told well, but not one from the other.
+        let load = |k: usize| 10.0 * (0.1 * k as f64).sin();
+        let hung = one(
+            300,
+            &|k| [1.0, 2.0, -0.5].map(|slope| slope * load(k) + 0.01 * noise(k, 1)),
+            &|k| [load(k), 0.1 * load(k)],
+        );
+        assert_eq!(worst(&hung), ["correlation"], "{:#?}", hung.reasons);
+        assert_eq!(hung.pairs[0].correlation, Some(1.0));
+        assert!(hung.pairs[0].covered.unwrap() < 0.01);
+        let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| {
+            [load(k), load(k + 40)]
+        });
+        assert_eq!(dead.undetermined[0], "never changes: S2");
+        assert!(
+            dead.undetermined
+                .iter()
+                .any(|own| own.contains("0.71 S1 -0.71 S3")),
+            "{:?}",
+            dead.undetermined
+        );
+        for found in [&zero, &single, &unlike, &hung, &dead] {
+            let text = serde_json::to_string(found).unwrap();
+            assert!(!text.contains("NaN"));
+        }
+    }
+
+    #[test]
+    fn the_built_in_sensor_has_enough() {
+        let set = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+        let settings = FitSettings {
+            decimation: 10,
+            ..FitSettings::default()
+        };
+        let found = of(set, settings);
+        assert_eq!(found.verdict, Verdict::Enough, "{:#?}", found.reasons);
+        let all: f64 = found.leverage.iter().map(|own| own.leverage).sum();
+        assert!((all - found.rank as f64).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,475 @@
+//! The score of a network, a kernel, a hybrid: everything that is fitted is fitted again without the part that is asked.
+//!
+//! Guarantees: what is left out is seen by nothing, be it the conventional calibration and its look-back, the linear stage
+//! and its ridge, standardisation, landmarks, strengths, early stopping, or how much of the second stage is added; only the
+//! full scales, which belong to the sensor, stay. So a score is that of fits to the other parts from scratch.
+
+use std::borrow::Borrow;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
+use std::thread;
+use std::time::Instant;
+
+use crate::calibration::{
+    Calibration, EpochReport, FitSettings, KernelSettings, Learner, NetworkSettings, Piece, SHARES,
+    best_share,
+};
+use crate::progress::Progress;
+use crate::questions::dataset::{Dataset, Datasets, Key};
+use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
+use crate::questions::{AnalysisError, Request};
+use crate::recording::{Entry, RecordingSet, Role};
+use crate::scoring::part_squares::PartSquares;
+
+/// Parts are left out together so that no more fits than this are made.
+pub(crate) const FOLDS: usize = 5;
+/// Fits that are made side by side; a network keeps one core busy.
+const SIDE_BY_SIDE: usize = 2;
+/// How much quicker two networks at once are than one after the other.
+const GAIN_OF_TWO: f64 = 1.8;
+
+/// About how many times as long as the fit itself its cross-validation takes: none where there is none.
+pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
+    let samples = FOLDS as f64 - 1.0; // of each fit four fifths
+    match settings.regressor.learner() {
+        Some(Learner::Kernel) => samples,
+        Some(Learner::Network) if settings.network.cross_validate => samples / GAIN_OF_TWO,
+        Some(Learner::Network) | None => 0.0,
+    }
+}
+
+/// About how much work the cross-validation is, in the steps that the fit itself counts.
+pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
+    let training = data
+        .entries
+        .iter()
+        .filter(|entry| entry.role == Role::Train);
+    let steps = match settings.regressor.learner() {
+        Some(Learner::Network) => {
+            let samples: usize = training.map(|entry| entry.recording.n_samples()).sum();
+            samples.div_ceil(settings.network.batch) * settings.network.epochs
+        }
+        _ => 10 * training.count(),
+    };
+    (steps as f64 * cross_validation_cost(settings)) as u64
+}
+
+/// Which fold a part is left out with.
+fn fold_of(part: usize, n_parts: usize) -> usize {
+    part % n_parts.min(FOLDS)
+}
+
+/// How much of a network's answers is added to its linear stage, per axis, as these parts ask for; all of it where nothing
+/// was left out or held out.
+pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
+    let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
+    let share = |axis| {
+        let squares = |at: usize, part: usize| parts[part].borrow().squares(axis, SHARES[at]);
+        SHARES[best_share(parts.len(), squares)]
+    };
+    (0..n_axes).map(share).collect()
+}
+
+/// For each part and axis the share of what is added, chosen by the parts of the other folds where shares are chosen at all.
+pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
+    let n = parts.len();
+    let of_folds: Vec<Vec<f64>> = (0..n.min(FOLDS))
+        .map(|fold| {
+            let others = parts.iter().enumerate();
+            let others = others.filter(|(part, _)| fold_of(*part, n) != fold);
+            match has_shares {
+                true => best_shares(&others.map(|(_, part)| part).collect::<Vec<_>>()),
+                false => vec![1.0; parts[0].of_axes.len()],
+            }
+        })
+        .collect();
+    (0..n).map(|at| of_folds[fold_of(at, n)].clone()).collect()
+}
+
+/// The squared errors of parts; with shares that are chosen by them, each fold's by the parts of the others.
+pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
+    let squares = parts
+        .iter()
+        .zip(part_shares(parts, has_shares))
+        .flat_map(|(part, shares)| {
+            let shares = shares.into_iter().enumerate();
+            shares.map(|(axis, share)| part.squares(axis, share))
+        });
+    PartSquares {
+        squares: squares.collect(),
+        part_samples: parts.iter().map(|part| part.n_samples).collect(),
+    }
+}
+
+/// What fits without each part leave over of it, `steps` being told to `progress`; `None` where it was stopped, or where too little is left to fit.
+pub(crate) fn cross_validated(
+    data: &Dataset,
+    calibration: &Calibration,
+    settings: &FitSettings,
+    steps: u64,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Option<Vec<Moments>> {
+    let start = Instant::now();
+    let pieces = data.pieces();
+    let training = data.entries.iter().zip(&pieces).enumerate();
+    let training: Vec<(Entry, &[Piece])> = training
+        .filter(|(_, (entry, _))| entry.role == Role::Train)
+        .map(|(at, (entry, pieces))| (data.groups.said(at, entry), &pieces[..]))
+        .collect();
+    let n_parts = (training.iter().flat_map(|(_, pieces)| *pieces))
+        .map(|piece| piece.fold + 1)
+        .max()?;
+    let n_folds = n_parts.min(FOLDS);
+    if n_folds < 2 || progress.is_cancelled() {
+        return None;
+    }
+    let step = data.step_of(|entry| entry.role == Role::Train);
+    let next = AtomicUsize::new(0);
+    let (sender, receiver) = mpsc::channel();
+    let scored = thread::scope(|scope| {
+        let workers: Vec<_> = (0..SIDE_BY_SIDE.min(n_folds))
+            .map(|_| {
+                let (sender, next, training) = (sender.clone(), &next, &training);
+                scope.spawn(move || {
+                    let mut scored = Vec::new();
+                    loop {
+                        let fold = next.fetch_add(1, Ordering::Relaxed);
+                        if fold >= n_folds || progress.is_cancelled() {
+                            return Ok(scored);
+                        }
+                        let mut heard = 0.0;
+                        // Nobody listens any more where another fold has failed.
+                        let mut tell = |done: f64| {
+                            let _ = sender.send(done - heard);
+                            heard = done;
+                        };
+                        let fold = Fold::new(training, |part| fold_of(part, n_parts) == fold);
+                        let settings = fold.settings(settings, calibration);
+                        scored.extend(fold.score(settings, step, progress, &mut |report| {
+                            tell(TrainingStep::Epoch(report).done());
+                        })?);
+                        tell(1.0);
+                    }
+                })
+            })
+            .collect();
+        drop(sender);
+        let mut done = 0.0;
+        for more in receiver {
+            let before = (done * steps as f64) as u64;
+            done += more / n_folds as f64;
+            progress.advance((done * steps as f64) as u64 - before);
+            on_step(TrainingStep::CrossValidation {
+                done,
+                elapsed: start.elapsed(),
+            });
+        }
+        let ended = workers.into_iter().map(|worker| worker.join());
+        let ended = ended.map(|ended| ended.unwrap_or_else(|panic| resume_unwind(panic)));
+        ended.collect::<Result<Vec<_>, AnalysisError>>()
+    });
+    let scored = match scored {
+        // A network that was stopped half way is no fit.
+        _ if progress.is_cancelled() => return None,
+        Ok(scored) => scored,
+        Err(error) => {
+            log::warn!("cross-validation: {error}");
+            return None;
+        }
+    };
+    let mut parts = vec![Moments::new(calibration.axes.len()); n_parts];
+    for (part, moments) in scored.into_iter().flatten() {
+        let own = &mut parts[part];
+        own.n_samples += moments.n_samples;
+        own.kept.extend(&moments.kept);
+        for (own, more) in own.of_axes.iter_mut().zip(&moments.of_axes) {
+            for (own, more) in own.iter_mut().zip(more) {
+                *own += more;
+            }
+        }
+    }
+    Some(parts)
+}
+
+/// The training recordings with some parts in the test role.
+struct Fold {
+    set: RecordingSet,
+    n_train: usize,
+    /// The part of each recording in the test role, in their order.
+    left_out: Vec<usize>,
+}
+
+impl Fold {
+    /// A recording of which only some is left out is cut into several, each with a history of its own.
+    fn new(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Self {
+        let mut fold = Self {
+            set: RecordingSet::default(),
+            n_train: 0,
+            left_out: Vec::new(),
+        };
+        for (entry, pieces) in training {
+            let mut kept = 0..0;
+            for piece in *pieces {
+                if is_left_out(piece.fold) {
+                    fold.push(entry, std::mem::take(&mut kept), Role::Train);
+                    fold.push(entry, piece.samples.clone(), Role::Test);
+                    fold.left_out.push(piece.fold);
+                } else if kept.is_empty() {
+                    kept = piece.samples.clone();
+                } else {
+                    kept.end = piece.samples.end;
+                }
+            }
+            fold.push(entry, kept, Role::Train);
+        }
+        fold
+    }
+
+    fn push(&mut self, entry: &Entry, samples: Range<usize>, role: Role) {
+        if samples.is_empty() {
+            return;
+        }
+        if role == Role::Train {
+            self.n_train += samples.len();
+        }
+        let mut own = entry.clone();
+        own.role = role;
+        if samples.len() < entry.recording.n_samples() {
+            own.recording = Arc::new(entry.recording.segment(samples));
+        }
+        let pushed = self.set.push(own);
+        pushed.expect("they stand side by side in another set");
+    }
+
+    /// What `settings` mean for the fold.
+    fn settings(&self, settings: &FitSettings, calibration: &Calibration) -> FitSettings {
+        let full_scale = calibration.full_scale.iter();
+        FitSettings {
+            decimation: 1, // they are decimated already
+            full_scale: full_scale.map(|own| (*own > 0.0).then_some(*own)).collect(),
+            kernel: KernelSettings {
+                landmarks: settings.kernel.landmarks.min(self.n_train.max(1)),
+                ..settings.kernel
+            },
+            network: NetworkSettings {
+                cross_validate: false,
+                ..settings.network.clone()
+            },
+            ..settings.clone()
+        }
+    }
+
+    /// What the fit to the training recordings makes of the others: each with its part, and every `step`-th sample.
+    fn score(
+        self,
+        settings: FitSettings,
+        step: usize,
+        progress: &Progress,
+        on_epoch: &mut dyn FnMut(EpochReport),
+    ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
+        // What is counted is the training of the whole.
+        let progress = &progress.part();
+        let request = Request::fit(Arc::new(self.set), settings);
+        let data = Datasets::default().get(&Key::of(&request), progress)?;
+        let Fitted {
+            past,
+            mut calibration,
+            ..
+        } = fit_all(&data, &request.settings, progress, on_epoch)?;
+        let learned = calibration.learned.take();
+        let left_out = data.entries.iter().zip(&past);
+        let left_out = left_out.filter(|(entry, _)| entry.role == Role::Test);
+        let scored = left_out.zip(self.left_out).map(|((entry, past), part)| {
+            let linear = calibration.compensated_loads(&entry.recording, past);
+            calibration.learned.clone_from(&learned);
+            let whole = calibration.compensated_loads(&entry.recording, past);
+            calibration.learned = None;
+            let difference = |of: &[f64]| -> Vec<f64> {
+                of.iter()
+                    .zip(&linear)
+                    .map(|(of, linear)| of - linear)
+                    .collect()
+            };
+            let mut moments = Moments::new(calibration.axes.len());
+            let (left_over, added) = (difference(entry.recording.loads()), difference(&whole));
+            moments.add(&left_over, &added);
+            moments.keep(&left_over, &added, step);
+            (part, moments)
+        });
+        Ok(scored.collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{Regressor, RidgeChoice};
+    use crate::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
+    use crate::questions::train_and_score;
+    use crate::random::Random;
+    use crate::recording::{Axis, Recording, Source};
+
+    /// Recordings of a bent and noisy gauge beside a straight one, with two axes.
+    fn recordings(lengths: &[usize]) -> Vec<Arc<Recording>> {
+        let of_length = |(at, &n): (usize, &usize)| {
+            let mut random = Random::new(11, &[at as u64]);
+            let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+            for k in 0..n {
+                let (a, b) = ((0.3 * k as f64 + at as f64).sin(), random.normal());
+                gauges.extend([a, b]);
+                let noise = 0.1 * random.normal();
+                loads.extend([2.0 * a + (3.0 * a).cos() + noise, b - 0.4 * a * b]);
+            }
+            let recording = Recording::new(
+                format!("r{at}"),
+                Source::Simulated,
+                (0..n).map(|k| 0.1 * k as f64).collect(),
+                vec!["S1".to_owned(), "S2".to_owned()],
+                gauges,
+                vec![Axis::Fx, Axis::Fz],
+                loads,
+            );
+            Arc::new(recording.unwrap())
+        };
+        lengths.iter().enumerate().map(of_length).collect()
+    }
+
+    fn settings(regressor: Regressor) -> FitSettings {
+        FitSettings {
+            features: FeatureSettings {
+                look_backs: vec![Thresholds {
+                    f_th: 0.5,
+                    t_th_secs: 2.0,
+                }],
+                blocks: Blocks::default().with(&Polynomial, &[2.0]),
+                ..FeatureSettings::present()
+            },
+            regressor,
+            ridge: RidgeChoice::Auto,
+            kernel: KernelSettings {
+                landmarks: 12,
+                length_scale: None,
+            },
+            network: NetworkSettings {
+                hidden: vec![5],
+                epochs: 6,
+                batch: 10,
+                cross_validate: true,
+                ..NetworkSettings::default()
+            },
+            ..FitSettings::default()
+        }
+    }
+
+    fn scored(
+        recordings: &[Arc<Recording>],
+        tested: Option<usize>,
+        settings: &FitSettings,
+    ) -> crate::questions::Scored {
+        let mut set = RecordingSet::default();
+        for (at, recording) in recordings.iter().enumerate() {
+            let mut entry = Entry::with_default_role((**recording).clone());
+            entry.role = match tested == Some(at) {
+                true => Role::Test,
+                false => Role::Train,
+            };
+            set.push(entry).unwrap();
+        }
+        let request = Request::fit(Arc::new(set), settings.clone());
+        train_and_score(&request, &Progress::default(), &mut |_| {}).unwrap()
+    }
+
+    /// The plain way: each recording in the test role, everything fitted from scratch to the others.
+    #[test]
+    fn scores_are_those_of_fits_from_scratch_without_the_part() {
+        let recordings = recordings(&[60, 50, 70, 40, 55]);
+        for regressor in [
+            Regressor::Kernel,
+            Regressor::HybridKernel,
+            Regressor::Network,
+        ] {
+            let settings = settings(regressor);
+            let whole = scored(&recordings, None, &settings);
+            let full_scale = whole.calibration.full_scale.iter();
+            let plain = FitSettings {
+                full_scale: full_scale.copied().map(Some).collect(),
+                network: NetworkSettings {
+                    cross_validate: false,
+                    ..settings.network.clone()
+                },
+                ..settings
+            };
+            let left_out = whole.left_out.unwrap();
+            assert_eq!(left_out.part_samples, [60, 50, 70, 40, 55]);
+            for (at, squares) in left_out.squares.chunks_exact(2).enumerate() {
+                let quality = scored(&recordings, Some(at), &plain).calibration.quality;
+                let rmse = quality.compensated.test_rmse.unwrap();
+                for (square, rmse) in squares.iter().zip(rmse) {
+                    let expected = rmse * rmse * left_out.part_samples[at] as f64;
+                    let off = (square / expected - 1.0).abs();
+                    assert!(off < 1e-9, "{regressor:?}, part {at}: {square} {expected}");
+                }
+            }
+            let cv_rmse = whole.calibration.quality.compensated.cv_rmse;
+            assert!(cv_rmse.is_some_and(|cv_rmse| Some(cv_rmse) == left_out.rmse()));
+        }
+    }
+
+    #[test]
+    fn every_regressor_is_scored_on_the_same_parts() {
+        for lengths in [&[60, 80][..], &[30, 40, 50, 35, 45, 60, 25]] {
+            let recordings = recordings(lengths);
+            let parts = |regressor| {
+                let scored = scored(&recordings, None, &settings(regressor));
+                let left_out = scored.left_out.unwrap();
+                assert_eq!(left_out.squares.len(), 2 * left_out.part_samples.len());
+                left_out.part_samples
+            };
+            let linear = parts(Regressor::Linear);
+            for regressor in Regressor::ALL {
+                assert_eq!(parts(regressor), linear, "{regressor:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stopped_cross_validation_keeps_the_network_and_says_that_there_is_no_score() {
+        let recordings = recordings(&[60, 50, 70]);
+        let mut set = RecordingSet::default();
+        for recording in recordings {
+            set.push(Entry::with_default_role((*recording).clone()))
+                .unwrap();
+        }
+        let request = Request::fit(Arc::new(set), settings(Regressor::Network));
+        let progress = Progress::default();
+        let scored = train_and_score(&request, &progress, &mut |step| {
+            if matches!(step, TrainingStep::CrossValidation { .. }) {
+                progress.cancel();
+            }
+        })
+        .unwrap();
+        assert!(scored.left_out.is_none() && scored.calibration.learned.is_some());
+        assert!(scored.calibration.quality.compensated.train_rmse.is_some());
+        assert!(scored.calibration.why_not_left_out().is_some());
+    }
+
+    /// A second stage that is right by half on average: half of it is taken, by each fold as the others say.
+    #[test]
+    fn the_share_that_scores_a_part_is_chosen_by_the_others() {
+        let part = |r: f64, g: f64| {
+            let mut moments = Moments::new(1);
+            moments.add(&[r], &[g]);
+            moments
+        };
+        let mut parts = vec![part(1.0, 2.0); 9];
+        assert_eq!(best_shares(&parts), [0.5]);
+        parts.push(part(1.0, -30.0));
+        let squares = part_squares(&parts, true);
+        // Parts 4 and 9 are left out together; the others agree.
+        assert_eq!((squares.squares[4], squares.squares[9]), (0.0, 256.0));
+        assert_eq!(squares.squares[0], 1.0);
+    }
+}

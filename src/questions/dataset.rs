@@ -1,0 +1,565 @@
+//! What does not depend on the blocks, prepared once for a set of recordings: conventional loads, searches.
+//!
+//! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
+
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::calibration::{
+    Calibration, Conventional, FORMAT, FitSettings, LinearMap, NormalEquations, Past, PresentLoads,
+    Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges, past_samples,
+};
+use crate::features::{Auxiliary, Design, LoadPath};
+use crate::progress::{Cancelled, Progress};
+use crate::questions::auxiliary_inputs::AuxiliaryInputs;
+use crate::questions::{AnalysisError, Request};
+use crate::recording::gap::gap_by_rate;
+use crate::recording::{
+    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
+    load_ranges, median,
+};
+use crate::scoring::MANY_SAMPLES;
+use crate::scoring::coverage::Coverage;
+use crate::scoring::faults::{Faults, faults, faults_of};
+use crate::scoring::metrics;
+use crate::scoring::no_gauge::{NoGauge, no_gauges};
+
+/// RMSE per axis of one recording: conventional, compensated.
+pub(crate) type Errors = (Vec<f64>, Vec<f64>);
+
+/// What a dataset is prepared for.
+#[derive(Clone, Debug)]
+pub(crate) struct Key {
+    pub recordings: Arc<RecordingSet>,
+    pub offset: bool,
+    pub decimation: usize,
+    /// A calibration that is applied instead of fitted.
+    pub calibration: Option<Arc<Calibration>>,
+}
+
+impl Key {
+    /// What a request needs.
+    pub fn of(request: &Request) -> Self {
+        Self {
+            recordings: Arc::clone(&request.recordings),
+            offset: request.settings.offset,
+            decimation: request.settings.decimation,
+            calibration: request.calibration.clone(),
+        }
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.recordings, &other.recordings)
+            && self.offset == other.offset
+            && self.decimation == other.decimation
+            && is_same(&self.calibration, &other.calibration)
+    }
+}
+
+/// A load beyond the largest of the training recordings by more than this is beyond what is known of the sensor, where nobody
+/// entered a rated load.
+const BEYOND_TRAINING: f64 = 1.2;
+
+/// The searches of all recordings, for one set of weights and one history step.
+pub(crate) type Paths = Arc<Vec<LoadPath>>;
+
+/// The sums of each piece of each recording.
+pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
+
+/// Recordings as they are used, with their conventional loads.
+#[derive(Debug)]
+pub(crate) struct Dataset {
+    key: Key,
+    /// The recordings as they are used.
+    pub entries: Vec<Entry>,
+    /// Which of them are left out together.
+    pub groups: Groups,
+    /// The auxiliary channels that they have all, and why others cannot be used.
+    pub auxiliary: AuxiliaryInputs,
+    /// What the sums need; `None` where a calibration is applied.
+    pub conventional: Option<Conventional>,
+    pub map: LinearMap,
+    /// Conventional loads of each recording, where they are few enough to be kept; see [`Self::present_loads`].
+    loads: Option<Vec<Arc<Vec<f64>>>>,
+    /// Full scale of each axis over the training recordings, where none is entered.
+    full_scale: Vec<f64>,
+    /// The largest magnitude of each axis over the training recordings.
+    largest: Vec<f64>,
+    /// The longest gap of the training recordings, where their steps say one (s).
+    gap_secs: Option<f64>,
+    coverage: OnceLock<Coverage>,
+    no_gauges: OnceLock<Vec<NoGauge>>,
+    /// The newest searches, with the weights and the step that they were prepared for.
+    paths: Mutex<Option<(Vec<f64>, Paths)>>,
+    /// The newest sums as if no look-back had found anything, with their design at any thresholds.
+    pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
+}
+
+/// The datasets that questions about the same recordings share.
+#[derive(Clone, Debug, Default)]
+pub struct Datasets {
+    prepared: Arc<Mutex<Vec<Arc<Dataset>>>>,
+    /// What is wrong with the recordings that were asked for last.
+    faults: Arc<Mutex<Vec<FaultsOf>>>,
+}
+
+/// What is wrong with a recording, by what was known of the sensor.
+#[derive(Debug)]
+struct FaultsOf {
+    recording: Arc<Recording>,
+    range: ValidRange,
+    faults: Arc<Faults>,
+}
+
+impl FaultsOf {
+    fn is(&self, recording: &Arc<Recording>, range: &ValidRange) -> bool {
+        Arc::ptr_eq(&self.recording, recording) && self.range == *range
+    }
+}
+
+/// More than a fit's and an applied calibration's are not kept.
+const KEPT: usize = 2;
+
+impl Datasets {
+    /// The dataset of this key, prepared where it is not there. Whoever asks for the same meanwhile waits for it.
+    pub(crate) fn get(
+        &self,
+        key: &Key,
+        progress: &Progress,
+    ) -> Result<Arc<Dataset>, AnalysisError> {
+        let mut kept = self.prepared.lock().unwrap_or_else(PoisonError::into_inner);
+        // Taken away first: those of other recordings need not fit in memory at once.
+        kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
+        let found = kept.iter().position(|own| own.key.is_same(key));
+        let dataset = match found {
+            Some(at) => kept.remove(at),
+            None => {
+                kept.truncate(KEPT - 1);
+                Arc::new(Dataset::prepare(key, progress)?)
+            }
+        };
+        kept.insert(0, Arc::clone(&dataset));
+        Ok(dataset)
+    }
+
+    /// What is wrong with each of these recordings, looked for once; whoever asks for the same meanwhile waits for it.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if nobody wants to know any more; what was found by then is kept.
+    pub fn faults(
+        &self,
+        recordings: &RecordingSet,
+        range: &ValidRange,
+        progress: &Progress,
+    ) -> Result<Vec<Arc<Faults>>, Cancelled> {
+        let mut kept = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = std::mem::take(&mut *kept);
+        let all: Vec<&Arc<Recording>> = (recordings.entries().iter())
+            .map(|entry| &entry.recording)
+            .collect();
+        let are_same =
+            before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
+        // Load cases of a table are judged together.
+        let mut of_tables = match !are_same && all.iter().any(|own| own.is_static()) {
+            true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
+            false => Vec::new(),
+        }
+        .into_iter();
+        for recording in all {
+            progress.check()?;
+            let known = before.iter().find(|own| own.is(recording, range));
+            let found = match (of_tables.next(), known) {
+                (Some(found), _) => Arc::new(found),
+                (None, Some(known)) => Arc::clone(&known.faults),
+                (None, None) => Arc::new(faults(recording, range)),
+            };
+            kept.push(FaultsOf {
+                recording: Arc::clone(recording),
+                range: range.clone(),
+                faults: found,
+            });
+        }
+        Ok(kept.iter().map(|own| Arc::clone(&own.faults)).collect())
+    }
+}
+
+impl Dataset {
+    pub fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
+        let mut entries = decimated(key.recordings.entries(), key.decimation);
+        entries
+            .par_iter()
+            .try_for_each(|entry| check_size(&entry.recording))?;
+        let auxiliary = match &key.calibration {
+            Some(calibration) => {
+                for entry in &mut entries {
+                    if let Cow::Owned(own) = calibration.prepared(&entry.recording)? {
+                        entry.recording = Arc::new(own);
+                    }
+                }
+                AuxiliaryInputs::default()
+            }
+            None => AuxiliaryInputs::prepare(&mut entries),
+        };
+        let training = in_role(&entries, Role::Train);
+        let (conventional, map) = match &key.calibration {
+            Some(calibration) => (None, calibration.conventional.clone()),
+            None if training.is_empty() => return Err(AnalysisError::NoTraining),
+            None => {
+                let conventional = Conventional::fit(&training, key.offset, progress);
+                let map = conventional.map.clone();
+                (Some(conventional), map)
+            }
+        };
+        progress.check()?;
+        let kept = |entry: &Entry| {
+            progress.check()?;
+            let loads = loads_from_gauges(&map, &entry.recording);
+            progress.advance(1);
+            Ok(Arc::new(loads))
+        };
+        let ranges = load_ranges(training.iter().copied());
+        let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
+        let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES).then(|| {
+            entries
+                .par_iter()
+                .map(kept)
+                .collect::<Result<_, Cancelled>>()
+        });
+        let loads = loads.transpose()?;
+        Ok(Self {
+            key: key.clone(),
+            groups: key.recordings.groups(),
+            full_scale: ranges.iter().copied().map(full_scale_of).collect(),
+            largest: (ranges.iter())
+                .map(|(low, high)| low.abs().max(high.abs()))
+                .collect(),
+            gap_secs: gap_secs(&training),
+            entries,
+            auxiliary,
+            conventional,
+            map,
+            loads,
+            coverage: OnceLock::new(),
+            no_gauges: OnceLock::new(),
+            paths: Mutex::default(),
+            unmoved: Mutex::default(),
+        })
+    }
+
+    /// The conventional loads of a recording.
+    pub fn present_loads(&self, at: usize) -> PresentLoads<'_> {
+        PresentLoads {
+            map: &self.map,
+            recording: &self.entries[at].recording,
+            kept: self.loads.as_ref().map(|loads| loads[at].as_slice()),
+        }
+    }
+
+    /// As if there were too many to be kept.
+    #[cfg(test)]
+    pub fn with_loads_made(self) -> Self {
+        Self {
+            loads: None,
+            ..self
+        }
+    }
+
+    /// Those of all recordings, where they are kept.
+    pub fn kept_loads(&self) -> Option<&[Arc<Vec<f64>>]> {
+        self.loads.as_deref()
+    }
+
+    /// Every `each`-th sample of each recording, with the same conventional calibration and full scales.
+    pub fn thinned(&self, each: usize) -> Self {
+        let entries = decimated(&self.entries, each);
+        let loads = entries.par_iter();
+        let loads = loads.map(|entry| Arc::new(loads_from_gauges(&self.map, &entry.recording)));
+        Self {
+            key: self.key.clone(),
+            groups: self.groups.clone(),
+            conventional: self.conventional.clone(),
+            map: self.map.clone(),
+            loads: Some(loads.collect()),
+            full_scale: self.full_scale.clone(),
+            largest: self.largest.clone(),
+            gap_secs: self.gap_secs,
+            entries,
+            auxiliary: self.auxiliary.clone(),
+            coverage: OnceLock::new(),
+            no_gauges: OnceLock::new(),
+            paths: Mutex::default(),
+            unmoved: Mutex::default(),
+        }
+    }
+
+    /// What loads the recordings hold on these axes.
+    pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
+        self.coverage
+            .get_or_init(|| Coverage::of(&self.entries, axes))
+    }
+
+    /// Columns of the training recordings that are taken for gauges and seem to be none.
+    pub fn no_gauges(&self) -> &[NoGauge] {
+        self.no_gauges
+            .get_or_init(|| no_gauges(&in_role(&self.entries, Role::Train)))
+    }
+
+    /// The searches of this calibration.
+    pub fn paths(&self, calibration: &Calibration) -> Paths {
+        let weights = calibration.distance_weights();
+        let step_secs = calibration.history_step_secs;
+        let key = [weights.clone(), vec![step_secs]].concat();
+        let mut newest = self.paths.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*newest {
+            Some((own, paths)) if *own == key => Arc::clone(paths),
+            _ => {
+                let entries = self.entries.par_iter().enumerate();
+                let paths = entries.map(|(at, entry)| {
+                    let (times, loads) = (entry.recording.times(), self.present_loads(at));
+                    let load = |k, axis| loads.at(k, axis);
+                    LoadPath::with_history_step(times, &load, &weights, step_secs)
+                });
+                let paths: Paths = Arc::new(paths.collect());
+                *newest = Some((key, Arc::clone(&paths)));
+                paths
+            }
+        }
+    }
+
+    /// A calibration with everything but the compensated map and its quality.
+    pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
+        let layout = self.key.recordings.layout();
+        if settings.full_scale.len() > layout.axes.len() {
+            return Err(AnalysisError::FullScales {
+                given: settings.full_scale.len(),
+                axes: layout.axes.len(),
+            });
+        }
+        let mut features = match self.key.recordings.is_static() {
+            // There is no past.
+            true => settings.features.without_history(),
+            false => settings.features.clone(),
+        };
+        features.auxiliary = match features.blocks.of(&Auxiliary) {
+            [] => Vec::new(),
+            _ => self.auxiliary.channels.clone(),
+        };
+        for channel in &mut features.auxiliary {
+            let entered = settings.auxiliary_references.get(&channel.name);
+            channel.reference = entered.copied().unwrap_or(channel.reference);
+        }
+        features
+            .check_columns(layout.gauge_names.len())
+            .map_err(crate::calibration::SettingsError::from)?;
+        let full_scale = self
+            .full_scale
+            .iter()
+            .enumerate()
+            .map(|(axis, measured)| {
+                let entered = settings.full_scale.get(axis).copied().flatten();
+                entered.unwrap_or(*measured)
+            })
+            .collect();
+        let is_entered = |axis| settings.full_scale.get(axis).is_some_and(Option::is_some);
+        let rated: Vec<bool> = (0..layout.axes.len()).map(is_entered).collect();
+        let rated = if rated.contains(&true) {
+            rated
+        } else {
+            Vec::new()
+        };
+        let training = in_role(&self.entries, Role::Train);
+        let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
+        let history_step_secs = match settings.history_rate_hz {
+            0.0 => history_step_by_rate(rate_hz),
+            // A clock's last digits must not drop a sample.
+            rate_hz => (1.0 - 1e-6) / rate_hz,
+        };
+        let limits = self.largest.iter().enumerate().map(|(axis, largest)| {
+            let entered = settings.full_scale.get(axis).copied().flatten();
+            entered.unwrap_or(BEYOND_TRAINING * largest)
+        });
+        features.distance = features.distance.effective(&layout.axes);
+        let conventional = self.conventional.as_ref().expect("fitting has prepared it");
+        Ok(Calibration {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
+            simulated: self.key.recordings.is_simulated(),
+            identity: Identity::default(),
+            gauges: layout.gauge_names.clone(),
+            axes: layout.axes.clone(),
+            units: layout
+                .axes
+                .iter()
+                .map(|axis| axis.unit().to_owned())
+                .collect(),
+            full_scale,
+            rated,
+            offset: settings.offset,
+            decimation: settings.decimation,
+            gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
+            history_step_secs,
+            limits: limits.collect(),
+            gauge_limits: gauge_limits(&in_role(&self.entries, Role::Train)),
+            features,
+            gauge_scale: conventional.scale.clone(),
+            regressor: crate::calibration::Regressor::Linear,
+            conventional: self.map.clone(),
+            compensated: None,
+            learned: None,
+            quality: Quality::default(),
+            trained_on: in_role(&self.entries, Role::Train)
+                .iter()
+                .map(|recording| recording.name().to_owned())
+                .collect(),
+            rate_hz: self.key.recordings.rate_hz(Role::Train),
+            sources: Vec::new(),
+            tare: self.key.recordings.tare(),
+        })
+    }
+
+    /// The past samples of every recording.
+    pub fn past(
+        &self,
+        calibration: &Calibration,
+        progress: &Progress,
+    ) -> Result<Vec<Past>, Cancelled> {
+        let paths = self.paths(calibration);
+        (self.entries.par_iter().zip(&*paths))
+            .map(|(entry, path)| {
+                progress.check()?;
+                let past = past_samples(&calibration.features, path, &entry.recording, progress);
+                progress.check()?;
+                progress.advance(1);
+                Ok(past)
+            })
+            .collect()
+    }
+
+    /// Scores a whole calibration on the recordings whose reference has its axes, sample by sample.
+    pub fn score_applied(
+        &self,
+        past: &[Past],
+        calibration: &mut Calibration,
+    ) -> Vec<Option<Errors>> {
+        let n_axes = calibration.axes.len();
+        let errors: Vec<_> = self
+            .entries
+            .par_iter()
+            .enumerate()
+            .map(|(at, entry)| {
+                let recording = &entry.recording;
+                if *recording.axes() != calibration.axes {
+                    return None;
+                }
+                let compensated = calibration.compensated_loads(recording, &past[at]);
+                let rmse = |loads: &[f64]| metrics::rmse_of_loads(loads, recording.loads(), n_axes);
+                let present = self.present_loads(at);
+                let made = || loads_from_gauges(present.map, recording);
+                let conventional = present.kept.map_or_else(|| made().into(), Cow::Borrowed);
+                Some((rmse(&conventional)?, rmse(&compensated)?))
+            })
+            .collect();
+        let pooled = |role: Role, pick: fn(&Errors) -> &Vec<f64>| {
+            let mut squares = vec![0.0; n_axes];
+            let mut n = 0;
+            for (entry, errors) in self.entries.iter().zip(&errors) {
+                if let Some(errors) = errors
+                    && entry.role == role
+                {
+                    let samples = entry.recording.n_samples();
+                    for (square, rmse) in squares.iter_mut().zip(pick(errors)) {
+                        *square += rmse * rmse * samples as f64;
+                    }
+                    n += samples as u64;
+                }
+            }
+            (metrics::root_mean(&squares, n), n)
+        };
+        let scores = |pick: fn(&Errors) -> &Vec<f64>| Scores {
+            train_rmse: pooled(Role::Train, pick).0,
+            test_rmse: pooled(Role::Test, pick).0,
+            cv_rmse: None,
+        };
+        calibration.quality = Quality {
+            n_train: pooled(Role::Train, |errors| &errors.0).1,
+            n_test: pooled(Role::Test, |errors| &errors.0).1,
+            conventional: scores(|errors| &errors.0),
+            compensated: scores(|errors| &errors.1),
+            ..std::mem::take(&mut calibration.quality)
+        };
+        errors
+    }
+}
+
+/// Whether both are the same calibration, or none.
+pub(crate) fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibration>>) -> bool {
+    match (own, asked) {
+        (None, None) => true,
+        (Some(own), Some(asked)) => Arc::ptr_eq(own, asked),
+        _ => false,
+    }
+}
+
+/// The largest number whose squares can be summed over any recording.
+const LARGEST: f64 = 1e140;
+
+fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
+    for (values, width) in [
+        (recording.gauges(), recording.n_gauges()),
+        (recording.loads(), recording.axes().len()),
+    ] {
+        if let Some(at) = values.iter().position(|value| value.abs() > LARGEST) {
+            return Err(AnalysisError::TooLarge {
+                recording: recording.name().to_owned(),
+                sample: at / width + 1,
+                value: values[at],
+            });
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
+    entries
+        .iter()
+        .filter(|entry| entry.role == role)
+        .map(|entry| &*entry.recording)
+        .collect()
+}
+
+/// Every `step`-th sample of each.
+fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
+    let entries = entries.par_iter().map(|entry| match step {
+        1 => entry.clone(),
+        step => Entry {
+            recording: Arc::new(entry.recording.decimated(step)),
+            ..entry.clone()
+        },
+    });
+    entries.collect()
+}
+
+fn gap_secs(training: &[&Recording]) -> Option<f64> {
+    let gaps = training.iter().map(|recording| recording.gap_secs());
+    gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
+}
+
+/// Between which values the gauges of recordings that faulty samples were left out of are to be believed, less what they were tared by;
+/// empty where that is not known.
+fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
+    let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
+    for recording in training {
+        let unclipped = recording.left_out().map_or(&[][..], |own| &own.unclipped);
+        for (gauge, own) in unclipped.iter().enumerate() {
+            limits.resize(limits.len().max(unclipped.len()), (None, None));
+            let less = |end: Option<f64>| end.map(|end| end - recording.tared_by(gauge));
+            let (low, high) = &mut limits[gauge];
+            *low = [*low, less(own.0)].into_iter().flatten().reduce(f64::max);
+            *high = [*high, less(own.1)].into_iter().flatten().reduce(f64::min);
+        }
+    }
+    limits
+}

@@ -1,0 +1,221 @@
+//! The matrix that a sensor came with, beside the one that is fitted: one more load, trace and row of errors.
+//!
+//! Guarantees: gauges are those of the recordings, by name; the axes are those of the analysis, and one that the factory's
+//! calibration lacks has neither trace nor error.
+//!
+//! A factory's matrix has no offset: a sensor is tared before use. Where it has none, the mean error over the training
+//! recordings is taken away instead, one number per axis for all recordings, so that what is compared is the matrix.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges};
+use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
+use crate::recording::{Axis, Entry, Recording, Role};
+
+/// Reads a calibration to compare with, as [`Request::factory`](crate::questions::Request::factory) takes it; one that knows
+/// its gauges by their order only (an ATI-style `.cal`) is given these names.
+///
+/// # Errors
+/// [`ReadCalibrationError`] if there is none that can be read.
+pub fn read_factory(
+    path: &Path,
+    gauge_names: &[String],
+) -> Result<Calibration, ReadCalibrationError> {
+    let mut calibration = read_calibration(path)?;
+    if !names_gauges(path) {
+        name_gauges(&mut calibration, gauge_names);
+    }
+    Ok(calibration)
+}
+
+/// The factory's loads of all recordings.
+#[derive(Debug)]
+pub(crate) struct Factory {
+    /// Per recording, `n × n_axes` row-major with the axes of the factory's calibration.
+    loads: Vec<Vec<f64>>,
+    axes: Vec<Axis>,
+    /// What is added, per axis of the factory's calibration.
+    offsets: Vec<f64>,
+}
+
+impl Factory {
+    /// Applies the matrix to every recording.
+    pub fn new(calibration: &Calibration, entries: &[Entry]) -> Result<Self, CalibrationError> {
+        for entry in entries {
+            calibration.check_gauges(&entry.recording)?;
+        }
+        let loads: Vec<Vec<f64>> = (entries.par_iter())
+            .map(|entry| loads_from_gauges(&calibration.conventional, &entry.recording))
+            .collect();
+        let mut factory = Self {
+            offsets: vec![0.0; calibration.axes.len()],
+            axes: calibration.axes.clone(),
+            loads,
+        };
+        if !calibration.offset {
+            let taken = (0..factory.axes.len()).map(|at| {
+                let axis = factory.axes[at];
+                let (sum, _, n) = factory.sums(entries, axis, Role::Train)?;
+                (n > 0).then(|| -sum / n as f64)
+            });
+            factory.offsets = taken.map(Option::unwrap_or_default).collect();
+        }
+        Ok(factory)
+    }
+
+    fn column(&self, axis: Axis) -> Option<usize> {
+        self.axes.iter().position(|own| *own == axis)
+    }
+
+    /// The load of one axis of a recording, tared.
+    pub fn load(&self, recording: usize, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
+        let column = self.column(axis)?;
+        let offset = self.offsets[column];
+        let values = self.loads[recording].iter().skip(column);
+        Some(
+            values
+                .step_by(self.axes.len())
+                .map(move |load| load + offset),
+        )
+    }
+
+    /// The sum of the errors on one axis, that of their squares, and how many there are.
+    fn sums(&self, entries: &[Entry], axis: Axis, role: Role) -> Option<(f64, f64, u64)> {
+        self.column(axis)?;
+        let mut sums = (0.0, 0.0, 0);
+        for (at, entry) in entries.iter().enumerate() {
+            if entry.role != role {
+                continue;
+            }
+            let Some(truth) = truth(&entry.recording, axis) else {
+                continue;
+            };
+            for (load, truth) in self.load(at, axis)?.zip(truth) {
+                let error = load - truth;
+                sums = (sums.0 + error, sums.1 + error * error, sums.2 + 1);
+            }
+        }
+        Some(sums)
+    }
+
+    /// The errors on these axes.
+    pub fn scores(&self, entries: &[Entry], axes: &[Axis]) -> FactoryScores {
+        let rmse = |role: Role| {
+            let axes = axes.iter().map(|axis| {
+                let (_, squares, n) = self.sums(entries, *axis, role)?;
+                (n > 0).then(|| (squares / n as f64).sqrt())
+            });
+            axes.collect()
+        };
+        let offset = |axis: &Axis| Some(self.offsets[self.column(*axis)?]);
+        FactoryScores {
+            train_rmse: rmse(Role::Train),
+            test_rmse: rmse(Role::Test),
+            offsets: axes.iter().map(offset).collect(),
+        }
+    }
+}
+
+fn truth(recording: &Recording, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
+    let column = recording.axes().iter().position(|own| *own == axis)?;
+    let values = recording.loads().iter().skip(column);
+    Some(values.step_by(recording.axes().len()).copied())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::calibration::FitSettings;
+    use crate::progress::Progress;
+    use crate::questions::{AnalysisError, Request, View, analyse};
+    use crate::recording::{RecordingSet, Source};
+
+    /// Six gauges of which each shows its own load, half of it, and 3 more; the axes of the recording are Fz and Mx.
+    fn set() -> Arc<RecordingSet> {
+        let mut set = RecordingSet::default();
+        for (name, role) in [("a", Role::Train), ("b", Role::Train), ("c", Role::Test)] {
+            let n = 60;
+            let times: Vec<f64> = (0..n).map(|k| f64::from(k) / 10.0).collect();
+            let load = |t: f64, axis: usize| (t * (1.0 + axis as f64)).sin() + 0.2 * axis as f64;
+            let gauges = times
+                .iter()
+                .flat_map(|t| (0..6).map(move |g| 0.5 * load(*t, g) + 3.0));
+            let loads = times.iter().flat_map(|t| [load(*t, 2), load(*t, 3)]);
+            let names = (1..=6).map(|g| format!("gauge {g}")).collect();
+            let (gauges, loads) = (gauges.collect(), loads.collect());
+            let axes = vec![Axis::Fz, Axis::Mx];
+            let recording =
+                Recording::new(name, Source::Simulated, times, names, gauges, axes, loads);
+            set.push(Entry::new(recording.unwrap(), role)).unwrap();
+        }
+        Arc::new(set)
+    }
+
+    /// Forces in kN and moments in N-mm: the matrix of the file is twice the unit matrix in SI.
+    fn cal_file(directory: &Path) -> std::path::PathBuf {
+        let rows: String = (["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"].iter().enumerate())
+            .map(|(at, name)| {
+                let mut values = ["0"; 6];
+                values[at] = if at < 3 { "0.002" } else { "2000" };
+                let values = values.join(" ");
+                format!("<UserAxis Name=\"{name}\" values=\"{values}\" max=\"9\"/>")
+            })
+            .collect();
+        let units = "ForceUnits=\"kN\" TorqueUnits=\"N-mm\"";
+        let text = format!(
+            "<FTSensor NumGages=\"6\"><Calibration {units}>{rows}</Calibration></FTSensor>"
+        );
+        let path = directory.join("s.cal");
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    /// Twice (half the load + 3) is the load + 6, and the tare takes the 6 away again.
+    #[test]
+    fn a_right_matrix_has_no_error_once_it_is_tared() {
+        let directory = tempfile::tempdir().unwrap();
+        let set = set();
+        let names = &set.layout().gauge_names;
+        let factory = read_factory(&cal_file(directory.path()), names).unwrap();
+        let request = Request {
+            factory: Some(Arc::new(factory)),
+            view: View::All,
+            ..Request::fit(Arc::clone(&set), FitSettings::default())
+        };
+        let analysis = analyse(&request, &Progress::default()).unwrap();
+        let scores = analysis.factory.unwrap();
+        for (rmse, offset) in scores.test_rmse.iter().zip(&scores.offsets) {
+            assert!(rmse.unwrap() < 1e-12, "{scores:?}");
+            assert!((offset.unwrap() + 6.0).abs() < 1e-12);
+        }
+        let [fz, mx] = &analysis.traces.axes[..] else {
+            panic!("two axes");
+        };
+        for axis in [fz, mx] {
+            let (own, truth) = (axis.factory.as_ref(), axis.calculated.as_ref());
+            let (own, truth) = (own.unwrap(), truth.unwrap());
+            assert_eq!(own.len(), 180);
+            assert!((0..180).all(|k| (own.value(k) - truth.value(k)).abs() < 1e-12));
+            assert!(axis.factory_error.as_ref().unwrap().value(7).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_factory_matrix_for_other_gauges_is_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        let factory = read_factory(&cal_file(directory.path()), &["S1".to_owned()]).unwrap();
+        let request = Request {
+            factory: Some(Arc::new(factory)),
+            ..Request::fit(set(), FitSettings::default())
+        };
+        let refused = analyse(&request, &Progress::default()).unwrap_err();
+        assert!(matches!(
+            refused,
+            AnalysisError::Calibration(CalibrationError::Gauges { .. })
+        ));
+    }
+}

@@ -1,0 +1,529 @@
+//! The linear fit: one pass over every recording, then everything from the sums.
+
+use std::sync::{Arc, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::calibration::{
+    BlockRidge, Calibration, CoefficientErrors, CrossValidation, LinearMap, MOST_FEATURES,
+    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
+    fit, fit_targets, look_back_sums, recording_sums,
+};
+use crate::features::Design;
+use crate::progress::{Cancelled, Progress};
+use crate::questions::dataset::{Dataset, Errors, in_role};
+use crate::recording::{Entry, Recording, Role};
+use crate::scoring::cross_validation::{are_left_out_whole, folds};
+use crate::scoring::left_out::{LeftOut, shares_of_blocks};
+use crate::scoring::metrics;
+use crate::scoring::part_squares::PartSquares;
+
+/// Sums that take more than this (bytes) are not kept for the next thresholds.
+const MOST_KEPT_BYTES: usize = 1 << 26;
+
+/// The sums of all recordings on the columns of one design.
+pub(crate) struct Sums {
+    /// One list per recording, one entry per piece.
+    pub of_recordings: Vec<Vec<NormalEquations>>,
+    pub train: NormalEquations,
+    pub test: NormalEquations,
+    /// The training sums in the parts that cross-validation leaves out.
+    pub parts: Vec<NormalEquations>,
+}
+
+/// What a linear fit leaves behind beside the calibration.
+pub(crate) struct LinearFit {
+    /// Each recording's errors: conventional, compensated.
+    pub errors: Vec<Option<Errors>>,
+    /// The shares that each axis was shrunk with.
+    pub shares: Vec<Vec<f64>>,
+    /// What the fits without each part leave over of it; `None` where the others do not determine a fit.
+    pub left_out: Option<PartSquares>,
+}
+
+impl Dataset {
+    /// How each recording is cut: those in the train role into the parts that are left out in turn, others not at all.
+    pub fn pieces(&self) -> Vec<Vec<Piece>> {
+        let training = in_role(&self.entries, Role::Train).into_iter();
+        let lengths: Vec<usize> = training.map(Recording::n_samples).collect();
+        let mut training_pieces = folds(&lengths, &self.training_groups()).into_iter();
+        self.entries
+            .iter()
+            .map(|entry| match entry.role {
+                Role::Train => training_pieces.next().expect("one list per recording"),
+                Role::Test | Role::Off => vec![Piece {
+                    samples: 0..entry.recording.n_samples(),
+                    fold: 0,
+                }],
+            })
+            .collect()
+    }
+
+    /// The group of each training recording.
+    pub fn training_groups(&self) -> Vec<usize> {
+        let entries = self.entries.iter().zip(&self.groups.of);
+        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
+        training.map(|(_, group)| *group).collect()
+    }
+
+    /// What is left out in turn.
+    pub fn cross_validation(&self) -> CrossValidation {
+        let groups = self.training_groups();
+        let by = match are_left_out_whole(&groups) {
+            true => self.groups.by,
+            false => CrossValidation::BLOCK,
+        };
+        let entries = self.entries.iter().zip(self.pieces());
+        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
+        let folds = training.flat_map(|(_, pieces)| pieces.into_iter().map(|piece| piece.fold));
+        let parts = folds.max().map_or(0, |last| last + 1);
+        CrossValidation {
+            by: by.to_owned(),
+            groups: parts,
+            parts,
+        }
+    }
+
+    /// The one pass; not all of it once somebody has asked to stop.
+    pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
+        let pieces = self.pieces();
+        let of_recordings = self.sums_of_recordings(design, past, &pieces, progress);
+        let empty = || NormalEquations::new(design.n_columns(), n_axes);
+        let (mut train, mut test) = (empty(), empty());
+        let n_folds = pieces.iter().flatten().map(|piece| piece.fold + 1).max();
+        let mut parts = vec![empty(); n_folds.unwrap_or(0)];
+        for ((entry, pieces), sums) in self.entries.iter().zip(&pieces).zip(&of_recordings) {
+            for (piece, sums) in pieces.iter().zip(sums) {
+                match entry.role {
+                    Role::Train => {
+                        parts[piece.fold].add(sums);
+                        train.add(sums);
+                    }
+                    Role::Test => test.add(sums),
+                    Role::Off => {}
+                }
+            }
+        }
+        Sums {
+            of_recordings,
+            train,
+            test,
+            parts,
+        }
+    }
+
+    /// One list per recording, one entry per piece. Where only thresholds have changed since the last ones, only what the look-backs
+    /// bring is summed up anew; the bits are the same.
+    fn sums_of_recordings(
+        &self,
+        design: &Design,
+        past: &[Past],
+        pieces: &[Vec<Piece>],
+        progress: &Progress,
+    ) -> Vec<Vec<NormalEquations>> {
+        let key = design.with_any_thresholds();
+        let known = match &*self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some((own, sums)) if *own == key => Some(Arc::clone(sums)),
+            _ => None,
+        };
+        let of_recording = |(at, entry): (usize, &Entry)| {
+            if !entry.recording.has_reference() {
+                return Vec::new();
+            }
+            let (loads, past, pieces) = (self.present_loads(at), &past[at], &pieces[at]);
+            let Some(known) = &known else {
+                return recording_sums(design, loads, past, pieces, progress);
+            };
+            let moved = look_back_sums(design, loads, past, pieces, progress).into_iter();
+            let moved = moved.zip(&known[at]).map(|(moved, known)| {
+                let mut sums = known.clone();
+                moved.add_class_to(0, &mut sums);
+                sums
+            });
+            moved.collect()
+        };
+        let sums: Vec<Vec<_>> = (self.entries.par_iter().enumerate())
+            .map(of_recording)
+            .collect();
+        let bytes: usize = sums.iter().flatten().map(NormalEquations::size_bytes).sum();
+        if known.is_none() && bytes <= MOST_KEPT_BYTES && !progress.is_cancelled() {
+            let look_backs = design.look_backs();
+            let without = |own: &NormalEquations| own.without(look_backs.clone());
+            let unmoved = sums.iter().map(|own| own.iter().map(without).collect());
+            let unmoved = (key, Arc::new(unmoved.collect()));
+            *self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) = Some(unmoved);
+        }
+        sums
+    }
+
+    /// The training sums by recording, where there are two: blocks of the same recordings would know too much of each
+    /// other to say how strong a ridge a third one needs.
+    pub fn recordings_left_out(
+        &self,
+        sums: &[Vec<NormalEquations>],
+    ) -> Option<Vec<NormalEquations>> {
+        let training = self
+            .entries
+            .iter()
+            .zip(sums)
+            .filter(|(entry, _)| entry.role == Role::Train);
+        let whole: Vec<NormalEquations> = training
+            .filter_map(|(_, pieces)| {
+                let (first, others) = pieces.split_first()?;
+                let mut whole = first.clone();
+                others.iter().for_each(|piece| whole.add(piece));
+                Some(whole)
+            })
+            .collect();
+        (whole.len() == 2).then_some(whole) // two groups of more recordings are left out whole anyway
+    }
+
+    /// Fits the compensated map from sums alone.
+    pub fn fit(
+        &self,
+        ridge: RidgeChoice,
+        past: &[Past],
+        calibration: &mut Calibration,
+        progress: &Progress,
+    ) -> Result<LinearFit, Cancelled> {
+        let design = calibration.design();
+        let sums = self.sums(&design, past, calibration.axes.len(), progress);
+        progress.check()?;
+        Ok(self.fit_sums(ridge, &sums, calibration))
+    }
+
+    /// [`Self::fit`] to sums that were made before.
+    pub fn fit_sums(
+        &self,
+        ridge: RidgeChoice,
+        sums: &Sums,
+        calibration: &mut Calibration,
+    ) -> LinearFit {
+        let n_axes = calibration.axes.len();
+        let design = calibration.design();
+        let Sums {
+            of_recordings,
+            train,
+            test,
+            parts,
+        } = sums;
+        let (kinds, known) = (design.kinds(), self.map.standardised(&design));
+        let (all, present) = (design.all(), design.present());
+        // Only an automatic ridge asks for them: every slider step comes by here.
+        let whole = match ridge {
+            RidgeChoice::Strength(_) => None,
+            RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
+        };
+        let terms = |used| Terms {
+            used,
+            kinds: &kinds,
+            known: &known,
+        };
+        let left_out = |parts, used| LeftOut {
+            total: train,
+            parts,
+            terms: terms(used),
+        };
+        let left_out_all = left_out(parts, &all);
+        let chooses = left_out(whole.as_deref().unwrap_or(parts), &all);
+        let Chosen {
+            strengths,
+            by_block,
+            shares,
+            squares,
+        } = match ridge {
+            RidgeChoice::ByBlock => {
+                let blocks = design.blocks().into_iter();
+                let groups: Vec<_> = blocks.map(|(_, columns)| columns).collect();
+                Chosen::by_group(&chooses, &design, &groups)
+            }
+            // What drifts with a temperature and what the past adds are not of one size.
+            RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
+                Chosen::by_group(&chooses, &design, &design.ridge_groups())
+            }
+            _ => Chosen::alike(&chooses, ridge),
+        };
+        let squares = squares.filter(|_| whole.is_none());
+        // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
+        let none = vec![0.0; design.n_columns() * n_axes];
+        let mut found = fit_targets(train, terms(&all), &shares);
+        if found.rank == fit(train, terms(&present), Ridge::None).rank {
+            // The past never differs: the compensated map is the conventional one, to the last bit.
+            found.coefficients.clone_from(&none);
+        }
+        calibration.compensated = Some(LinearMap {
+            columns: design.columns(),
+            matrix: self.map.corrected(&design, &found.coefficients),
+        });
+        let scores = |coefficients: &[f64], cv_rmse| Scores {
+            train_rmse: metrics::rmse(train, coefficients),
+            test_rmse: metrics::rmse(test, coefficients),
+            cv_rmse,
+        };
+        let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
+            part_samples: parts.iter().map(NormalEquations::n_samples).collect(),
+            squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
+        });
+        let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
+        let each = match left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES {
+            true => left_out_all.coefficients(&shares),
+            false => Vec::new(),
+        };
+        let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();
+        let coefficients = CoefficientErrors::of(self.cross_validation(), &maps);
+        let left_out_present = left_out(parts, &present);
+        let conventional_cv =
+            left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
+        calibration.quality = Quality {
+            n_train: train.n_samples(),
+            n_test: test.n_samples(),
+            conventional: scores(&none, conventional_cv),
+            compensated: scores(&found.coefficients, compensated_cv),
+            rank: found.rank,
+            condition: condition_number(train, &all, found.rank),
+            ridge: match by_block.is_empty() {
+                true => strengths,
+                false => Vec::new(),
+            },
+            ridge_by_block: by_block,
+            cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
+            coefficients,
+            odd: self.odd_recordings(sums, &each, calibration),
+            ..Quality::default()
+        };
+        let errors = of_recordings
+            .iter()
+            .map(|pieces| {
+                let mut whole = NormalEquations::new(design.n_columns(), n_axes);
+                pieces.iter().for_each(|piece| whole.add(piece));
+                let before = metrics::rmse(&whole, &none)?;
+                Some((before, metrics::rmse(&whole, &found.coefficients)?))
+            })
+            .collect();
+        LinearFit {
+            errors,
+            shares,
+            left_out: left_out_squares,
+        }
+    }
+}
+
+/// The ridge that was chosen.
+struct Chosen {
+    /// For each axis the weakest strength that shrinks anything.
+    strengths: Vec<f64>,
+    by_block: Vec<BlockRidge>,
+    /// For each axis, for each column.
+    shares: Vec<Vec<f64>>,
+    /// The squared errors of the parts, where they are known.
+    squares: Option<Vec<f64>>,
+}
+
+impl Chosen {
+    /// One strength for all blocks.
+    fn alike(left_out: &LeftOut<'_>, ridge: RidgeChoice) -> Self {
+        let (strengths, squares) = match ridge {
+            // Whoever gives the strength asks for the errors only where they are shown.
+            RidgeChoice::Strength(strength) => (vec![strength; left_out.total.n_targets()], None),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => left_out.with_ridge(ridge),
+        };
+        Self {
+            shares: left_out.terms.of_targets(&strengths),
+            by_block: Vec::new(),
+            strengths,
+            squares,
+        }
+    }
+
+    /// A strength for each group of blocks; with nothing to compare them by as [`Self::alike`].
+    fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
+        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
+        let Some(chosen) = left_out.by_block(groups) else {
+            return Self::alike(left_out, RidgeChoice::ByBlock);
+        };
+        let group_of =
+            |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
+        let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
+            let groups = blocks.iter().map(group_of);
+            groups
+                .map(|group| own[group.expect("a block is in a group")])
+                .collect()
+        };
+        let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
+        let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
+        let weakest = |own: &Vec<Option<f64>>| {
+            let taken = own.iter().flatten().copied();
+            taken.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+        };
+        let of_block = |(at, block)| BlockRidge {
+            block,
+            strengths: chosen.iter().map(|own| own[at]).collect(),
+        };
+        Self {
+            strengths: chosen.iter().map(weakest).collect(),
+            by_block: names.into_iter().enumerate().map(of_block).collect(),
+            shares: chosen.iter().map(shares).collect(),
+            squares: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use crate::calibration::{Calibration, CrossValidation, FitSettings};
+    use crate::features::{Blocks, FeatureSettings, Polynomial};
+    use crate::progress::Progress;
+    use crate::questions::{Request, analyse};
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+    /// `n` samples of three gauges in every recording; the last gauge moves in those that `moves` names, and stands still at
+    /// 0.7 in the others.
+    fn recordings(lengths: &[usize], moves: &[usize]) -> Vec<Arc<Recording>> {
+        let of_length = |(at, &n): (usize, &usize)| {
+            let mut random = Random::new(5, &[at as u64]);
+            let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+            for _ in 0..n {
+                let [a, b, c, noise] = [(); 4].map(|()| random.normal());
+                let c = if moves.contains(&at) { c } else { 0.7 };
+                gauges.extend([100.0 + a, 1e-3 * b, c]);
+                loads.push(3.0 * a - b + 2.0 * c + 0.4 * a * b + 0.2 * noise);
+            }
+            let recording = Recording::new(
+                format!("r{at}"),
+                Source::Simulated,
+                (0..n).map(|k| k as f64 * 0.01).collect(),
+                ["S1", "S2", "S3"].map(str::to_owned).to_vec(),
+                gauges,
+                vec![Axis::Fz],
+                loads,
+            );
+            Arc::new(recording.unwrap())
+        };
+        lengths.iter().enumerate().map(of_length).collect()
+    }
+
+    /// The fit to all recordings but `tested`, which are tested on.
+    fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
+        let is_tested = |at: usize| Some(at) == tested;
+        fitted_in_groups(recordings, &is_tested, &vec![None; recordings.len()])
+    }
+
+    fn fitted_in_groups(
+        recordings: &[Arc<Recording>],
+        is_tested: &dyn Fn(usize) -> bool,
+        groups: &[Option<&str>],
+    ) -> Arc<Calibration> {
+        let mut set = RecordingSet::default();
+        for (at, recording) in recordings.iter().enumerate() {
+            let role = if is_tested(at) {
+                Role::Test
+            } else {
+                Role::Train
+            };
+            let recording = Arc::clone(recording);
+            set.push(Entry {
+                recording,
+                role,
+                group: groups[at].map(str::to_owned),
+            })
+            .unwrap();
+        }
+        let settings = FitSettings {
+            features: FeatureSettings {
+                blocks: Blocks::default().with(&Polynomial, &[2.0]),
+                ..FeatureSettings::present()
+            },
+            ..FitSettings::default()
+        };
+        let request = Request::fit(Arc::new(set), settings);
+        analyse(&request, &Progress::default()).unwrap().calibration
+    }
+
+    #[track_caller]
+    fn assert_as_refits(lengths: &[usize], moves: &[usize]) {
+        let recordings = recordings(lengths, moves);
+        let whole = fitted(&recordings, None);
+        let mut squares = [0.0; 2];
+        for (at, recording) in recordings.iter().enumerate() {
+            let quality = &fitted(&recordings, Some(at)).quality;
+            for (square, scores) in squares
+                .iter_mut()
+                .zip([&quality.conventional, &quality.compensated])
+            {
+                let rmse = scores.test_rmse.as_ref().unwrap()[0];
+                *square += rmse * rmse * recording.n_samples() as f64;
+            }
+        }
+        let n: usize = lengths.iter().sum();
+        let quality = &whole.quality;
+        for (square, scores) in squares
+            .iter()
+            .zip([&quality.conventional, &quality.compensated])
+        {
+            let explicit = (square / n as f64).sqrt();
+            let cross_validated = scores.cv_rmse.as_ref().unwrap()[0];
+            assert!(
+                (cross_validated / explicit - 1.0).abs() < 1e-8,
+                "{lengths:?}, moving in {moves:?}: {cross_validated} instead of {explicit}"
+            );
+        }
+    }
+
+    /// What only the recording that is left out could tell of a gauge, its prediction does not know.
+    #[test]
+    fn errors_of_left_out_recordings_are_those_of_fits_without_them() {
+        assert_as_refits(&[60, 50, 70], &[0, 1, 2]);
+        assert_as_refits(&[60, 50, 70], &[1]);
+        assert_as_refits(&[60, 50, 70, 40, 55], &[4]);
+        assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
+    }
+
+    /// The slow way: a fit to the other groups for each of them.
+    #[test]
+    fn errors_of_left_out_groups_are_those_of_fits_without_them() {
+        let recordings = recordings(&[60, 50, 70, 40, 55], &[0, 1, 2, 3, 4]);
+        for groups in [["a", "b", "a", "c", "b"], ["a", "b", "b", "a", "a"]] {
+            let set = groups.map(Some);
+            let whole = fitted_in_groups(&recordings, &|_| false, &set);
+            let mut squares = 0.0;
+            let mut names = groups.to_vec();
+            names.sort_unstable();
+            names.dedup();
+            for name in &names {
+                let rest = fitted_in_groups(&recordings, &|at| groups[at] == *name, &[None; 5]);
+                let rmse = rest.quality.compensated.test_rmse.as_ref().unwrap()[0];
+                squares += rmse * rmse * rest.quality.n_test as f64;
+            }
+            let explicit = (squares / 275.0).sqrt();
+            let quality = &whole.quality;
+            let cross_validated = quality.compensated.cv_rmse.as_ref().unwrap()[0];
+            assert!(
+                (cross_validated / explicit - 1.0).abs() < 1e-8,
+                "{groups:?}"
+            );
+            let expected = CrossValidation {
+                by: "group".to_owned(),
+                groups: names.len(),
+                parts: names.len(),
+            };
+            assert_eq!(quality.cross_validation, Some(expected));
+        }
+    }
+
+    #[test]
+    fn a_fit_through_every_sample_says_so_and_has_no_left_out_errors() {
+        let thin = fitted(&recordings(&[3, 3, 3], &[0, 1, 2]), None);
+        let undetermined = thin.undetermined().unwrap();
+        assert_eq!((undetermined.samples, undetermined.coefficients), (9, 10));
+        assert_eq!(thin.quality.compensated.cv_rmse, None);
+        assert!(thin.quality.conventional.cv_rmse.is_some());
+        assert!(thin.why_not_left_out().is_some());
+        assert_eq!(
+            fitted(&recordings(&[30, 30, 30], &[0]), None).undetermined(),
+            None
+        );
+    }
+}

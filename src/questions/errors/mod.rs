@@ -1,0 +1,13 @@
+//! How far off is it? Errors of the fit per recording and axis, and the traces that show them.
+
+pub(crate) mod factory;
+pub(crate) mod fit;
+pub(crate) mod intervals;
+pub(crate) mod shown;
+pub(crate) mod trace;
+pub(crate) mod trace_values;
+pub(crate) mod traces;
+
+pub use shown::errors;
+pub(crate) use shown::factory_note;
+pub(crate) use trace::{Shown, Trace};

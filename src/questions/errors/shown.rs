@@ -1,0 +1,132 @@
+//! The errors of a calibration as tables.
+
+use crate::calibration::{Calibration, FactoryScores};
+use crate::questions::errors::trace::{Shown, Trace};
+use crate::questions::thresholds::ScoreSet;
+use crate::report::table::{Cell, Column, Table};
+use crate::scoring::numbers::significant;
+
+/// The errors on one set of samples, one row per axis.
+///
+/// # Errors
+/// A sentence that says why there are none.
+pub fn errors(
+    calibration: &Calibration,
+    factory: Option<&FactoryScores>,
+    set: ScoreSet,
+    shown: Shown,
+) -> Result<Table, String> {
+    let quality = &calibration.quality;
+    let scores = [&quality.conventional, &quality.compensated].map(|scores| set.rmse(scores));
+    let [Some(before), Some(after)] = scores else {
+        return Err(missing(calibration, set));
+    };
+    let mut columns = vec![Column::words("Axis")];
+    columns.extend(shown.columns(""));
+    columns.push(Column::change());
+    columns.extend(factory.map(|_| Column::of(Trace::Factory, "")));
+    let rows = calibration.axes.iter().enumerate().map(|(at, axis)| {
+        let full_scale = calibration.full_scale[at];
+        let mut cells = vec![Cell::words(axis.label())];
+        for rmse in [before[at], after[at]] {
+            let percent = (full_scale > 0.0).then(|| 100.0 * rmse / full_scale);
+            cells.extend(shown.both(Cell::digits(Some(rmse), 4), Cell::digits(percent, 3)));
+        }
+        cells.push(Cell::change(before[at], after[at]));
+        cells.extend(factory.map(|factory| {
+            let rmse = set.factory_rmse(factory).get(at);
+            Cell::digits(rmse.copied().flatten(), 4)
+        }));
+        cells
+    });
+    let how = match (set, &quality.cross_validation) {
+        (ScoreSet::LeftOut, Some(how)) => format!(" {how}"),
+        _ => String::new(),
+    };
+    Ok(Table {
+        title: format!("RMSE, {}{how}", set.label()),
+        columns,
+        rows: rows.collect(),
+        note: format!("{}.", set.explanation()),
+    })
+}
+
+fn missing(calibration: &Calibration, set: ScoreSet) -> String {
+    let reason = match set {
+        ScoreSet::LeftOut => calibration
+            .why_not_left_out()
+            .unwrap_or("nothing was left out"),
+        ScoreSet::Test => "no recording is in the test role",
+        ScoreSet::Train => "no recording is in the train role",
+    };
+    reason.to_owned()
+}
+
+/// What the column of the factory's calibration means, and what was taken away from its errors.
+pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> String {
+    let added = (calibration.axes.iter().zip(&factory.offsets))
+        .filter_map(|(axis, offset)| {
+            let offset = offset.filter(|offset| *offset != 0.0)?;
+            let (symbol, unit) = (axis.symbol(), axis.unit());
+            Some(format!("{symbol} {} {unit}", significant(offset, 3)))
+        })
+        .collect::<Vec<_>>();
+    let note = "Factory: the calibration that the sensor came with, on the same gauges.";
+    match added.is_empty() {
+        true => note.to_owned(),
+        false => format!(
+            "{note} For want of a tare, its mean error over the training recordings was taken away: {}.",
+            added.join(", ")
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::calibration::FitSettings;
+    use crate::progress::Progress;
+    use crate::questions::{Request, analyse};
+    use crate::recording::simulated;
+
+    #[test]
+    fn the_copied_table_holds_what_the_pane_shows() {
+        let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+        let settings = FitSettings {
+            decimation: 20,
+            ..FitSettings::default()
+        };
+        let request = Request::fit(recordings, settings);
+        let calibration = analyse(&request, &Progress::default()).unwrap().calibration;
+        let table = |set| errors(&calibration, None, set, Shown::Units).unwrap();
+        let tables = ScoreSet::ALL.map(|set| (set.title().to_owned(), table(set)));
+        let text = Table::beside("RMSE", tables).tab_separated();
+        let rows: Vec<Vec<&str>> = text
+            .lines()
+            .map(|line| line.split('\t').collect())
+            .collect();
+        assert_eq!((rows.len(), rows[0].len()), (7, 10));
+        assert_eq!((rows[0][5], rows[3][0]), ("Test Comp.", "Fz [N]"));
+        let test = calibration.quality.compensated.test_rmse.as_ref().unwrap();
+        let shown: f64 = rows[3][5].parse().unwrap();
+        assert!((shown - test[2]).abs() < 1e-5 * test[2]);
+    }
+
+    #[test]
+    fn what_was_not_scored_has_a_reason() {
+        let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
+        let settings = FitSettings {
+            decimation: 50,
+            ..FitSettings::default()
+        };
+        let request = Request::fit(recordings, settings);
+        let mut calibration =
+            (*analyse(&request, &Progress::default()).unwrap().calibration).clone();
+        calibration.quality.compensated.test_rmse = None;
+        let told = errors(&calibration, None, ScoreSet::Test, Shown::All).unwrap_err();
+        assert_eq!(told, "no recording is in the test role");
+        assert!(errors(&calibration, None, ScoreSet::Train, Shown::All).is_ok());
+    }
+}

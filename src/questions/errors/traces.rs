@@ -1,0 +1,579 @@
+//! What the trace panes draw: Calc., Conv. and Comp. of the recordings on screen, end to end.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::calibration::{Calibration, Past};
+use crate::features::{Distance, Thresholds};
+use crate::progress::{Cancelled, Progress};
+use crate::questions::dataset::Dataset;
+use crate::questions::errors::Trace;
+use crate::questions::errors::factory::Factory;
+use crate::questions::errors::trace_values::{Column, Columns, Made, MadeAxis, Segment, Table};
+use crate::recording::{Axis, Entry};
+use crate::scoring::Series;
+use crate::scoring::numbers::significant;
+use crate::scoring::series::Values;
+
+/// Which recordings are on screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum View {
+    /// This one.
+    One(usize),
+    /// All of them, end to end.
+    #[default]
+    All,
+}
+
+impl View {
+    /// This view, or the last recording where it names one that is not there.
+    pub fn within(self, n_recordings: usize) -> Self {
+        match self {
+            Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),
+            Self::All => Self::All,
+        }
+    }
+
+    fn recordings(self, n_recordings: usize) -> Range<usize> {
+        match self {
+            Self::One(at) => at..(at + 1).min(n_recordings),
+            Self::All => 0..n_recordings,
+        }
+    }
+}
+
+/// The traces of one axis.
+#[derive(Clone, Debug)]
+pub struct AxisTraces {
+    /// The axis.
+    pub axis: Axis,
+    /// Calc.: the true load; `None` where one of the recordings has no reference for it.
+    pub calculated: Option<Arc<Series>>,
+    /// Conv.: from the present gauges.
+    pub conventional: Arc<Series>,
+    /// Comp.: with what the past adds.
+    pub compensated: Arc<Series>,
+    /// Conv. − Calc.
+    pub conventional_error: Option<Arc<Series>>,
+    /// Comp. − Calc.
+    pub compensated_error: Option<Arc<Series>>,
+    /// From the present gauges by the factory's matrix, where there is one with this axis.
+    pub factory: Option<Arc<Series>>,
+    /// That less Calc.
+    pub factory_error: Option<Arc<Series>>,
+    /// Comp. less and plus two standard deviations, where the regressor knows them.
+    pub band: Option<[Arc<Series>; 2]>,
+}
+
+impl AxisTraces {
+    /// One of the loads, where it is there.
+    pub fn load(&self, trace: Trace) -> Option<&Arc<Series>> {
+        match trace {
+            Trace::Calculated => self.calculated.as_ref(),
+            Trace::Conventional => Some(&self.conventional),
+            Trace::Compensated => Some(&self.compensated),
+            Trace::Factory => self.factory.as_ref(),
+        }
+    }
+
+    /// How far it is from the true one.
+    pub fn error(&self, trace: Trace) -> Option<&Arc<Series>> {
+        match trace {
+            Trace::Calculated => None,
+            Trace::Conventional => self.conventional_error.as_ref(),
+            Trace::Compensated => self.compensated_error.as_ref(),
+            Trace::Factory => self.factory_error.as_ref(),
+        }
+    }
+}
+
+/// Everything that is drawn over time.
+#[derive(Clone, Debug)]
+pub struct TraceSet {
+    /// Which recordings it shows.
+    pub view: View,
+    /// The recordings in order of time.
+    pub segments: Arc<[Segment]>,
+    /// Time on the axis of each sample (s): the first recording starts at zero, each next follows after one step.
+    pub times: Arc<Vec<f64>>,
+    /// Whether they are load cases, whose times only count their rows.
+    pub is_static: bool,
+    /// By recording; see [`Self::past_of`].
+    past: Arc<Vec<Past>>,
+    /// Each of these past samples stands for so many samples: more than one in a preview.
+    each: usize,
+    /// Stretches of samples that are their own past, where there is a look-back.
+    pub without_past: Arc<[Range<usize>]>,
+    /// One entry per axis of the calibration.
+    pub axes: Vec<AxisTraces>,
+    /// The thresholds that picked the past; `None` without a look-back.
+    pub thresholds: Option<Thresholds>,
+    /// What F_th is measured in.
+    pub distance: Distance,
+    /// What the difference on each axis is multiplied by before its norm is compared with F_th.
+    pub weights: Vec<f64>,
+}
+
+impl TraceSet {
+    /// What its times are, on an axis.
+    pub fn across(&self) -> &'static str {
+        match self.is_static {
+            true => "row",
+            false => "time [s]",
+        }
+    }
+
+    /// When sample `k` was, written with so many digits.
+    pub fn when(&self, k: usize, digits: usize) -> String {
+        let time = significant(self.times[k], digits);
+        match self.is_static {
+            true => format!("row {time}"),
+            false => format!("{time} s"),
+        }
+    }
+
+    /// The segment that sample `k` belongs to.
+    pub fn segment_of(&self, k: usize) -> Option<&Segment> {
+        let at = self
+            .segments
+            .partition_point(|segment| segment.samples.end <= k);
+        self.segments.get(at)
+    }
+
+    /// The past sample of sample `k` by the first look-back, counted over the traces; without a look-back its own.
+    pub fn past_of(&self, k: usize) -> usize {
+        let past = self.segment_of(k).and_then(|segment| {
+            let first = segment.samples.start;
+            let past = self.past[segment.recording].first()?;
+            let at = (k - first) / self.each;
+            let own = *past.get(at)? as usize;
+            (own != at).then_some(first + own * self.each)
+        });
+        past.unwrap_or(k)
+    }
+
+    /// The sample nearest in time.
+    pub fn sample_at(&self, time: f64) -> Option<usize> {
+        let after = self.times.partition_point(|t| *t < time);
+        let nearest = match after {
+            0 => 0,
+            _ if after == self.times.len() => after - 1,
+            _ if time - self.times[after - 1] < self.times[after] - time => after - 1,
+            _ => after,
+        };
+        (nearest < self.times.len()).then_some(nearest)
+    }
+
+    /// The recordings on screen, each with its own samples in a interval of time; `None` for all.
+    pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
+        let visible = match visible {
+            None => 0..self.times.len(),
+            Some((from, to)) => {
+                let start = self.times.partition_point(|time| *time < from);
+                start..self.times.partition_point(|time| *time <= to)
+            }
+        };
+        let segments = self.segments.iter().map(|segment| {
+            let first = segment.samples.start;
+            let start = visible.start.max(first);
+            let end = visible.end.min(segment.samples.end).max(start);
+            (segment.recording, start - first..end - first)
+        });
+        segments.collect()
+    }
+
+    /// d(k, j): how different the conventional load of two samples is, in the unit of F_th.
+    pub fn distance_between(&self, k: usize, j: usize) -> f64 {
+        self.distances(k, j..j + 1)[0]
+    }
+
+    /// d(k, j) for each of the samples `j`.
+    pub fn distances(&self, k: usize, samples: Range<usize>) -> Vec<f64> {
+        let mut sums = vec![0.0; samples.len()];
+        for (axis, weight) in self.axes.iter().zip(&self.weights) {
+            if *weight == 0.0 {
+                continue;
+            }
+            let (now, mut sums) = (axis.conventional.value(k), sums.iter_mut());
+            axis.conventional.each(samples.clone(), |load| {
+                if let Some(sum) = sums.next() {
+                    *sum += ((now - load) * weight).powi(2);
+                }
+            });
+        }
+        sums.into_iter().map(f64::sqrt).collect()
+    }
+}
+
+/// The part of the traces that a moved threshold leaves as it is.
+#[derive(Debug)]
+pub(crate) struct FixedTraces {
+    view: View,
+    is_static: bool,
+    segments: Arc<[Segment]>,
+    times: Arc<Vec<f64>>,
+    axes: Vec<FixedAxis>,
+}
+
+#[derive(Debug)]
+struct FixedAxis {
+    axis: Axis,
+    truth: Option<Arc<dyn Values>>,
+    calculated: Option<Arc<Series>>,
+    conventional: Arc<Series>,
+    conventional_error: Option<Arc<Series>>,
+    factory: Option<Arc<Series>>,
+    factory_error: Option<Arc<Series>>,
+}
+
+/// Takes the next trace where there is one.
+fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
+    series
+        .by_ref()
+        .take(usize::from(is_there))
+        .next()
+        .map(Arc::new)
+}
+
+impl FixedTraces {
+    pub(crate) fn view(&self) -> View {
+        self.view
+    }
+
+    pub(crate) fn new(
+        view: View,
+        data: &Dataset,
+        calibration: &Calibration,
+        factory: Option<&Factory>,
+        progress: &Progress,
+    ) -> Result<Self, Cancelled> {
+        let (entries, axes) = (&data.entries, &calibration.axes);
+        let shown = view.recordings(entries.len());
+        let (segments, times) = end_to_end(shown.clone(), entries);
+        let segments: Arc<[Segment]> = segments.into();
+        let of = |columns: Vec<Column>| -> Arc<dyn Values> {
+            let segments = Arc::clone(&segments);
+            Arc::new(Columns { segments, columns })
+        };
+        let conventional = match data.kept_loads() {
+            Some(loads) => {
+                let table = |at: usize| Table::Loads(Arc::clone(&loads[at]));
+                tables(axes.len(), shown.clone().map(table), &of)
+            }
+            None => made(&segments, data, calibration, None),
+        };
+        let truths: Vec<Option<Arc<dyn Values>>> = (axes.iter())
+            .map(|axis| {
+                let columns = shown.clone().map(|at| {
+                    let recording = &entries[at].recording;
+                    let column = recording.axes().iter().position(|own| own == axis)?;
+                    let table = Table::Reference(Arc::clone(recording));
+                    Some((table, column, recording.axes().len()))
+                });
+                columns.collect::<Option<Vec<Column>>>().map(&of)
+            })
+            .collect();
+        let factories: Vec<Option<Arc<dyn Values>>> = (axes.iter())
+            .map(|axis| {
+                let loads = shown.clone().map(|at| factory?.load(at, *axis));
+                let loads: Option<Vec<_>> = loads.collect();
+                let values: Arc<[f64]> = loads?.into_iter().flatten().collect();
+                Some(Arc::new(values) as Arc<dyn Values>)
+            })
+            .collect();
+        let mut all = Vec::new();
+        for ((load, truth), factory) in conventional.iter().zip(&truths).zip(&factories) {
+            let loads = [Some(load), truth.as_ref(), factory.as_ref()];
+            all.extend(loads.into_iter().flatten().map(Arc::clone));
+            for load in [Some(load), factory.as_ref()].into_iter().flatten() {
+                let error = |truth| Series::difference(Arc::clone(load), Arc::clone(truth));
+                all.extend(truth.as_ref().map(error));
+            }
+        }
+        let mut series = Series::all_of(all, progress).into_iter();
+        progress.check()?;
+        let axes = axes.iter().zip(truths).zip(factories);
+        let axes = axes
+            .map(|((&axis, truth), factory)| {
+                let (has_truth, has_factory) = (truth.is_some(), factory.is_some());
+                FixedAxis {
+                    axis,
+                    conventional: next(&mut series, true).expect("one for each axis"),
+                    calculated: next(&mut series, has_truth),
+                    factory: next(&mut series, has_factory),
+                    conventional_error: next(&mut series, has_truth),
+                    factory_error: next(&mut series, has_truth && has_factory),
+                    truth,
+                }
+            })
+            .collect();
+        Ok(Self {
+            view,
+            is_static: shown.clone().any(|at| entries[at].recording.is_static()),
+            segments,
+            times,
+            axes,
+        })
+    }
+
+    /// Adds what the past decides.
+    pub(crate) fn with_past(
+        &self,
+        data: &Dataset,
+        calibration: &Calibration,
+        past: &Arc<Vec<Past>>,
+        progress: &Progress,
+    ) -> Result<TraceSet, Cancelled> {
+        let entries = &data.entries;
+        let n_axes = self.axes.len();
+        let is_made = data.kept_loads().is_none() && calibration.is_quick_anywhere();
+        let loads = match is_made {
+            true => made(&self.segments, data, calibration, Some(past)),
+            false => {
+                let tables_of: Vec<Table> = (self.segments.par_iter())
+                    .map(|segment| {
+                        let at = segment.recording;
+                        let recording = &entries[at].recording;
+                        let loads = calibration.compensated_loads(recording, &past[at]);
+                        Table::Loads(Arc::new(loads))
+                    })
+                    .collect();
+                tables(n_axes, tables_of.into_iter(), &|columns| {
+                    let segments = Arc::clone(&self.segments);
+                    Arc::new(Columns { segments, columns })
+                })
+            }
+        };
+        progress.check()?;
+        let deviations: Option<Vec<Vec<f64>>> = (self.segments.par_iter())
+            .map(|segment| {
+                let at = segment.recording;
+                calibration.deviations(&entries[at].recording, &past[at])
+            })
+            .collect();
+        let band = |column: usize, load: &Arc<dyn Values>| {
+            let deviations = deviations.as_ref()?;
+            let deviations =
+                (deviations.iter()).flat_map(|table| table.iter().skip(column).step_by(n_axes));
+            let mut loads = vec![0.0; load.n_samples()];
+            load.read(0..loads.len(), &mut loads);
+            let edge = |factor: f64| {
+                let values = loads.iter().zip(deviations.clone());
+                let values = values.map(|(load, deviation)| load + factor * deviation);
+                Arc::new(Series::new(values.collect()))
+            };
+            Some([edge(-2.0), edge(2.0)])
+        };
+        let bands: Vec<_> = loads
+            .iter()
+            .enumerate()
+            .map(|(at, load)| band(at, load))
+            .collect();
+        let mut all = Vec::new();
+        for (load, fixed) in loads.into_iter().zip(&self.axes) {
+            all.push(Arc::clone(&load));
+            let truth = fixed.truth.as_ref();
+            all.extend(truth.map(|truth| Series::difference(load, Arc::clone(truth))));
+        }
+        let mut series = Series::all_of(all, progress).into_iter();
+        progress.check()?;
+        let moving = self.axes.iter().zip(bands).map(|(fixed, band)| Moving {
+            compensated: next(&mut series, true).expect("one for each axis"),
+            error: next(&mut series, fixed.truth.is_some()),
+            band,
+        });
+        Ok(self.with_moving(moving, calibration, past, 1))
+    }
+
+    /// [`Self::with_past`] of every `each`-th sample of each recording, which stands for those after it.
+    pub(crate) fn preview(
+        &self,
+        thinned: &Dataset,
+        calibration: &Calibration,
+        past: &Arc<Vec<Past>>,
+        each: usize,
+    ) -> TraceSet {
+        let n_axes = self.axes.len();
+        let loads: Vec<Vec<f64>> = (self.segments.par_iter())
+            .map(|segment| {
+                let at = segment.recording;
+                calibration.compensated_loads(&thinned.entries[at].recording, &past[at])
+            })
+            .collect();
+        let n = self.times.len();
+        // Of each run that a value is held for: the recording's place on screen, and its sample there.
+        let runs: Vec<(usize, usize)> = (0..n)
+            .step_by(each)
+            .map(|k| {
+                let at = self
+                    .segments
+                    .partition_point(|segment| segment.samples.end <= k);
+                (at, (k - self.segments[at].samples.start) / each)
+            })
+            .collect();
+        let held = |value: &dyn Fn(usize, usize) -> f64| {
+            let values = runs.iter().map(|(at, sample)| value(*at, *sample));
+            Arc::new(Series::held(values.collect(), each, n))
+        };
+        let moving = self.axes.iter().enumerate().map(|(column, fixed)| {
+            let load = |at: usize, sample: usize| loads[at][sample * n_axes + column];
+            let truth = fixed.truth.as_ref();
+            Moving {
+                compensated: held(&load),
+                error: truth.map(|_| {
+                    held(&|at, sample| {
+                        let recording = &thinned.entries[self.segments[at].recording].recording;
+                        let axes = recording.axes();
+                        let own = axes.iter().position(|axis| *axis == fixed.axis);
+                        let truth = own.map(|own| recording.loads()[sample * axes.len() + own]);
+                        load(at, sample) - truth.unwrap_or(f64::NAN)
+                    })
+                }),
+                band: None,
+            }
+        });
+        self.with_moving(moving, calibration, past, each)
+    }
+
+    fn with_moving(
+        &self,
+        moving: impl Iterator<Item = Moving>,
+        calibration: &Calibration,
+        past: &Arc<Vec<Past>>,
+        each: usize,
+    ) -> TraceSet {
+        let axes = self
+            .axes
+            .iter()
+            .zip(moving)
+            .map(|(fixed, moving)| AxisTraces {
+                axis: fixed.axis,
+                calculated: fixed.calculated.clone(),
+                conventional: Arc::clone(&fixed.conventional),
+                conventional_error: fixed.conventional_error.clone(),
+                compensated: moving.compensated,
+                compensated_error: moving.error,
+                factory: fixed.factory.clone(),
+                factory_error: fixed.factory_error.clone(),
+                band: moving.band,
+            });
+        let thresholds = calibration.features.look_backs.first().copied();
+        TraceSet {
+            view: self.view,
+            segments: Arc::clone(&self.segments),
+            times: Arc::clone(&self.times),
+            is_static: self.is_static,
+            without_past: match thresholds {
+                Some(_) => stretches_without_past(past, each, &self.segments),
+                None => Arc::new([]),
+            },
+            past: Arc::clone(past),
+            each,
+            axes: axes.collect(),
+            thresholds,
+            distance: calibration.features.distance,
+            weights: calibration.distance_weights(),
+        }
+    }
+}
+
+/// What the past decides on one axis.
+struct Moving {
+    compensated: Arc<Series>,
+    error: Option<Arc<Series>>,
+    band: Option<[Arc<Series>; 2]>,
+}
+
+/// The columns of tables of loads.
+fn tables(
+    n_axes: usize,
+    tables: impl Iterator<Item = Table> + Clone,
+    of: &dyn Fn(Vec<Column>) -> Arc<dyn Values>,
+) -> Vec<Arc<dyn Values>> {
+    (0..n_axes)
+        .map(|column| {
+            of(tables
+                .clone()
+                .map(|table| (table, column, n_axes))
+                .collect())
+        })
+        .collect()
+}
+
+/// The axes of loads that are made where somebody looks.
+fn made(
+    segments: &Arc<[Segment]>,
+    data: &Dataset,
+    calibration: &Calibration,
+    past: Option<&Arc<Vec<Past>>>,
+) -> Vec<Arc<dyn Values>> {
+    let recordings = segments
+        .iter()
+        .map(|segment| &data.entries[segment.recording].recording);
+    let recordings = recordings.map(Arc::clone).collect();
+    let made = Arc::new(Made::new(
+        segments,
+        recordings,
+        calibration,
+        past.map(Arc::clone),
+    ));
+    let axes = (0..calibration.axes.len()).map(|axis| {
+        let made = Arc::clone(&made);
+        Arc::new(MadeAxis { made, axis }) as Arc<dyn Values>
+    });
+    axes.collect()
+}
+
+/// Lays recordings on one axis of time, each one step after the last.
+fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<f64>>) {
+    let mut segments = Vec::new();
+    let mut times = Arc::default();
+    let n_shown = shown.len();
+    for at in shown {
+        let recording = &entries[at].recording;
+        if n_shown == 1 && recording.times()[0] == 0.0 {
+            times = recording.shared_times();
+            segments.push(Segment {
+                recording: at,
+                name: recording.name().to_owned(),
+                samples: 0..times.len(),
+                clock_offset_secs: 0.0,
+            });
+            break;
+        }
+        let times = Arc::make_mut(&mut times);
+        let step = recording.rate_hz().map_or(0.0, |rate| 1.0 / rate);
+        let start = times.last().map_or(0.0, |last: &f64| last + step);
+        let clock_offset_secs = recording.times()[0] - start;
+        let first = times.len();
+        times.extend(recording.times().iter().map(|t| t - clock_offset_secs));
+        segments.push(Segment {
+            recording: at,
+            name: recording.name().to_owned(),
+            samples: first..times.len(),
+            clock_offset_secs,
+        });
+    }
+    (segments, times)
+}
+
+/// The runs of samples that are their own past, none of them across two recordings.
+fn stretches_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
+    let mut intervals: Vec<Range<usize>> = Vec::new();
+    for segment in segments {
+        let over = |at: usize| (segment.samples.start + at * each).min(segment.samples.end);
+        let own = &past[segment.recording][0];
+        let mut from = 0;
+        let is_own = |at: &usize| own[*at] as usize == *at;
+        while let Some(start) = (from..own.len()).find(is_own) {
+            let end = (start..own.len())
+                .find(|at| !is_own(at))
+                .unwrap_or(own.len());
+            intervals.push(over(start)..over(end));
+            from = end;
+        }
+    }
+    intervals.into()
+}

@@ -1,0 +1,343 @@
+//! Limits that a calibration must keep: a maximum of the expected error, of the RMSE and of the loop width, for every axis or for each.
+//!
+//! Guarantees: a figure that is not known does not pass; an unknown name is refused, with the known ones.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::calibration::{ExpectedError, Quality};
+use crate::questions::metrology::{Metrology, Quantity};
+use crate::recording::Axis;
+use crate::scoring::numbers::significant;
+use crate::small_file::read_small;
+
+/// Maximum length of a file of limits.
+const BYTES_LIMIT: u64 = 1 << 20;
+
+/// A figure that can be limited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Limited {
+    /// Value within which 95 % of the held-out errors lie.
+    ExpectedError,
+    /// Root mean squared error: the larger one of cross-validation and of the test recordings.
+    Rmse,
+    /// Largest width of the largest cycle's loop, compensated.
+    LoopWidth,
+}
+
+impl Limited {
+    /// Returns the name in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ExpectedError => "expected error",
+            Self::Rmse => "RMSE",
+            Self::LoopWidth => "loop width",
+        }
+    }
+}
+
+/// What limits are compared with.
+pub struct Measured<'a> {
+    /// Axes of the calibration, each with its full scale, 0 where there is none.
+    pub axes: &'a [(Axis, f64)],
+    /// Scores of the calibration.
+    pub quality: &'a Quality,
+    /// Expected error, or why there is none.
+    pub expected_error: &'a Result<ExpectedError, String>,
+    /// Table of figures, or why there is none.
+    pub metrology: Result<&'a Metrology, &'a str>,
+}
+
+impl Measured<'_> {
+    /// Returns a figure of the axis at this place, in its unit, or why it is not known.
+    fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
+        match figure {
+            Limited::ExpectedError => {
+                let own = self.expected_error.as_ref().map_err(Clone::clone)?;
+                own.of_axis(self.axes[at].0)
+            }
+            Limited::Rmse => {
+                let scores = &self.quality.compensated;
+                let held_out = [&scores.cv_rmse, &scores.test_rmse].into_iter().flatten();
+                let worst = held_out.map(|rmse| rmse[at]).reduce(f64::max);
+                worst.ok_or_else(|| "nothing was held out".to_owned())
+            }
+            Limited::LoopWidth => {
+                let rows = &self.metrology?.rows;
+                let row = rows.iter().find(|row| row.quantity == Quantity::Hysteresis);
+                let cell = row.ok_or("not measured")?.cells[at].compensated.as_ref();
+                cell.map(|own| own.value.abs()).map_err(ToString::to_string)
+            }
+        }
+    }
+}
+
+/// Largest value of a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Bound {
+    /// In percent of full scale.
+    Percent(f64),
+    /// In N or N·m.
+    Load(f64),
+}
+
+/// All limits of a file: by figure, for every axis (`None`) or for one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
+
+/// Why limits cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {reason}")]
+pub struct LimitsError {
+    path: String,
+    reason: String,
+}
+
+/// Outcome of one limit on one axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Checked {
+    /// The figure.
+    pub figure: Limited,
+    /// The axis.
+    pub axis: Axis,
+    /// Value of the figure, in `unit`; `None` where it is not known.
+    pub value: Option<f64>,
+    /// Maximum, in `unit`.
+    pub limit: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// Whether the value is known and not above the limit.
+    pub pass: bool,
+    /// Why the value is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+impl Checked {
+    /// Returns the outcome in a clause.
+    pub fn in_words(&self) -> String {
+        let number = |value: f64| format!("{} {}", significant(value, 4), self.unit);
+        let value = match (self.value, &self.reason) {
+            (Some(value), _) => number(value),
+            (None, reason) => format!("not known ({})", reason.as_deref().unwrap_or_default()),
+        };
+        let (figure, axis) = (self.figure.name(), self.axis.symbol());
+        format!(
+            "{figure} of {axis} is {value}, at most {}",
+            number(self.limit)
+        )
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Written {
+    One(Entry),
+    ByAxis(BTreeMap<Axis, Entry>),
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Entry {
+    Number(f64),
+    Text(String),
+}
+
+impl Entry {
+    fn bound(&self) -> Option<Bound> {
+        let is_maximum = |number: &f64| number.is_finite() && *number >= 0.0;
+        match self {
+            Self::Number(number) => Some(*number).filter(is_maximum).map(Bound::Percent),
+            Self::Text(text) => {
+                let at = text.find(|letter: char| "%N".contains(letter))?;
+                let number = text[..at].trim().parse().ok().filter(is_maximum)?;
+                match text[at..].trim() {
+                    "%" | "% FS" => Some(Bound::Percent(number)),
+                    "N" | "N·m" | "Nm" | "N-m" => Some(Bound::Load(number)),
+                    _ => None,
+                }
+            }
+        }
+    }
+}
+
+impl Limits {
+    /// Reads a file like
+    ///
+    /// ```toml
+    /// expected_error = 1.0                      # at most 1 % of full scale, every axis
+    /// loop_width = { Fx = 0.5, Fz = "0.2 N" }   # each axis its own, or in N and N·m
+    /// ```
+    ///
+    /// # Errors
+    /// [`LimitsError`] if it cannot be read, or has a figure that is not known.
+    pub fn read(path: &Path) -> Result<Self, LimitsError> {
+        let wrong = |reason: String| LimitsError {
+            path: path.display().to_string(),
+            reason,
+        };
+        let text = read_small(path, "a list of limits", BYTES_LIMIT)
+            .map_err(|error| wrong(error.to_string()))?;
+        let text = String::from_utf8(text).map_err(|_| wrong("not in UTF-8".to_owned()))?;
+        Self::from_toml(&text).map_err(wrong)
+    }
+
+    fn from_toml(text: &str) -> Result<Self, String> {
+        let written: BTreeMap<Limited, Written> =
+            toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
+        let mut limits = Vec::new();
+        for (figure, own) in written {
+            let own = match own {
+                Written::One(entry) => vec![(None, entry)],
+                Written::ByAxis(axes) => {
+                    let axes = axes.into_iter();
+                    axes.map(|(axis, entry)| (Some(axis), entry)).collect()
+                }
+            };
+            for (axis, entry) in own {
+                let bound = entry.bound().ok_or_else(|| {
+                    let name = figure.name();
+                    format!("the limit of the {name} is neither a number nor one with a unit like \"0.2 N\" or \"1 %\"")
+                })?;
+                limits.push((figure, axis, bound));
+            }
+        }
+        Ok(Self(limits))
+    }
+
+    /// Returns true if loops have to be measured for these limits.
+    pub fn ask_for_loops(&self) -> bool {
+        self.0
+            .iter()
+            .any(|(figure, ..)| *figure == Limited::LoopWidth)
+    }
+
+    /// Returns the outcome of each limit on each axis that it is for.
+    pub fn check(&self, measured: &Measured<'_>) -> Vec<Checked> {
+        let of_limit = |(figure, axis, bound): &(Limited, Option<Axis>, Bound)| {
+            let (all, figure, bound) = (measured.axes.iter(), *figure, *bound);
+            let axes: Vec<Axis> =
+                axis.map_or_else(|| all.map(|own| own.0).collect(), |own| vec![own]);
+            axes.into_iter().map(move |axis| {
+                let at = measured.axes.iter().position(|own| own.0 == axis);
+                let value = at.ok_or_else(|| "the calibration has no such axis".to_owned());
+                let value = value.and_then(|at| {
+                    let value = measured.of(figure, at)?;
+                    match (bound, measured.axes[at].1) {
+                        (Bound::Load(_), _) => Ok(value),
+                        (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
+                        _ => Err("no full scale".to_owned()),
+                    }
+                });
+                let (limit, unit) = match bound {
+                    Bound::Percent(limit) => (limit, "% FS"),
+                    Bound::Load(limit) => (limit, axis.unit()),
+                };
+                Checked {
+                    figure,
+                    axis,
+                    limit,
+                    unit,
+                    pass: value.as_ref().is_ok_and(|value| *value <= limit),
+                    reason: value.as_ref().err().cloned(),
+                    value: value.ok(),
+                }
+            })
+        };
+        self.0.iter().flat_map(of_limit).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{AxisExpectedError, Scores};
+
+    fn verdicts(text: &str) -> Vec<(String, bool)> {
+        let own = |axis: Axis, value| AxisExpectedError {
+            axis,
+            unit: axis.unit().to_owned(),
+            range: (-1.0, 1.0),
+            value,
+            percent_fs: None,
+            cross_validation: value,
+            test: None,
+        };
+        let quality = Quality {
+            compensated: Scores {
+                cv_rmse: Some(vec![1.0, 0.2]),
+                test_rmse: Some(vec![2.0, 0.1]),
+                ..Scores::default()
+            },
+            ..Quality::default()
+        };
+        let expected_error = Ok(ExpectedError {
+            axes: vec![own(Axis::Fx, Some(2.0)), own(Axis::Mz, None)],
+            ..ExpectedError::default()
+        });
+        let measured = Measured {
+            axes: &[(Axis::Fx, 200.0), (Axis::Mz, 5.0)],
+            quality: &quality,
+            expected_error: &expected_error,
+            metrology: Err("no cycle"),
+        };
+        let checked = Limits::from_toml(text).unwrap().check(&measured);
+        checked
+            .iter()
+            .map(|own| (own.in_words(), own.pass))
+            .collect()
+    }
+
+    #[test]
+    fn every_axis_keeps_its_limit_in_percent_or_in_its_unit() {
+        let told = |text: &str, pass: bool| (text.to_owned(), pass);
+        assert_eq!(
+            verdicts("rmse = 1.0"),
+            [
+                told("RMSE of Fx is 1.000 % FS, at most 1.000 % FS", true),
+                told("RMSE of Mz is 4.000 % FS, at most 1.000 % FS", false)
+            ],
+            "the larger of cross-validation and test"
+        );
+        assert_eq!(
+            verdicts("rmse = { Mz = \"0.2 N·m\" }"),
+            [told("RMSE of Mz is 0.2000 N·m, at most 0.2000 N·m", true)]
+        );
+        assert_eq!(
+            verdicts("expected_error = { Fx = 1 }"),
+            [told(
+                "expected error of Fx is 1.000 % FS, at most 1.000 % FS",
+                true
+            )]
+        );
+    }
+
+    #[test]
+    fn a_figure_that_is_not_known_does_not_pass() {
+        for text in [
+            "loop_width = 5",
+            "expected_error = { Mz = 100 }",
+            "rmse = { Fz = 100 }",
+        ] {
+            for (told, pass) in verdicts(text) {
+                assert!(!pass && told.contains("is not known ("), "{told}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_misspelt_figure_is_refused_with_the_known_ones() {
+        let wrong = |text: &str| Limits::from_toml(text).unwrap_err();
+        let misspelt = wrong("rms = 1");
+        assert!(
+            misspelt.contains("rms") && misspelt.contains("expected_error"),
+            "{misspelt}"
+        );
+        assert!(wrong("rmse = \"small\"").contains("\"0.2 N\""));
+        assert!(wrong("rmse = nan").contains("neither a number"));
+        assert!(wrong("rmse = { Fq = 1 }").contains("did not match"));
+    }
+}

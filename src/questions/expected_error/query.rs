@@ -1,0 +1,182 @@
+//! The expected error of a calibration on the recordings that it was fitted to.
+
+use crate::calibration::{Calibration, ExpectedError, Past};
+use crate::export::with_sources;
+use crate::progress::Progress;
+use crate::questions::cross_validated::part_shares;
+use crate::questions::dataset::{Dataset, Key};
+use crate::questions::expected_error::{Evidence, HeldOutErrors};
+use crate::questions::models::learning::Moments;
+use crate::questions::{AnalysisError, Request};
+use crate::recording::{Axis, Entry, Role};
+
+/// Maximum number of samples whose errors are kept for each axis.
+pub(crate) const KEPT: usize = 200_000;
+
+/// Returns the expected error of a calibration, or why there is none.
+///
+/// A fitted linear calibration is fitted again without each group. A network or a kernel has been when it was trained. A calibration that
+/// was not fitted to these recordings keeps the expected error of its file.
+///
+/// # Errors
+/// [`AnalysisError`] where the recordings cannot be used, or the work was cancelled.
+pub fn expected_error(
+    request: &Request,
+    calibration: &Calibration,
+    fitted: bool,
+    progress: &Progress,
+) -> Result<Result<ExpectedError, String>, AnalysisError> {
+    if let Some(known) = &calibration.quality.expected_error {
+        return Ok(Ok(known.clone()));
+    }
+    if !fitted {
+        return Ok(Err(
+            "the calibration was not fitted to these recordings".to_owned()
+        ));
+    }
+    let key = Key {
+        calibration: None,
+        ..Key::of(request)
+    };
+    let data = request.datasets.get(&key, progress)?;
+    let past = data.past(calibration, progress)?;
+    let left_out = data.left_out_errors(calibration, &past, progress);
+    progress.check()?;
+    Ok(data.expected_error(calibration, &past, left_out))
+}
+
+/// Returns a fitted calibration as it leaves the program: with its expected error and the files that it was fitted to.
+///
+/// # Errors
+/// As [`expected_error`].
+pub fn handed_over(
+    request: &Request,
+    calibration: &Calibration,
+    progress: &Progress,
+) -> Result<Calibration, AnalysisError> {
+    let mut calibration = with_sources(calibration, &request.recordings);
+    calibration.quality.expected_error =
+        expected_error(request, &calibration, true, progress)?.ok();
+    Ok(calibration)
+}
+
+impl Dataset {
+    /// Returns the expected error of a calibration that was fitted to these recordings, or why there is none.
+    pub(crate) fn expected_error(
+        &self,
+        calibration: &Calibration,
+        past: &[Past],
+        left_out: Result<HeldOutErrors, String>,
+    ) -> Result<ExpectedError, String> {
+        let is_test =
+            |entry: &Entry| entry.role == Role::Test && *entry.recording.axes() == calibration.axes;
+        let step = self.step_of(is_test);
+        let mut tested = HeldOutErrors::new(calibration.axes.len());
+        for (entry, past) in self
+            .entries
+            .iter()
+            .zip(past)
+            .filter(|(entry, _)| is_test(entry))
+        {
+            let loads = calibration.compensated_loads(&entry.recording, past);
+            tested.add(
+                loads
+                    .iter()
+                    .zip(entry.recording.loads())
+                    .map(|(own, known)| own - known),
+                step,
+            );
+            tested.n_groups += 1;
+        }
+        let axes: Vec<(Axis, f64)> = calibration
+            .axes
+            .iter()
+            .copied()
+            .zip(calibration.full_scale.iter().copied())
+            .collect();
+        let evidence = Evidence {
+            entries: &self.entries,
+            axes: &axes,
+            grouped_by: self.groups.by,
+            left_out,
+            tested,
+        };
+        evidence.weighed()
+    }
+
+    /// Returns the errors of a linear calibration on each group of training recordings, predicted by a fit to the others.
+    fn left_out_errors(
+        &self,
+        calibration: &Calibration,
+        past: &[Past],
+        progress: &Progress,
+    ) -> Result<HeldOutErrors, String> {
+        let groups = self.cross_validation();
+        if groups.is_by_block() {
+            return Err("the training recordings are too few to leave each out".to_owned());
+        }
+        if calibration.learned.is_some() {
+            let why = calibration.why_not_left_out();
+            return Err(why.unwrap_or("too few groups were left out").to_owned());
+        }
+        let n_axes = calibration.axes.len();
+        let sums = self.sums(&calibration.design(), past, n_axes, progress);
+        let fits = self
+            .fits_left_out(calibration, &sums)
+            .map_err(|why| why.to_string())?;
+        let is_trained = |entry: &Entry| entry.role == Role::Train;
+        let step = self.step_of(is_trained);
+        let mut errors = HeldOutErrors {
+            n_groups: groups.groups,
+            ..HeldOutErrors::new(n_axes)
+        };
+        let mut own = calibration.clone();
+        for ((entry, pieces), past) in self.entries.iter().zip(self.pieces()).zip(past) {
+            if !is_trained(entry) || progress.is_cancelled() {
+                continue;
+            }
+            // Groups are left out whole, so a recording is one piece.
+            own.compensated = Some(fits.maps[pieces[0].fold].clone());
+            let loads = own.compensated_loads(&entry.recording, past);
+            errors.add(
+                loads
+                    .iter()
+                    .zip(entry.recording.loads())
+                    .map(|(own, known)| own - known),
+                step,
+            );
+        }
+        Ok(errors)
+    }
+
+    /// Returns the errors that cross-validation of a network or a kernel left over of its parts.
+    pub(crate) fn left_out_errors_of(
+        &self,
+        parts: &[Moments],
+        has_shares: bool,
+    ) -> Result<HeldOutErrors, String> {
+        let groups = self.cross_validation();
+        if groups.is_by_block() {
+            return Err("the training recordings are too few to leave each out".to_owned());
+        }
+        let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
+        let mut errors = HeldOutErrors::new(n_axes);
+        for (part, shares) in parts.iter().zip(part_shares(parts, has_shares)) {
+            let kept = part.kept.iter().enumerate();
+            errors.add(
+                kept.map(|(at, [left_over, added])| left_over - shares[at % n_axes] * added),
+                1,
+            );
+        }
+        errors.n_groups = groups.groups;
+        errors.n_samples = parts.iter().map(|part| part.n_samples).sum();
+        Ok(errors)
+    }
+
+    /// Returns every how many-th sample of these recordings is kept.
+    pub(crate) fn step_of(&self, is_meant: impl Fn(&Entry) -> bool) -> usize {
+        let meant = self.entries.iter().filter(|entry| is_meant(entry));
+        let n: usize = meant.map(|entry| entry.recording.n_samples()).sum();
+        n.div_ceil(KEPT).max(1)
+    }
+}

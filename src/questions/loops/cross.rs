@@ -1,0 +1,102 @@
+//! Any channel over any other.
+
+use crate::progress::Progress;
+use crate::questions::loops::picture::{Drawn, drawn};
+use crate::questions::loops::source::{Part, Source};
+use crate::questions::loops::{LookError, Output, Span, column_of, frame_around};
+use crate::questions::metrology::{check_numbers, joined};
+use crate::recording::Axis;
+use crate::scoring::loops::{Frame, range};
+
+/// One of the three loads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadKind {
+    /// Calc.: the load that was really applied.
+    Calculated,
+    /// Conv. or Comp.
+    Output(Output),
+}
+
+/// Something that has a value at every sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Time on the recording's own clock (s).
+    Time,
+    /// A raw gauge.
+    Gauge(usize),
+    /// A load of an axis.
+    Load(LoadKind, Axis),
+}
+
+/// What is asked about two channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrossQuestion {
+    /// What goes across.
+    pub across: Channel,
+    /// What goes up.
+    pub up: Channel,
+    /// Which samples.
+    pub span: Span,
+    /// What is looked at; `None` shows all.
+    pub frame: Option<Frame>,
+    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    pub pixels: [f64; 2],
+}
+
+/// A cross-plot, ready to be drawn.
+#[derive(Clone, Debug)]
+pub struct CrossPlot {
+    /// What was asked.
+    pub question: CrossQuestion,
+    /// How many samples are drawn.
+    pub n_samples: usize,
+    /// What holds everything.
+    pub whole: Frame,
+    /// One or more for each recording.
+    pub drawn: Drawn,
+}
+
+pub(crate) fn picture(
+    source: &Source,
+    parts: &[Part],
+    question: &CrossQuestion,
+    progress: &Progress,
+) -> Result<CrossPlot, LookError> {
+    let across = columns(source, parts, question.across)?;
+    let up = columns(source, parts, question.up)?;
+    let whole = frame_around(range_of(&across), range_of(&up));
+    let none = vec![Vec::new(); parts.len()];
+    let canvas = (question.frame.unwrap_or(whole), question.pixels);
+    Ok(CrossPlot {
+        question: question.clone(),
+        n_samples: across.iter().map(Vec::len).sum(),
+        drawn: drawn(&across, &up, &none, canvas, progress)?,
+        whole,
+    })
+}
+
+fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<f64>>, LookError> {
+    let column = |part: &Part| -> Result<Vec<f64>, LookError> {
+        let recording = source.recording(part.recording);
+        let found = match channel {
+            Channel::Time => recording.map(|own| own.times()[part.samples.clone()].to_vec()),
+            Channel::Gauge(gauge) => source.gauge(part, gauge),
+            Channel::Load(LoadKind::Calculated, axis) => source.loads(part, axis),
+            Channel::Load(LoadKind::Output(output), axis) => {
+                let (at, _) = column_of(&source.calibration, axis)?;
+                source.output(part, at, output)
+            }
+        };
+        let values = found.ok_or(LookError::NoChannel)?;
+        if let Channel::Load(_, axis) = channel {
+            check_numbers(axis, recording.map_or("", |own| own.name()), &values)?;
+        }
+        Ok(values)
+    };
+    parts.iter().map(column).collect()
+}
+
+fn range_of(columns: &[Vec<f64>]) -> (f64, f64) {
+    let ranges = columns.iter().map(|column| range(column));
+    ranges.reduce(joined).unwrap_or((0.0, 0.0))
+}

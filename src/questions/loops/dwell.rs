@@ -1,0 +1,168 @@
+//! Where the load dwells, and how the outputs drift there.
+
+use crate::questions::loops::source::{Part, Source};
+use crate::questions::loops::{LookError, Output, column_of, frame_around};
+use crate::questions::metrology::{
+    Dwell, MetrologySettings, Reason, check_numbers, dwells, joined,
+};
+use crate::recording::Axis;
+use crate::scoring::Series;
+use crate::scoring::holds::Drift;
+use crate::scoring::loops::{Frame, range};
+
+/// So many points a fitted curve has.
+const FIT_POINTS: usize = 200;
+
+/// What is asked about dwells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DwellQuestion {
+    /// Whose error is drawn.
+    pub axis: Axis,
+    /// Which rest, in the order of recordings and time; beyond the last one, the last. `None` takes the longest under
+    /// load, else the longest.
+    pub rest: Option<usize>,
+    /// What is looked at; `None` shows all.
+    pub frame: Option<Frame>,
+    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    pub pixels: [f64; 2],
+}
+
+/// All dwells, and one of them ready to be drawn.
+#[derive(Clone, Debug)]
+pub struct DwellPlot {
+    /// What was asked.
+    pub question: DwellQuestion,
+    /// How long they last at least.
+    pub hold_secs: f64,
+    /// All of them; at least one.
+    pub dwells: Vec<Dwell>,
+    /// The mean load of the axis in each of them.
+    pub levels: Vec<Option<f64>>,
+    /// Which one is drawn.
+    pub chosen: usize,
+    /// Its curve, or why there is none.
+    pub curve: Result<DwellCurve, Reason>,
+}
+
+/// The errors over one rest.
+#[derive(Clone, Debug)]
+pub struct DwellCurve {
+    /// What holds everything: seconds since the rest began, and the error.
+    pub whole: Frame,
+    /// Conventional and compensated.
+    pub outputs: [DwellOutput; 2],
+}
+
+/// The error of one output over one rest.
+#[derive(Clone, Debug)]
+pub struct DwellOutput {
+    /// Points `[seconds, error]`.
+    pub points: Vec<[f64; 2]>,
+    /// The fitted exponential; `None` where no time passes.
+    pub drift: Option<Drift>,
+    /// Points of the fit.
+    pub fit: Vec<[f64; 2]>,
+}
+
+pub(crate) fn picture(
+    source: &Source,
+    question: &DwellQuestion,
+    measuring: &MetrologySettings,
+) -> Result<DwellPlot, LookError> {
+    let calibration = &source.calibration;
+    let (column, _) = column_of(calibration, question.axis)?;
+    let runs = source.runs();
+    if runs.iter().any(|run| run.is_static) {
+        return Err(Reason::NoTimes {
+            axis: question.axis,
+        }
+        .into());
+    }
+    let found = dwells(&runs, &source.rules(measuring))?;
+    let last = found.len().checked_sub(1).ok_or(LookError::NoDwell {
+        secs: measuring.hold_secs,
+    })?;
+    let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
+    let curve = curve(source, &found[chosen], question, column);
+    Ok(DwellPlot {
+        question: question.clone(),
+        hold_secs: measuring.hold_secs,
+        levels: (found.iter())
+            .map(|rest| rest.level.get(column).copied().flatten())
+            .collect(),
+        dwells: found,
+        chosen,
+        curve,
+    })
+}
+
+/// The longest rest under load, else the longest.
+fn longest(dwells: &[Dwell]) -> usize {
+    let secs = |rest: &Dwell| rest.place.to_secs - rest.place.from_secs;
+    let by_length = |a: &(usize, &Dwell), b: &(usize, &Dwell)| {
+        let loaded = b.1.at_zero.cmp(&a.1.at_zero);
+        loaded.then(secs(a.1).total_cmp(&secs(b.1)))
+    };
+    let longest = dwells.iter().enumerate().max_by(by_length);
+    longest.map_or(0, |(at, _)| at)
+}
+
+fn curve(
+    source: &Source,
+    rest: &Dwell,
+    question: &DwellQuestion,
+    column: usize,
+) -> Result<DwellCurve, Reason> {
+    let axis = question.axis;
+    let part = Part {
+        recording: rest.place.recording,
+        samples: rest.place.samples.clone(),
+    };
+    let missing = Reason::NoReference { axis };
+    let loads = source.loads(&part, axis).ok_or(missing.clone())?;
+    let recording = source.recording(part.recording).ok_or(missing.clone())?;
+    let times = &recording.times()[part.samples.clone()];
+    let mut errors = Vec::new();
+    for output in Output::ALL {
+        let mut values = source
+            .output(&part, column, output)
+            .ok_or(missing.clone())?;
+        values
+            .iter_mut()
+            .zip(&loads)
+            .for_each(|(value, load)| *value -= load);
+        check_numbers(axis, recording.name(), &values)?;
+        errors.push(values);
+    }
+    let ranges = errors.iter().map(|values| range(values)).reduce(joined);
+    let (first, last) = (rest.place.from_secs, rest.place.to_secs);
+    Ok(DwellCurve {
+        whole: frame_around((0.0, last - first), ranges.unwrap_or((0.0, 0.0))),
+        outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values, question)),
+    })
+}
+
+fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOutput {
+    let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
+    let all = (0.0, since.last().copied().unwrap_or(0.0));
+    let (from, to) = question.frame.map_or(all, |frame| frame.loads);
+    // What is looked at, and a sample to each side.
+    let start = since.partition_point(|time| *time < from).saturating_sub(1);
+    let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
+    let column_secs = (to - from) / question.pixels[0].max(1.0);
+    let mut points = Vec::new();
+    let series = Series::new(errors.into());
+    series.draw(&since, start..end.max(start), column_secs, |time, value| {
+        points.push([time, value])
+    });
+    let drift = Drift::of(times, errors);
+    let fit = drift.iter().flat_map(|drift| {
+        let step = drift.duration_secs / (FIT_POINTS - 1) as f64;
+        (0..FIT_POINTS).map(move |at| [step * at as f64, drift.at(step * at as f64)])
+    });
+    DwellOutput {
+        points,
+        fit: fit.collect(),
+        drift,
+    }
+}

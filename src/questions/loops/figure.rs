@@ -1,0 +1,300 @@
+//! Loops as figures: described once, for the window, for files and for the report.
+
+use std::sync::Arc;
+
+use crate::questions::errors::Trace;
+use crate::questions::loops::Output;
+use crate::questions::loops::cross::{Channel, CrossPlot};
+use crate::questions::loops::picture::{Drawn, LoopCurve, LoopFigures, LoopPlot, Up};
+use crate::questions::metrology::Reason;
+use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
+use crate::scoring::loops::Frame;
+use crate::scoring::numbers::significant;
+
+/// An arrow points as its branch goes over this share of it: noise from point to point says nothing.
+const ARROW_SHARE: usize = 10;
+
+/// Which loop the figures are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum FiguresOf {
+    /// The mean of the full cycles.
+    #[default]
+    Mean,
+    /// That of the largest cycle.
+    Largest,
+}
+
+/// The colours of loops: red, green, blue.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inks {
+    pub(crate) conventional: [u8; 3],
+    pub(crate) compensated: [u8; 3],
+    /// Of a gauge, and of whatever else is crossed.
+    pub(crate) gauge: [u8; 3],
+    /// Of text; densities of falling branches go towards it.
+    pub(crate) text: [u8; 3],
+    /// Of what stands behind the lines.
+    pub(crate) guide: [u8; 3],
+}
+
+impl Inks {
+    /// On a light ground.
+    pub(crate) const PRINT: Self = Self {
+        conventional: color::CONVENTIONAL,
+        compensated: color::COMPENSATED,
+        gauge: color::LOOK_BACK,
+        text: [0; 3],
+        guide: color::GUIDE,
+    };
+
+    fn of(&self, output: Option<Output>) -> [u8; 3] {
+        match output {
+            Some(Output::Conventional) => self.conventional,
+            Some(Output::Compensated) => self.compensated,
+            None => self.gauge,
+        }
+    }
+}
+
+/// Loops as they are looked at.
+#[derive(Clone, Debug)]
+pub(crate) struct LoopView<'a> {
+    /// The loops.
+    pub(crate) plot: &'a LoopPlot,
+    /// Name and unit of the gauge that goes up, where one does.
+    pub(crate) gauge: (&'a str, &'a str),
+    /// Which loop the figures are of.
+    pub(crate) figures_of: FiguresOf,
+    /// Those of the curves that are shown.
+    pub(crate) shown: Vec<&'a LoopCurve>,
+}
+
+impl<'a> LoopView<'a> {
+    /// All curves; the figures are of the mean loop where there is one and another is not asked for.
+    pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
+        let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
+        Self {
+            plot,
+            gauge,
+            // A few cycles have no mean loop: what is shown then is the largest of them, and called so.
+            figures_of: if has_mean { asked } else { FiguresOf::Largest },
+            shown: plot.curves.iter().collect(),
+        }
+    }
+
+    /// The loop of a curve that the figures are of.
+    pub(crate) fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
+        match self.figures_of {
+            FiguresOf::Mean => curve.mean.as_ref(),
+            FiguresOf::Largest => curve.largest.as_ref(),
+        }
+    }
+
+    /// Those of all curves that have it.
+    pub(crate) fn found(&self) -> Vec<(Option<Output>, &'a LoopFigures)> {
+        let found = self.shown.iter();
+        found
+            .filter_map(|curve| Some((curve.output, self.figures(curve).ok()?)))
+            .collect()
+    }
+
+    /// The unit of what goes up.
+    pub(crate) fn unit(&self) -> &'a str {
+        match self.plot.question.up {
+            Up::Gauge(_) => self.gauge.1,
+            Up::Load | Up::Error => self.plot.question.axis.unit(),
+        }
+    }
+
+    /// What goes across and up, each with its unit.
+    fn labels(&self) -> [String; 2] {
+        let axis = self.plot.question.axis;
+        let up = match self.plot.question.up {
+            Up::Load => axis.label(),
+            Up::Error => axis.label_of("error"),
+            Up::Gauge(_) => format!("{} [{}]", self.gauge.0, self.gauge.1),
+        };
+        [axis.label_of(Trace::Calculated.label()), up]
+    }
+
+    /// What goes up over what goes across.
+    pub(crate) fn title(&self) -> String {
+        let [across, up] = self.labels();
+        format!("{up} over {across}")
+    }
+
+    /// The same in short, with what the thick loop is of.
+    fn long_title(&self) -> String {
+        let axis = self.plot.question.axis.symbol();
+        let what = match self.plot.question.up {
+            Up::Load => axis.to_owned(),
+            Up::Error => format!("{axis} error"),
+            Up::Gauge(_) => format!("{} over {axis}", self.gauge.0),
+        };
+        let found = self.found();
+        let Some((_, figures)) = found.first() else {
+            return what;
+        };
+        let basis = &figures.basis[0];
+        let share = significant(100.0 * basis.range_share, 2);
+        let of = match (self.figures_of, basis.n_cycles) {
+            (FiguresOf::Mean, n) => format!("mean of {n} of {} cycles", self.plot.n_cycles),
+            (FiguresOf::Largest, _) => "largest cycle".to_owned(),
+        };
+        format!("{what}: {of}, {share} % of the loads")
+    }
+
+    /// All branches thin, the loop that the figures are of thick above them with the way it goes, its falling branch dashed.
+    pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
+        let frame = frame.unwrap_or(self.plot.whole);
+        let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
+        let one_to_one = (self.plot.question.up == Up::Load)
+            .then(|| Line::one_to_one(frame.loads, frame.outputs, inks.guide))
+            .flatten();
+        let branches = self.shown.iter().flat_map(|curve| {
+            [(true, opacity), (false, 0.5 * opacity)].map(|(rising, opacity)| {
+                let strokes = curve.drawn.strokes.iter();
+                let strokes = strokes.filter(|stroke| stroke.rising == rising);
+                let pieces = strokes.map(|stroke| &stroke.points[..]);
+                Line {
+                    opacity,
+                    width: 1.0,
+                    ..Line::new("", inks.of(curve.output), pieces)
+                }
+            })
+        });
+        let found = self.found();
+        let loops = found.iter().flat_map(|(output, figures)| {
+            let width = significant(figures.mean_width, 3);
+            let name = format!("{}, mean width {width} {}", name(*output), self.unit());
+            let ways = [(name, None), (String::new(), Some(DASHED))];
+            let ways = figures.branches.iter().zip(ways);
+            ways.map(|(branch, (name, dash))| Line {
+                width: 2.4,
+                dash,
+                ..Line::new(name, inks.of(*output), [&branch[..]])
+            })
+        });
+        let arrows = found.iter().flat_map(|(output, figures)| {
+            let ways = figures.branches.iter().zip([true, false]);
+            ways.filter_map(|(branch, rising)| arrow(branch, rising, inks.of(*output)))
+        });
+        let [across, up] = self.labels();
+        Figure {
+            title: self.long_title(),
+            across: Scale::new(across, frame.loads),
+            up: Scale::new(up, frame.outputs),
+            clouds: (self.shown.iter())
+                .flat_map(|curve| clouds(&curve.drawn, inks.of(curve.output), inks.text))
+                .collect(),
+            arrows: arrows.collect(),
+            lines: one_to_one
+                .into_iter()
+                .chain(branches)
+                .chain(loops)
+                .collect(),
+            ..Figure::default()
+        }
+    }
+
+    /// The width over the load.
+    pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
+        let found = self.found();
+        let widths = found.iter().flat_map(|(_, figures)| &figures.widths);
+        let heights = widths.map(|point| point[1]).chain([0.0]);
+        let [across, _] = self.labels();
+        Figure {
+            title: "Width over load".to_owned(),
+            across: Scale::new(across, self.plot.whole.loads),
+            up: Scale::spanning(format!("width [{}]", self.unit()), heights, 0.06),
+            lines: (found.iter())
+                .map(|(output, figures)| Line {
+                    width: 1.6,
+                    ..Line::new("", inks.of(*output), [&figures.widths[..]])
+                })
+                .collect(),
+            ..Figure::default()
+        }
+    }
+}
+
+impl CrossPlot {
+    /// The figure, `labels` saying what goes across and up.
+    pub(crate) fn figure(
+        &self,
+        labels: [String; 2],
+        inks: &Inks,
+        frame: Option<Frame>,
+    ) -> Figure<'_> {
+        let frame = frame.unwrap_or(self.whole);
+        let one_to_one = match (self.question.across, self.question.up) {
+            (Channel::Load(_, across), Channel::Load(_, up)) if across == up => {
+                Line::one_to_one(frame.loads, frame.outputs, inks.guide)
+            }
+            _ => None,
+        };
+        let pieces = self.drawn.strokes.iter().map(|stroke| &stroke.points[..]);
+        let line = Line {
+            opacity: 1.25 * thin_opacity(std::iter::once(&self.drawn)),
+            width: 1.1,
+            ..Line::new("", inks.gauge, pieces)
+        };
+        let [across, up] = labels;
+        Figure {
+            title: format!("{up} over {across}"),
+            across: Scale::new(across, frame.loads),
+            up: Scale::new(up, frame.outputs),
+            clouds: clouds(&self.drawn, inks.gauge, inks.text),
+            lines: one_to_one.into_iter().chain([line]).collect(),
+            ..Figure::default()
+        }
+    }
+}
+
+/// What of the branches is drawn as their density, rising ones in this colour, falling ones halfway to that of the ink.
+fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
+    let clouds = drawn.clouds.iter();
+    clouds
+        .map(|cloud| Cloud {
+            density: Arc::clone(&cloud.density),
+            color: match cloud.rising {
+                true => own,
+                false => color::falling(own, ink),
+            },
+        })
+        .collect()
+}
+
+fn name(output: Option<Output>) -> &'static str {
+    match output {
+        Some(Output::Conventional) => Trace::Conventional.label(),
+        Some(Output::Compensated) => Trace::Compensated.label(),
+        None => "Gauge",
+    }
+}
+
+/// In the middle of a branch, whose points stand by rising load.
+fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
+    let middle = branch.len() / 2;
+    let around = (branch.len() / ARROW_SHARE).max(1);
+    let (before, after) = (
+        branch.get(middle.checked_sub(around)?)?,
+        branch.get(middle + around)?,
+    );
+    Some(Arrow {
+        at: branch[middle],
+        way: if rising {
+            [*before, *after]
+        } else {
+            [*after, *before]
+        },
+        color,
+    })
+}
+
+/// The more lines lie over each other, the fainter each is, so that the thick ones stand out; one alone is seen all the same.
+fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
+    let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
+    let most: usize = points.max().unwrap_or(0);
+    (0.6 * (1000.0 / most.max(1) as f32).sqrt()).clamp(0.2, 0.6)
+}

@@ -1,0 +1,235 @@
+//! The figures of a loop, and of a dwell's drift, as tables.
+
+use crate::questions::errors::trace::Trace;
+use crate::questions::metrology::Basis;
+use crate::recording::Axis;
+use crate::report::table::{Cell, Column, Table};
+use crate::scoring::holds::Drift;
+
+/// What loops stand over, and what their figures are shares of.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopScale<'a> {
+    /// The axis that they stand over.
+    pub axis: Axis,
+    /// Its full scale.
+    pub full_scale: f64,
+    /// The unit of the gauge that goes up, where one does rather than a load of this axis.
+    pub gauge_unit: Option<&'a str>,
+    /// What is 100 % of what goes up; 0 where nothing is.
+    pub output_scale: f64,
+}
+
+/// What is known of one loop.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopMeasures {
+    /// Of which load; `None` for a gauge.
+    pub trace: Option<Trace>,
+    /// Largest width, mean width, area and dissipated work, in their units, with what each rests on.
+    pub figures: [(f64, Basis); 4],
+}
+
+/// By how much half and twice the dead band would change a figure.
+pub(crate) fn moves(value: f64, basis: &Basis) -> String {
+    let others = [basis.dead_band_halved, basis.dead_band_doubled];
+    let moved = others.map(|other| match other {
+        Some(other) if value != 0.0 => {
+            let percent = 100.0 * (other / value - 1.0);
+            match percent {
+                _ if percent.abs() < 0.05 => "0".to_owned(),
+                _ if percent.abs() < 1000.0 => format!("{percent:+.1}"),
+                _ => format!("{percent:+.0}"),
+            }
+        }
+        Some(0.0) => "0".to_owned(),
+        _ => "–".to_owned(),
+    });
+    format!("{}, {} %", moved[0], moved[1])
+}
+
+/// What [`moves`] means.
+pub(crate) const MOVES: &str = "By how much the figure would change with half, and with twice the dead band; a dash where it would not be there";
+
+/// Largest width, mean width, area and dissipated work of each loop, in units and in percent, by how much the second differs from the first,
+/// and how far each depends on the dead band.
+pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
+    let unit = of.gauge_unit.unwrap_or(of.axis.unit());
+    let area_unit = match (of.gauge_unit, of.axis.is_force()) {
+        (Some(unit), _) => format!("{unit}·{}", of.axis.unit()),
+        (None, true) => "N²".to_owned(),
+        (None, false) => "N²·m²".to_owned(),
+    };
+    let (share, area_share, of_what) = match of.gauge_unit {
+        Some(_) => ("%", "%", "In percent of half of what the gauge spans"),
+        None => ("% FS", "% FS²", "In percent of full scale"),
+    };
+    let described = [
+        (
+            "Largest width",
+            "Largest |falling − rising| at equal load",
+            unit,
+            share,
+            of.output_scale,
+        ),
+        (
+            "Mean width",
+            "Mean |falling − rising| over the range of loads",
+            unit,
+            share,
+            of.output_scale,
+        ),
+        (
+            "Area",
+            "Integral of |falling − rising| over the load; in percent of the full scales of both",
+            &area_unit,
+            area_share,
+            of.output_scale * of.full_scale,
+        ),
+        (
+            "Dissipated work",
+            "Integral of falling − rising over the load: positive where the output lags behind, negative where it leads; parts of both signs cancel",
+            &area_unit,
+            area_share,
+            of.output_scale * of.full_scale,
+        ),
+    ];
+    let mut columns = vec![Column::words(""), Column::words("")];
+    columns.extend(loops.iter().map(|one| match one.trace {
+        Some(trace) => Column::of(trace, ""),
+        None => Column::numbers("Gauge"),
+    }));
+    let is_compared = loops.len() == 2;
+    columns.extend(is_compared.then(Column::change));
+    let mut rows = Vec::new();
+    for (at, (name, about, unit, share, scale)) in described.into_iter().enumerate() {
+        let values = || loops.iter().map(|one| one.figures[at].0);
+        let mut row = vec![
+            Cell::words(name).about(about),
+            Cell::words(unit).about(about),
+        ];
+        row.extend(values().map(|value| Cell::digits(Some(value), 4)));
+        if let [before, after] = loops {
+            let [before, after] = [before, after].map(|one| one.figures[at].0);
+            row.push(match before * after < 0.0 {
+                true => Cell::missing("–", "the sign changes"),
+                false => Cell::change(before.abs(), after.abs()),
+            });
+        }
+        rows.push(row);
+        let mut row = vec![Cell::words(""), Cell::words(share).about(of_what)];
+        row.extend(values().map(|value| {
+            let percent = (scale > 0.0).then(|| 100.0 * value / scale);
+            Cell::digits(percent, 3)
+        }));
+        row.extend(is_compared.then(|| Cell::words("")));
+        rows.push(row);
+        let mut row = vec![
+            Cell::words("½, 2 × band").about(MOVES),
+            Cell::words("%").about(MOVES),
+        ];
+        row.extend(loops.iter().map(|one| {
+            let (value, basis) = &one.figures[at];
+            Cell::words(moves(*value, basis).trim_end_matches(" %")).about(MOVES)
+        }));
+        row.extend(is_compared.then(|| Cell::words("")));
+        rows.push(row);
+    }
+    Table {
+        columns,
+        rows,
+        ..Table::default()
+    }
+}
+
+/// The exponential that each load's error follows over one dwell; `None` where no time passes.
+pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
+    let row = |name: String, about: &str, cell: &dyn Fn(&Drift) -> Cell| {
+        let cells = drifts.iter();
+        let cells = cells.map(|(_, drift)| drift.map_or_else(Cell::none, cell));
+        std::iter::once(Cell::words(name).about(about))
+            .chain(cells)
+            .collect()
+    };
+    let reasons = drifts.iter().filter_map(|(trace, drift)| {
+        let reason = drift.as_ref()?.tau_secs().err()?;
+        Some(format!("{} {reason}", trace.label()))
+    });
+    let mut columns = vec![Column::words("")];
+    columns.extend(drifts.iter().map(|(trace, _)| Column::of(*trace, "")));
+    Table {
+        columns,
+        rows: vec![
+            row(
+                format!("Drift [{}]", axis.unit()),
+                "Change of output − load from the beginning of the dwell to its end, on the fitted exponential",
+                &|drift| Cell::digits(Some(drift.size), 3),
+            ),
+            row(
+                "τ [s]".to_owned(),
+                "Time constant of a + b (1 − exp(−t / τ)); a dash where the data show none",
+                &|drift| match drift.tau_secs() {
+                    Ok(tau) => Cell::digits(Some(tau), 3),
+                    Err(reason) => Cell::missing("–", reason.to_string()),
+                },
+            ),
+            row(
+                format!("Noise [{}]", axis.unit()),
+                "Root mean square of what the fit leaves over",
+                &|drift| Cell::digits(Some(drift.noise), 3),
+            ),
+        ],
+        note: reasons.collect::<Vec<_>>().join("\n"),
+        ..Table::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Full scale 20 N: a width of 1 N is 5 %, an area of 8 N² 2 % of its square.
+    #[test]
+    fn figures_stand_in_units_in_percent_and_as_a_change() {
+        let of = LoopScale {
+            axis: Axis::Fz,
+            full_scale: 20.0,
+            gauge_unit: None,
+            output_scale: 20.0,
+        };
+        let basis = Basis {
+            dead_band_halved: Some(1.1),
+            ..Basis::new(3, 0.5)
+        };
+        let measures = |trace, figures: [f64; 4]| LoopMeasures {
+            trace,
+            figures: figures.map(|figure| (figure, basis)),
+        };
+        let both = [
+            measures(Some(Trace::Conventional), [1.0, 0.5, 8.0, 8.0]),
+            measures(Some(Trace::Compensated), [0.5, 0.25, 2.0, -2.0]),
+        ];
+        let shown = |table: &Table| -> Vec<Vec<String>> {
+            let rows = table.rows.iter();
+            rows.map(|row| row.iter().map(|cell| cell.text.clone()).collect())
+                .collect()
+        };
+        let rows = shown(&loop_figures(&both, of));
+        assert_eq!(
+            rows[0],
+            ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]
+        );
+        assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
+        assert_eq!(rows[2], ["½, 2 × band", "%", "+10.0, –", "+120.0, –", ""]);
+        assert_eq!(rows[6], ["Area", "N²", "8.000", "2.000", "-75.0 %"]);
+        assert_eq!(rows[7], ["", "% FS²", "2.00", "0.500", ""]);
+        assert_eq!(rows[9], ["Dissipated work", "N²", "8.000", "-2.000", "–"]);
+        let gauge = LoopScale {
+            gauge_unit: Some("ohm"),
+            output_scale: 0.0,
+            ..of
+        };
+        let rows = shown(&loop_figures(&[measures(None, [1.0; 4])], gauge));
+        assert_eq!(rows[0], ["Largest width", "ohm", "1.000"]);
+        assert_eq!(rows[1], ["", "%", "–"]);
+        assert_eq!(rows[6][1], "ohm·N");
+    }
+}

@@ -1,0 +1,208 @@
+//! The samples behind a picture: recordings as the analysis uses them, with the loads that the calibration gives.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::calibration::{AppliedLoads, Calibration};
+use crate::progress::Progress;
+use crate::questions::loops::{LookError, LookRequest, Output, Span};
+use crate::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set};
+use crate::recording::{Axis, Recording, RecordingSet};
+use crate::scoring::MANY_SAMPLES;
+use crate::scoring::loops::LoadExtent;
+
+/// An interval of one recording.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Part {
+    pub(crate) recording: usize,
+    pub(crate) samples: Range<usize>,
+}
+
+/// All recordings, with the loads of those that were asked for.
+#[derive(Debug)]
+pub(crate) struct Source {
+    set: Arc<RecordingSet>,
+    decimation: usize,
+    pub(crate) calibration: Arc<Calibration>,
+    recordings: Vec<Arc<Recording>>,
+    applied: Vec<Option<AppliedLoads>>,
+    /// Of every sample, so that what counts as a reversal does not change with the decimation.
+    extents: Vec<LoadExtent>,
+}
+
+impl Source {
+    /// `extents` are those of the recordings, where they are known already.
+    pub(crate) fn of(request: &LookRequest, extents: Option<Vec<LoadExtent>>) -> Self {
+        let axes = &request.calibration.axes;
+        let extents = extents.unwrap_or_else(|| extents_of_set(&request.recordings, axes));
+        let recordings: Vec<_> = (request.recordings.entries().iter())
+            .map(|entry| match request.decimation {
+                0 | 1 => Arc::clone(&entry.recording),
+                step => Arc::new(entry.recording.decimated(step)),
+            })
+            .collect();
+        Self {
+            set: Arc::clone(&request.recordings),
+            decimation: request.decimation,
+            calibration: Arc::clone(&request.calibration),
+            applied: recordings.iter().map(|_| None).collect(),
+            recordings,
+            extents,
+        }
+    }
+
+    /// What the loads do, if the request is about the same recordings and axes.
+    pub(crate) fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
+        let same = Arc::ptr_eq(&self.set, &request.recordings)
+            && self.calibration.axes == request.calibration.axes;
+        same.then_some(self.extents)
+    }
+
+    /// The rules of all questions.
+    pub(crate) fn rules<'a>(&'a self, measuring: &'a MetrologySettings) -> Rules<'a> {
+        Rules {
+            axes: &self.calibration.axes,
+            full_scale: &self.calibration.full_scale,
+            settings: measuring,
+            extents: &self.extents,
+        }
+    }
+
+    pub(crate) fn holds(&self, request: &LookRequest) -> bool {
+        Arc::ptr_eq(&self.set, &request.recordings)
+            && Arc::ptr_eq(&self.calibration, &request.calibration)
+            && self.decimation == request.decimation
+    }
+
+    /// The chosen samples, with their loads at hand.
+    pub(crate) fn parts(
+        &mut self,
+        span: Span,
+        request: &LookRequest,
+        progress: &Progress,
+    ) -> Result<Vec<Part>, LookError> {
+        let whole = |recording: usize| Part {
+            recording,
+            samples: 0..usize::MAX,
+        };
+        let wanted = match span {
+            Span::All => (0..self.recordings.len()).map(whole).collect(),
+            Span::One(recording) => vec![whole(recording)],
+            Span::Of(of) => {
+                let entries = self.set.entries().iter().enumerate();
+                let chosen = entries.filter(|(_, entry)| of.includes(entry.role));
+                chosen.map(|(at, _)| whole(at)).collect()
+            }
+            Span::Visible => {
+                let shown = request.traces.on_screen(request.visible).into_iter();
+                let parts = shown.map(|(recording, samples)| Part { recording, samples });
+                parts.collect()
+            }
+        };
+        let there = wanted.into_iter().filter_map(|part| {
+            let n = self.recordings.get(part.recording)?.n_samples();
+            let samples = part.samples.start.min(n)..part.samples.end.min(n);
+            (!samples.is_empty()).then_some(Part { samples, ..part })
+        });
+        let parts: Vec<Part> = there.collect();
+        if parts.is_empty() {
+            return Err(LookError::NoSamples);
+        }
+        self.apply(parts.iter().map(|part| part.recording), progress)?;
+        Ok(parts)
+    }
+
+    /// Makes the loads of these recordings that are not there yet.
+    pub(crate) fn apply(
+        &mut self,
+        recordings: impl Iterator<Item = usize>,
+        progress: &Progress,
+    ) -> Result<(), LookError> {
+        let missing: Vec<usize> = recordings
+            .filter(|at| self.applied.get(*at).is_some_and(Option::is_none))
+            .collect();
+        progress.add_total(missing.len() as u64);
+        let made = (missing.par_iter())
+            .map(|at| {
+                progress.check()?;
+                let applied = self.calibration.apply(&self.recordings[*at])?;
+                progress.advance(1);
+                // Which past sample it was plays no part here.
+                Ok(AppliedLoads {
+                    past: Vec::new(),
+                    ..applied
+                })
+            })
+            .collect::<Result<Vec<_>, LookError>>()?;
+        for (at, applied) in missing.into_iter().zip(made) {
+            self.applied[at] = Some(applied);
+        }
+        Ok(())
+    }
+
+    /// Lets go of loads of more samples than memory is worth.
+    pub(crate) fn forget_many(&mut self) {
+        let kept = self.recordings.iter().zip(&self.applied);
+        let kept = kept.filter(|(_, applied)| applied.is_some());
+        let n_samples: usize = kept.map(|(recording, _)| recording.n_samples()).sum();
+        if n_samples > MANY_SAMPLES {
+            self.applied.fill_with(|| None);
+        }
+    }
+
+    pub(crate) fn recording(&self, at: usize) -> Option<&Arc<Recording>> {
+        self.recordings.get(at)
+    }
+
+    /// A recording with its loads, where they were made.
+    pub(crate) fn run(&self, at: usize) -> Option<Run<'_>> {
+        Some(Run::new(
+            self.recordings.get(at)?,
+            self.applied.get(at)?.as_ref()?,
+        ))
+    }
+
+    /// All recordings whose loads were made.
+    pub(crate) fn runs(&self) -> Vec<Run<'_>> {
+        let all = 0..self.recordings.len();
+        all.filter_map(|at| self.run(at)).collect()
+    }
+
+    /// The reference load of an axis; `None` where the recording has none.
+    pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
+        let recording = self.recordings.get(part.recording)?;
+        let at = recording.axes().iter().position(|own| *own == axis)?;
+        Some(column(
+            recording.loads(),
+            recording.axes().len(),
+            at,
+            &part.samples,
+        ))
+    }
+
+    /// A gauge channel; `None` where there is none of that number.
+    pub(crate) fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
+        let recording = self.recordings.get(part.recording)?;
+        let width = recording.n_gauges();
+        (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
+    }
+
+    /// What the calibration gives for the axis in this column.
+    pub(crate) fn output(&self, part: &Part, column_at: usize, output: Output) -> Option<Vec<f64>> {
+        let applied = self.applied.get(part.recording)?.as_ref()?;
+        let values = match output {
+            Output::Conventional => &applied.conventional,
+            Output::Compensated => &applied.compensated,
+        };
+        let width = self.calibration.axes.len();
+        Some(column(values, width, column_at, &part.samples))
+    }
+}
+
+fn column(values: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
+    let rows = values.chunks_exact(width);
+    let rows = rows.skip(samples.start).take(samples.len());
+    rows.map(|row| row[at]).collect()
+}

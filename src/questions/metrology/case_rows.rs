@@ -1,0 +1,83 @@
+//! The rows that load cases give without any order in time: nonlinearity and repeatability.
+
+use crate::questions::metrology::measured::AxisView;
+use crate::questions::metrology::reason::Reason;
+use crate::questions::metrology::{Found, Result};
+use crate::recording::load_cases;
+
+/// A line through fewer loads than this says nothing about linearity.
+const FEWEST_LOADS: usize = 3;
+
+/// The largest deviation of the output's mean in a load case from the best straight line over the load.
+pub(crate) fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
+    let cases = cases(view);
+    let mean = |rows: &[usize], values: &[f64]| {
+        rows.iter().map(|row| values[*row]).sum::<f64>() / rows.len() as f64
+    };
+    let run = &view.runs[0];
+    let points: Vec<(f64, f64)> = cases
+        .iter()
+        .map(|rows| (mean(rows, run.loads), mean(rows, &run.outputs[output])))
+        .collect();
+    let mut loads: Vec<f64> = points.iter().map(|(load, _)| *load).collect();
+    loads.sort_by(f64::total_cmp);
+    loads.dedup();
+    if loads.len() < FEWEST_LOADS {
+        return Err(Reason::TooFewLoads {
+            axis: view.axis,
+            found: loads.len(),
+        });
+    }
+    let n = points.len() as f64;
+    let (x0, y0) = points.iter().fold((0.0, 0.0), |(x, y), point| {
+        (x + point.0 / n, y + point.1 / n)
+    });
+    let xx: f64 = points.iter().map(|(x, _)| (x - x0).powi(2)).sum();
+    let xy: f64 = points.iter().map(|(x, y)| (x - x0) * (y - y0)).sum();
+    let deviation = |(x, y): &(f64, f64)| y - y0 - xy / xx * (x - x0);
+    let largest = points.iter().map(deviation).fold(0.0_f64, |largest, own| {
+        if own.abs() > largest.abs() {
+            own
+        } else {
+            largest
+        }
+    });
+    Ok(Found::everywhere(largest.abs()))
+}
+
+/// The largest difference between the errors of an output in one load case.
+pub(crate) fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
+    let run = &view.runs[0];
+    let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];
+    let spread = |rows: Vec<usize>| {
+        let errors = || rows.iter().map(error);
+        let high = errors().fold(f64::NEG_INFINITY, f64::max);
+        (rows.len() > 1).then(|| high - errors().fold(f64::INFINITY, f64::min))
+    };
+    let spreads = cases(view).into_iter().filter_map(spread);
+    let largest = spreads.reduce(f64::max);
+    let largest = largest.ok_or(Reason::NoRepeats { axis: view.axis })?;
+    Ok(Found::everywhere(largest))
+}
+
+/// The rows of each load case, by all axes that have a reference.
+fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
+    let measured = view.measured;
+    let columns = &measured.runs[0].loads;
+    let known = || columns.iter().filter_map(Option::as_deref);
+    let axes = columns
+        .iter()
+        .zip(measured.axes)
+        .filter(|(own, _)| own.is_some());
+    let axes: Vec<_> = axes.map(|(_, axis)| *axis).collect();
+    let n_rows = known().next().map_or(0, <[f64]>::len);
+    let loads: Vec<f64> = (0..n_rows)
+        .flat_map(|row| known().map(move |column| column[row]))
+        .collect();
+    let of = load_cases(&loads, &axes);
+    let mut rows = vec![Vec::new(); of.iter().max().map_or(0, |last| last + 1)];
+    for (row, case) in of.into_iter().enumerate() {
+        rows[case].push(row);
+    }
+    rows
+}

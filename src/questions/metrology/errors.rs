@@ -1,0 +1,35 @@
+//! The rows about errors over all samples.
+
+use crate::questions::metrology::measured::AxisView;
+use crate::questions::metrology::{Found, Result};
+use crate::scoring::metrics::root_mean;
+use crate::scoring::quantile::quantile;
+
+/// The share of samples that the 95 % error covers.
+const COVERED: f64 = 0.95;
+
+/// RMSE, largest error and 95 % error of one output.
+pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> [Result<Found>; 3] {
+    let n = view.runs.iter().map(|run| run.loads.len()).sum();
+    let mut sizes: Vec<f64> = Vec::with_capacity(n);
+    let (mut squares, mut largest, mut place) = (0.0, -1.0, None);
+    for run in &view.runs {
+        for (k, error) in run.errors(output, 0..run.loads.len()).enumerate() {
+            let size = error.abs();
+            squares += error * error;
+            sizes.push(size);
+            if size > largest {
+                largest = size;
+                place = Some((run, k));
+            }
+        }
+    }
+    let rmse = root_mean(&[squares], n as u64).map_or(f64::NAN, |rmse| rmse[0]);
+    let covered = quantile(&mut sizes, COVERED).unwrap_or(f64::NAN);
+    let place = place.map(|(run, k)| run.place(k..k + 1));
+    [
+        Ok(Found::everywhere(rmse)),
+        Ok(Found::at(largest, place)),
+        Ok(Found::everywhere(covered)),
+    ]
+}

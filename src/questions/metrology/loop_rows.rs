@@ -1,0 +1,367 @@
+//! The rows that come from loops: hysteresis, nonlinearity, combined error, repeatability.
+
+use std::ops::Range;
+
+use crate::questions::metrology::measured::{AxisRun, AxisView};
+use crate::questions::metrology::reason::Reason;
+use crate::questions::metrology::{Basis, Found, Place, Result};
+use crate::recording::Axis;
+use crate::scoring::loops::{
+    Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, branches, common_loads, even_loads,
+};
+
+/// A line through fewer averages than this says nothing about linearity.
+const FEWEST_AVERAGES: usize = 3;
+/// Cycles repeat if they turn at the same loads, and all other axes are loaded alike, up to this share of the range.
+const ALIKE: f64 = 0.05;
+/// Two cycles, up and down.
+const FEWEST_REPEATS: usize = 4;
+
+/// The loops of one axis, with the curves that several rows need.
+pub(crate) struct LoopRows<'a> {
+    view: &'a AxisView<'a>,
+    loops: Loops,
+    /// The largest cycle, or why there is none.
+    largest: Result<Cycle>,
+    /// The cycles of the mean loop, or why there is none.
+    mean_cycles: Result<Vec<Cycle>>,
+}
+
+impl<'a> LoopRows<'a> {
+    /// The loops behind this dead band.
+    pub(crate) fn of(view: &'a AxisView<'a>, dead_band: f64) -> Self {
+        let (axis, range) = (view.axis, view.range());
+        let loops = Loops::of(view.runs.iter().map(|run| run.loads), dead_band);
+        let largest = loops.largest();
+        let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
+        let mean_cycles = largest.clone().and_then(|_| {
+            let enough = loops.mean_cycles(range);
+            enough.map_err(|few| Reason::few_cycles(axis, few))
+        });
+        Self {
+            view,
+            loops,
+            largest,
+            mean_cycles,
+        }
+    }
+
+    /// Hysteresis, largest and mean width of the mean loop, terminal and best-fit nonlinearity, combined error,
+    /// repeatability of one output.
+    pub(crate) fn figures(&self, output: usize) -> [Result<Found>; 7] {
+        let [largest_width, mean_width] = self.mean_loop(output);
+        [
+            self.hysteresis(output),
+            largest_width,
+            mean_width,
+            self.nonlinearity(output, Line::through_ends),
+            self.nonlinearity(output, Line::best_fit),
+            self.combined_error(output),
+            self.repeatability(output),
+        ]
+    }
+
+    /// What the largest cycle spans, as a share of the whole range of the load; `None` without a cycle.
+    pub(crate) fn share_of_range(&self) -> Option<f64> {
+        let cycle = self.largest.as_ref().ok()?;
+        Some(self.share(cycle.low(), cycle.high()))
+    }
+
+    fn share(&self, from: f64, to: f64) -> f64 {
+        let (low, high) = self.view.range();
+        ((to - from) / (high - low)).clamp(0.0, 1.0)
+    }
+
+    /// A figure of so many cycles over these loads.
+    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: (f64, f64)) -> Found {
+        let range_share = self.share(loads.0, loads.1);
+        Found {
+            size,
+            place,
+            basis: Some(Basis::new(n_cycles, range_share)),
+        }
+    }
+
+    fn run(&self, recording: usize) -> &AxisRun<'a> {
+        &self.view.runs[recording]
+    }
+
+    fn curve(&self, recording: usize, branch: &Branch, output: usize) -> Curve {
+        let run = self.run(recording);
+        Curve::of(branch, run.loads, &run.outputs[output])
+    }
+
+    fn cycle_loop(&self, cycle: &Cycle, output: usize) -> Loop {
+        let run = self.run(cycle.recording);
+        Loop::of(cycle, run.loads, &run.outputs[output])
+    }
+
+    fn largest(&self) -> Result<&Cycle> {
+        self.largest.as_ref().map_err(Clone::clone)
+    }
+
+    fn hysteresis(&self, output: usize) -> Result<Found> {
+        let cycle = self.largest()?;
+        let width = self.cycle_loop(cycle, output).largest_width();
+        Ok(self.of_cycle(width, cycle))
+    }
+
+    fn of_cycle(&self, size: f64, cycle: &Cycle) -> Found {
+        let samples = cycle.first.samples.start..cycle.second.samples.end;
+        let place = self.run(cycle.recording).place(samples);
+        self.found(size, Some(place), 1, (cycle.low(), cycle.high()))
+    }
+
+    /// The largest and the mean width of the mean loop.
+    fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
+        let axis = self.view.axis;
+        let mean = self.mean_cycles.as_ref().map_err(Clone::clone);
+        let mean = mean.and_then(|cycles| {
+            let loops = cycles.iter().map(|cycle| self.cycle_loop(cycle, output));
+            let mean = Loop::mean(&loops.collect::<Vec<_>>());
+            let mean = mean.ok_or(Reason::Overflow { axis })?;
+            Ok((mean, cycles.len(), common_loads(cycles)))
+        });
+        [Loop::largest_width, Loop::mean_width].map(|width| {
+            let (mean, n_cycles, loads) = mean.as_ref().map_err(Clone::clone)?;
+            Ok(self.found(width(mean), None, *n_cycles, *loads))
+        })
+    }
+
+    /// The rising branch of the largest cycle; without a cycle, the widest rising branch.
+    fn rising(&self) -> Result<(usize, &Branch)> {
+        match &self.largest {
+            Ok(cycle) => Ok((cycle.recording, cycle.rising())),
+            Err(no_cycle @ Reason::ConstantLoad { .. }) => Err(no_cycle.clone()),
+            Err(_) => {
+                let axis = self.view.axis;
+                let widest = self.loops.widest_rising();
+                widest.ok_or(Reason::NoRisingBranch { axis })
+            }
+        }
+    }
+
+    fn nonlinearity(&self, output: usize, line: fn(&Curve) -> Option<Line>) -> Result<Found> {
+        let (recording, branch) = self.rising()?;
+        let curve = self.curve(recording, branch, output);
+        let line = self.enough(&curve, line)?;
+        let ends = curve.ends();
+        let size = line.largest_deviation(curve.averages().iter().chain(ends.iter().flatten()));
+        let place = self.run(recording).place(branch.samples.clone());
+        Ok(self.found(size, Some(place), 1, (branch.low, branch.high)))
+    }
+
+    fn combined_error(&self, output: usize) -> Result<Found> {
+        let cycle = self.largest()?;
+        let on = |branch| self.curve(cycle.recording, branch, output);
+        let (rising, falling) = (on(cycle.rising()), on(cycle.falling()));
+        let line = self.enough(&rising, Line::through_ends)?;
+        let common = cycle.low()..=cycle.high();
+        let falling = falling
+            .averages()
+            .iter()
+            .filter(|(load, _)| common.contains(load));
+        let size = line.largest_deviation(rising.averages().iter().chain(falling));
+        Ok(self.of_cycle(size, cycle))
+    }
+
+    /// A line through a curve that has loads enough for one.
+    fn enough(&self, curve: &Curve, line: fn(&Curve) -> Option<Line>) -> Result<Line> {
+        let found = curve.averages().len();
+        let axis = self.view.axis;
+        line(curve)
+            .filter(|_| found >= FEWEST_AVERAGES)
+            .ok_or(Reason::TooFewLoads { axis, found })
+    }
+
+    /// The largest difference at equal load between branches that go the same way, of cycles that repeat.
+    fn repeatability(&self, output: usize) -> Result<Found> {
+        let axis = self.view.axis;
+        if let Err(reason @ Reason::ConstantLoad { .. }) = &self.largest {
+            return Err(reason.clone());
+        }
+        let few = Reason::TooFewCycles { axis };
+        let span = self.largest().map_err(|_| few.clone())?.span();
+        let mut why_not = few;
+        let mut worst: Option<Found> = None;
+        for run in &self.view.runs {
+            // What does not go through half the range is on the way.
+            let mut large = branches(run.loads, 0.5 * span);
+            trim(&mut large, run.loads);
+            if large.len() >= FEWEST_REPEATS {
+                why_not = Reason::NotRepeated { axis };
+            }
+            for repeated in repeats(&large, span) {
+                let (rising, falling): (Vec<&Branch>, Vec<&Branch>) =
+                    repeated.iter().partition(|branch| branch.rising);
+                let ways = [rising, falling];
+                if let Some(other) = self.differs(run, &ways) {
+                    why_not = Reason::OthersDiffer { axis, other };
+                    continue;
+                }
+                let spread = |way| spread(way, run.loads, &run.outputs[output]);
+                let size = ways
+                    .iter()
+                    .filter_map(|way| spread(way))
+                    .fold(0.0, f64::max);
+                let samples = samples_of(repeated);
+                let low = repeated
+                    .iter()
+                    .map(|one| one.low)
+                    .fold(f64::INFINITY, f64::min);
+                let high = repeated
+                    .iter()
+                    .map(|one| one.high)
+                    .fold(f64::NEG_INFINITY, f64::max);
+                let found = self.found(
+                    size,
+                    Some(run.place(samples)),
+                    repeated.len() / 2,
+                    (low, high),
+                );
+                if worst.as_ref().is_none_or(|worst| found.size > worst.size) {
+                    worst = Some(found);
+                }
+            }
+        }
+        worst.ok_or(why_not)
+    }
+
+    /// Another axis whose load differs, at equal load of this one, between branches that go the same way.
+    fn differs(&self, run: &AxisRun<'_>, ways: &[Vec<&Branch>; 2]) -> Option<Axis> {
+        let measured = self.view.measured;
+        let axes = measured
+            .axes
+            .iter()
+            .zip(measured.full_scale)
+            .zip(&run.run.loads);
+        axes.filter(|((axis, full_scale), _)| **axis != self.view.axis && **full_scale > 0.0)
+            .find_map(|((axis, full_scale), loads)| {
+                let loads = loads.as_ref()?;
+                let spread = |way| spread(way, run.loads, loads);
+                let apart = ways
+                    .iter()
+                    .filter_map(|way| spread(way))
+                    .fold(0.0, f64::max);
+                (apart > ALIKE * full_scale).then_some(*axis)
+            })
+    }
+}
+
+/// Lets the first branch begin, and the last one end, where it is farthest: before and after, the load may have gone the other
+/// way by up to the dead band.
+fn trim(branches: &mut [Branch], loads: &[f64]) {
+    let farthest = |branch: &Branch, highest: bool| {
+        let order = |a: &usize, b: &usize| match highest {
+            true => loads[*a].total_cmp(&loads[*b]),
+            false => loads[*b].total_cmp(&loads[*a]),
+        };
+        branch.samples.clone().max_by(order)
+    };
+    if let Some(first) = branches.first_mut() {
+        let start = farthest(first, !first.rising);
+        first.samples.start = start.unwrap_or(first.samples.start);
+    }
+    if let Some(last) = branches.last_mut() {
+        let end = farthest(last, last.rising);
+        last.samples.end = end.map_or(last.samples.end, |end| end + 1);
+    }
+}
+
+/// The longest rows of neighbouring branches over most of this range that turn at the same loads up to a share of it: two
+/// each way at least.
+fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
+    let alike = |a: &Branch, b: &Branch| {
+        let apart = (a.low - b.low).abs().max((a.high - b.high).abs());
+        apart <= ALIKE * span && b.span() >= FULL_SHARE * span
+    };
+    let mut found = Vec::new();
+    let mut start = 0;
+    while start < branches.len() {
+        let rest = &branches[start..];
+        let same = rest.iter().take_while(|other| alike(&rest[0], other));
+        let n = same.count();
+        if n >= FEWEST_REPEATS {
+            found.push(&rest[..n]);
+            start += n;
+        } else {
+            start += 1;
+        }
+    }
+    found
+}
+
+fn samples_of(branches: &[Branch]) -> Range<usize> {
+    let ends = branches.first().zip(branches.last());
+    ends.map_or(0..0, |(first, last)| first.samples.start..last.samples.end)
+}
+
+/// The largest difference at equal load between these branches; `None` for one alone, or without a load that all of them
+/// have.
+fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
+    let all = branches.iter();
+    let low = all
+        .clone()
+        .map(|one| one.low)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let high = all
+        .clone()
+        .map(|one| one.high)
+        .fold(f64::INFINITY, f64::min);
+    if branches.len() < 2 || low >= high {
+        return None;
+    }
+    let curves: Vec<Curve> = all
+        .map(|branch| Curve::of(branch, loads, outputs))
+        .collect();
+    let apart = even_loads(low, high).map(|load| {
+        let outputs = curves.iter().map(|curve| curve.at(load));
+        let (least, greatest) = outputs.fold(
+            (f64::INFINITY, f64::NEG_INFINITY),
+            |(least, greatest), output| (least.min(output), greatest.max(output)),
+        );
+        greatest - least
+    });
+    Some(apart.fold(0.0, f64::max))
+}
+
+/// A straight line through outputs over loads.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    load: f64,
+    output: f64,
+    slope: f64,
+}
+
+impl Line {
+    /// From the least load to the greatest.
+    fn through_ends(curve: &Curve) -> Option<Self> {
+        let [(x0, y0), (x1, y1)] = curve.ends()?;
+        Some(Self {
+            load: x0,
+            output: y0,
+            slope: (y1 - y0) / (x1 - x0),
+        })
+    }
+
+    /// By least squares through the averages, each counting alike.
+    fn best_fit(curve: &Curve) -> Option<Self> {
+        let points = curve.averages();
+        let n = points.len() as f64;
+        let load = points.iter().map(|(x, _)| x).sum::<f64>() / n;
+        let output = points.iter().map(|(_, y)| y).sum::<f64>() / n;
+        let xx: f64 = points.iter().map(|(x, _)| (x - load).powi(2)).sum();
+        let xy: f64 = points.iter().map(|(x, y)| (x - load) * (y - output)).sum();
+        (xx > 0.0).then(|| Self {
+            load,
+            output,
+            slope: xy / xx,
+        })
+    }
+
+    fn largest_deviation<'b>(&self, points: impl Iterator<Item = &'b (f64, f64)>) -> f64 {
+        points
+            .map(|(x, y)| (y - self.output - self.slope * (x - self.load)).abs())
+            .fold(0.0, f64::max)
+    }
+}

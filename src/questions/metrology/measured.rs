@@ -1,0 +1,272 @@
+//! The numbers behind the figures, one column per axis and recording.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::questions::metrology::reason::Reason;
+use crate::questions::metrology::settings::{
+    MetrologyError, MetrologySettings, Rules, check_per_axis,
+};
+use crate::questions::metrology::{Place, Run};
+use crate::recording::Axis;
+use crate::scoring::holds::{Hold, holds};
+use crate::scoring::loops::range;
+
+/// Conventional and compensated, in this order.
+pub(crate) const OUTPUTS: usize = 2;
+
+/// Loads beyond this are a mistake, and their squares would overflow.
+const LARGEST: f64 = 1e100;
+
+/// One run, by columns.
+#[derive(Debug)]
+pub(crate) struct Columns<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) is_static: bool,
+    pub(crate) times: &'a [f64],
+    /// Per axis of the table; `None` where the run has no reference for it.
+    pub(crate) loads: Vec<Option<Vec<f64>>>,
+    /// Per output, row-major; an axis becomes a column where it is measured, as those of all would double the memory.
+    outputs: [&'a [f64]; OUTPUTS],
+}
+
+impl<'a> Columns<'a> {
+    fn of(run: &Run<'a>, axes: &[Axis]) -> Result<Self, MetrologyError> {
+        let n = run.times.len();
+        for (what, width, values) in [
+            ("reference", run.reference_axes.len(), run.reference),
+            ("conventional load", axes.len(), run.conventional),
+            ("compensated load", axes.len(), run.compensated),
+        ] {
+            if values.len() != n * width {
+                return Err(MetrologyError::Shape {
+                    recording: run.name.to_owned(),
+                    what,
+                    expected: n * width,
+                    actual: values.len(),
+                });
+            }
+        }
+        let position = |axis: &Axis| run.reference_axes.iter().position(|own| own == axis);
+        Ok(Self {
+            name: run.name,
+            is_static: run.is_static,
+            times: run.times,
+            loads: axes
+                .iter()
+                .map(|axis| {
+                    Some(column(
+                        run.reference,
+                        run.reference_axes.len(),
+                        position(axis)?,
+                    ))
+                })
+                .collect(),
+            outputs: [run.conventional, run.compensated],
+        })
+    }
+
+    /// The reference of every axis of the table; `None` if one is missing.
+    pub(crate) fn all_loads(&self) -> Option<Vec<&[f64]>> {
+        self.loads.iter().map(Option::as_deref).collect()
+    }
+
+    /// What an output gives on an axis of the table at a sample.
+    pub(crate) fn output(&self, output: usize, axis: usize, sample: usize) -> f64 {
+        self.outputs[output][sample * self.loads.len() + axis]
+    }
+
+    pub(crate) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
+        Place {
+            recording,
+            name: self.name.to_owned(),
+            from_secs: self.times[samples.start],
+            to_secs: self.times[samples.end - 1],
+            samples,
+        }
+    }
+}
+
+fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
+    values
+        .iter()
+        .skip(at)
+        .step_by(width.max(1))
+        .copied()
+        .collect()
+}
+
+/// All runs, with what is derived once for all rows.
+#[derive(Debug)]
+pub(crate) struct Measured<'a> {
+    pub(crate) axes: &'a [Axis],
+    pub(crate) full_scale: &'a [f64],
+    pub(crate) settings: &'a MetrologySettings,
+    pub(crate) runs: Vec<Columns<'a>>,
+    /// Per axis.
+    pub(crate) dead_bands: Vec<f64>,
+    /// Per run: where every axis that has a reference stands still.
+    pub(crate) holds: Vec<Vec<Hold>>,
+}
+
+impl<'a> Measured<'a> {
+    pub(crate) fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
+        let Rules {
+            axes,
+            full_scale,
+            settings,
+            ..
+        } = *rules;
+        settings.validate(axes.len())?;
+        check_per_axis("full scale", "full scales", full_scale, axes.len())?;
+        let runs = (runs.par_iter())
+            .map(|run| Columns::of(run, axes))
+            .collect::<Result<Vec<_>, _>>()?;
+        let all = 0..axes.len();
+        let dead_bands = all.clone().map(|at| rules.dead_band(at)).collect();
+        let still: Vec<f64> = all.map(|at| rules.still(at)).collect();
+        let holds = (runs.par_iter())
+            .map(|run| {
+                let known = run.loads.iter().zip(&still);
+                let (loads, bands): (Vec<&[f64]>, Vec<f64>) = known
+                    .filter_map(|(loads, band)| Some((loads.as_deref()?, *band)))
+                    .unzip();
+                if loads.is_empty() || run.is_static {
+                    return Vec::new();
+                }
+                holds(run.times, &loads, &bands, settings.hold_secs)
+            })
+            .collect();
+        Ok(Self {
+            axes,
+            full_scale,
+            settings,
+            runs,
+            dead_bands,
+            holds,
+        })
+    }
+
+    /// Whether every axis of the run that has a reference is near zero in this hold.
+    pub(crate) fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
+        let known = self.runs[run].loads.iter().zip(self.full_scale);
+        let full_scales =
+            known.filter_map(|(loads, full_scale)| loads.as_ref().map(|_| full_scale));
+        let mut levels = hold.level.iter().zip(full_scales);
+        levels.all(|(level, full_scale)| level.abs() <= self.settings.zero_share * full_scale)
+    }
+
+    /// One axis in the runs that have a reference for it.
+    ///
+    /// # Errors
+    /// [`Reason`] where there is none, or where a number cannot be computed with.
+    pub(crate) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
+        let axis = self.axes[at];
+        let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
+            .filter_map(|(index, run)| {
+                Some(AxisRun {
+                    index,
+                    run,
+                    loads: run.loads[at].as_deref()?,
+                    outputs: run.outputs.map(|rows| column(rows, self.axes.len(), at)),
+                })
+            })
+            .filter(|run| !run.loads.is_empty())
+            .collect();
+        if runs.is_empty() {
+            return Err(Reason::NoReference { axis });
+        }
+        for run in &runs {
+            for values in [run.loads, &run.outputs[0], &run.outputs[1]] {
+                check_numbers(axis, run.run.name, values)?;
+            }
+        }
+        Ok(AxisView {
+            measured: self,
+            axis,
+            full_scale: self.full_scale[at],
+            dead_band: self.dead_bands[at],
+            runs,
+        })
+    }
+}
+
+/// The range that holds both.
+pub(crate) fn joined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+/// Finite numbers, none so large that its square would not be.
+pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
+    let usable = |value: &f64| value.abs() <= LARGEST;
+    match values.iter().position(|value| !usable(value)) {
+        None => Ok(()),
+        Some(sample) if values[sample].is_finite() => Err(Reason::Overflow { axis }),
+        Some(sample) => Err(Reason::NotFinite {
+            axis,
+            recording: recording.to_owned(),
+            sample,
+        }),
+    }
+}
+
+/// One axis, with finite numbers in at least one run.
+#[derive(Debug)]
+pub(crate) struct AxisView<'a> {
+    pub(crate) measured: &'a Measured<'a>,
+    pub(crate) axis: Axis,
+    pub(crate) full_scale: f64,
+    pub(crate) dead_band: f64,
+    pub(crate) runs: Vec<AxisRun<'a>>,
+}
+
+/// One axis in one run.
+#[derive(Debug)]
+pub(crate) struct AxisRun<'a> {
+    /// Which of the runs it is.
+    pub(crate) index: usize,
+    pub(crate) run: &'a Columns<'a>,
+    pub(crate) loads: &'a [f64],
+    pub(crate) outputs: [Vec<f64>; OUTPUTS],
+}
+
+impl AxisRun<'_> {
+    /// Output less load, sample by sample.
+    pub(crate) fn errors(&self, output: usize, samples: Range<usize>) -> impl Iterator<Item = f64> {
+        let outputs = &self.outputs[output][samples.clone()];
+        outputs
+            .iter()
+            .zip(&self.loads[samples])
+            .map(|(output, load)| output - load)
+    }
+
+    pub(crate) fn place(&self, samples: Range<usize>) -> Place {
+        self.run.place(self.index, samples)
+    }
+
+    /// Whether the load reaches this size somewhere in these samples.
+    pub(crate) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
+        self.loads[samples].iter().any(|load| load.abs() >= size)
+    }
+}
+
+impl AxisView<'_> {
+    /// Least and greatest load in all runs.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        let ranges = self.runs.iter().map(|run| range(run.loads));
+        ranges.reduce(joined).expect("there is at least one run")
+    }
+
+    /// From where this axis counts as loaded.
+    ///
+    /// # Errors
+    /// [`Reason`] if it has no full scale.
+    pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
+        if self.full_scale > 0.0 {
+            Ok(self.measured.settings.loaded_share * self.full_scale)
+        } else {
+            Err(Reason::NoFullScale { axis: self.axis })
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Why a figure is not there, as a sentence that stands in its place.
+
+use crate::recording::Axis;
+use crate::scoring::holds::NoTimeConstant;
+use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
+use crate::scoring::numbers::significant;
+
+/// Why the data do not give a figure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Reason {
+    #[error("no recording has a reference load for {}; record one, in a column of that name", .axis.symbol())]
+    NoReference { axis: Axis },
+    #[error(
+        "{} stays between {} and {} {}, within the dead band of {} {}; load it further, or choose a smaller dead band",
+        .axis.symbol(), short(*.low), short(*.high), .axis.unit(), short(*.dead_band), .axis.unit()
+    )]
+    ConstantLoad {
+        axis: Axis,
+        low: f64,
+        high: f64,
+        dead_band: f64,
+    },
+    #[error(
+        "the recordings are load cases without times, so {} has no loop, no dwell and no creep; record it over time, with a column t",
+        .axis.symbol()
+    )]
+    NoTimes { axis: Axis },
+    #[error(
+        "no load case of {} was taken twice, so nothing says how well it repeats; repeat load cases",
+        .axis.symbol()
+    )]
+    NoRepeats { axis: Axis },
+    #[error("{} only {} in every recording, so there is no second branch to compare with; record it up and down", .axis.symbol(), if *.rises { "rises" } else { "falls" })]
+    OneBranch { axis: Axis, rises: bool },
+    #[error("{} has no reversal within a recording, so there is no cycle; record it up and down in one run", .axis.symbol())]
+    NoCycle { axis: Axis },
+    #[error("{} only falls, and this figure is that of a rising branch; record it rising", .axis.symbol())]
+    NoRisingBranch { axis: Axis },
+    #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
+    TooFewLoads { axis: Axis, found: usize },
+    #[error(
+        "{} has {count} full cycle{} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
+         more than {} %. The largest cycle stands by itself",
+        .axis.symbol(), if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        short(100.0 * MOST)
+    )]
+    FewCycles {
+        axis: Axis,
+        count: usize,
+        share: f64,
+    },
+    #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle in one run", .axis.symbol())]
+    TooFewCycles { axis: Axis },
+    #[error("no cycle of {} is repeated: none turns at the same loads as the one before; repeat the cycle in one run", .axis.symbol())]
+    NotRepeated { axis: Axis },
+    #[error(
+        "the cycles of {} are not repeated: at equal load of it, {} is loaded differently; repeat the cycle of one axis alone",
+        .axis.symbol(), .other.symbol()
+    )]
+    OthersDiffer { axis: Axis, other: Axis },
+    #[error("{} has no full scale, as it is never loaded; enter one", .axis.symbol())]
+    NoFullScale { axis: Axis },
+    #[error(
+        "no {} s in which the load stands still with {} at {} % of full scale or above",
+        short(*.secs), .axis.symbol(), short(100.0 * .share)
+    )]
+    NoHold { axis: Axis, share: f64, secs: f64 },
+    #[error(
+        "no {} s in which the load dwells at zero (every axis within {} % of full scale)",
+        short(*.secs), short(100.0 * .share)
+    )]
+    NoZero { share: f64, secs: f64 },
+    #[error(
+        "no recording dwells at zero both before and after {} was at {} % of full scale or above",
+        .axis.symbol(), short(100.0 * .share)
+    )]
+    NoReturn { axis: Axis, share: f64 },
+    #[error(
+        "no recording dwells at zero after {} was at {} % of full scale or above",
+        .axis.symbol(), short(100.0 * .share)
+    )]
+    NoRecovery { axis: Axis, share: f64 },
+    #[error(transparent)]
+    NoTimeConstant(#[from] NoTimeConstant),
+    #[error("{} is the loaded axis", .axis.symbol())]
+    LoadedAxis { axis: Axis },
+    #[error("{} is the only axis, so there is none to load it from", .axis.symbol())]
+    OnlyAxis { axis: Axis },
+    #[error(
+        "no interval in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
+        .axis.symbol(), short(100.0 * .loaded_share), short(100.0 * .alone_share)
+    )]
+    NeverAlone {
+        axis: Axis,
+        loaded_share: f64,
+        alone_share: f64,
+    },
+    #[error(
+        "{} alone is loaded at about the same load only, so there is no slope; unload it in the same recording",
+        .axis.symbol()
+    )]
+    NotLinear { axis: Axis },
+    #[error("{recording}: the load or the output of {} is not a finite number in sample {sample}", .axis.symbol())]
+    NotFinite {
+        axis: Axis,
+        recording: String,
+        sample: usize,
+    },
+    #[error("the numbers of {} are too large to compute with", .axis.symbol())]
+    Overflow { axis: Axis },
+}
+
+impl Reason {
+    /// A word or two that stand for the sentence where there is no room for it.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::NoReference { .. } => "no ref.",
+            Self::ConstantLoad { .. } => "constant",
+            Self::NoTimes { .. } => "no times",
+            Self::NoRepeats { .. } => "no repeats",
+            Self::OneBranch { .. } => "1 branch",
+            Self::NoCycle { .. } => "no cycle",
+            Self::NoRisingBranch { .. } => "no rise",
+            Self::TooFewLoads { .. } => "few loads",
+            Self::FewCycles { .. } => "few cycles",
+            Self::TooFewCycles { .. } => "1 cycle",
+            Self::NotRepeated { .. } | Self::OthersDiffer { .. } => "no repeats",
+            Self::NotLinear { .. } => "1 load",
+            Self::NoFullScale { .. } => "no FS",
+            Self::NoHold { .. } => "no dwell",
+            Self::NoZero { .. } => "no zero",
+            Self::NoReturn { .. } => "no return",
+            Self::NoRecovery { .. } => "no zero",
+            Self::NoTimeConstant(_) => "no τ",
+            Self::LoadedAxis { .. } => "·",
+            Self::OnlyAxis { .. } => "only axis",
+            Self::NeverAlone { .. } => "not alone",
+            Self::NotFinite { .. } => "not finite",
+            Self::Overflow { .. } => "too large",
+        }
+    }
+
+    /// Why the cycles of an axis have no mean loop.
+    pub fn few_cycles(axis: Axis, TooFew { count, share }: TooFew) -> Self {
+        Self::FewCycles { axis, count, share }
+    }
+
+    /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.
+    pub fn no_cycle(axis: Axis, loops: &Loops, range: (f64, f64), dead_band: f64) -> Self {
+        let branches = loops.branches().iter().flatten();
+        let mut ways = branches.map(|branch| branch.rising);
+        match ways.next() {
+            None => Self::ConstantLoad {
+                axis,
+                low: range.0,
+                high: range.1,
+                dead_band,
+            },
+            Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
+            Some(_) => Self::NoCycle { axis },
+        }
+    }
+}
+
+/// Three digits, and no zeros behind the point that say nothing.
+fn short(value: f64) -> String {
+    let digits = significant(value, 3);
+    if digits.contains('.') && !digits.contains('e') {
+        digits
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
+    } else {
+        digits
+    }
+}

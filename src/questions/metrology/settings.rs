@@ -1,0 +1,218 @@
+//! What a person chooses about the figures, and what stands where nothing is chosen.
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::{Axis, Recording, RecordingSet, Role};
+use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
+
+/// The choices behind a table of figures.
+///
+/// | field | default | range | meaning |
+/// |---|---|---|---|
+/// | `dead_bands` | none | ≥ 0 | per axis, in its unit: a reversal counts beyond it; where `None`, from noise and range |
+/// | `hold_secs` | 5 s | > 0 | a load that stands still for this long is a hold |
+/// | `still_share` | 0.01 | 0 to 1 | standing still: each axis within this share of its full scale (or ten times its noise) |
+/// | `zero_share` | 0.01 | 0 to 1 | resting at zero: each axis within this share of its full scale from zero |
+/// | `loaded_share` | 0.5 | 0 to 1 | an axis counts as loaded from this share of its full scale |
+/// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone while all others stay within this share of theirs |
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MetrologySettings {
+    /// Dead band per axis, in axis order; missing or `None` entries come from noise and range ([`LoadExtent`]).
+    pub dead_bands: Vec<Option<f64>>,
+    /// The shortest hold.
+    pub hold_secs: f64,
+    /// How still a hold is, as a share of full scale.
+    pub still_share: f64,
+    /// How near to zero is zero, as a share of full scale.
+    pub zero_share: f64,
+    /// From where an axis counts as loaded, as a share of full scale.
+    pub loaded_share: f64,
+    /// Up to where an axis counts as not loaded, as a share of full scale.
+    pub alone_share: f64,
+}
+
+impl Default for MetrologySettings {
+    fn default() -> Self {
+        Self {
+            dead_bands: Vec::new(),
+            hold_secs: 5.0,
+            still_share: 0.01,
+            zero_share: 0.01,
+            loaded_share: 0.5,
+            alone_share: 0.02,
+        }
+    }
+}
+
+/// How loops, dwells and figures are made: one set of rules for all of them.
+///
+/// **Shapes** one full scale and one extent per axis.
+///
+/// **Units** full scales in N and N·m; 0 where there is none.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules<'a> {
+    /// The axes.
+    pub axes: &'a [Axis],
+    /// What is 100 %.
+    pub full_scale: &'a [f64],
+    /// What was chosen.
+    pub settings: &'a MetrologySettings,
+    /// What the loads do, from which what was not chosen comes; see [`extents_of_set`].
+    pub extents: &'a [LoadExtent],
+}
+
+impl Rules<'_> {
+    /// From where a reversal counts on the axis in this place, in its unit.
+    pub fn dead_band(&self, at: usize) -> f64 {
+        let chosen = self.settings.dead_bands.get(at).copied().flatten();
+        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::dead_band))
+    }
+
+    /// How far a load that stands still may move on the axis in this place, in its unit.
+    pub(crate) fn still(&self, at: usize) -> f64 {
+        let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
+        (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
+    }
+}
+
+/// What the load of each axis does in these recordings; those without a reference for it say nothing.
+pub fn extents_of<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording>,
+    axes: &[Axis],
+) -> Vec<LoadExtent> {
+    let mut extents = vec![LoadExtent::default(); axes.len()];
+    for recording in recordings {
+        let own = recording.axes();
+        for (extent, axis) in extents.iter_mut().zip(axes) {
+            let Some(at) = own.iter().position(|one| one == axis) else {
+                continue;
+            };
+            let loads = recording.loads().iter().skip(at).step_by(own.len());
+            let loads: Vec<f64> = loads.copied().collect();
+            *extent = extent.with(LoadExtent::of([&loads[..]]));
+        }
+    }
+    extents
+}
+
+/// What the load of each axis does in the recordings that train or test, or in all where none does: whatever part of them
+/// is looked at, it is looked at by the same rules.
+pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
+    let entries = set.entries().iter();
+    let used = entries.clone().filter(|entry| entry.role != Role::Off);
+    if used.clone().next().is_some() {
+        extents_of(used.map(|entry| &*entry.recording), axes)
+    } else {
+        extents_of(entries.map(|entry| &*entry.recording), axes)
+    }
+}
+
+/// A choice, or a table of numbers, from which no figures can be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MetrologyError {
+    #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]
+    Count {
+        what: &'static str,
+        given: usize,
+        axes: usize,
+    },
+    #[error("the {what} of axis {position} is {value}; it must be a number from zero up")]
+    PerAxis {
+        what: &'static str,
+        position: usize,
+        value: f64,
+    },
+    #[error("the shortest hold is {value} s; it must be a number above zero")]
+    HoldSecs { value: f64 },
+    #[error("{what} is {value}; it must be a share of full scale, between 0 and 1")]
+    Share { what: &'static str, value: f64 },
+    #[error("{recording}: {what} holds {actual} numbers where {expected} are needed")]
+    Shape {
+        recording: String,
+        what: &'static str,
+        expected: usize,
+        actual: usize,
+    },
+}
+
+impl MetrologySettings {
+    /// Checks every range of the table above.
+    ///
+    /// # Errors
+    /// [`MetrologyError`] with the first choice that is out of range.
+    pub fn validate(&self, n_axes: usize) -> Result<(), MetrologyError> {
+        if !self.dead_bands.is_empty() {
+            let chosen: Vec<f64> = self
+                .dead_bands
+                .iter()
+                .map(|band| band.unwrap_or(0.0))
+                .collect();
+            check_per_axis("dead band", "dead bands", &chosen, n_axes)?;
+        }
+        if !(self.hold_secs > 0.0 && self.hold_secs.is_finite()) {
+            let value = self.hold_secs;
+            return Err(MetrologyError::HoldSecs { value });
+        }
+        for (what, value) in [
+            ("how still a hold is", self.still_share),
+            ("how near to zero is zero", self.zero_share),
+            ("from where an axis counts as loaded", self.loaded_share),
+            ("up to where an axis counts as not loaded", self.alone_share),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(MetrologyError::Share { what, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One number from zero up for each axis.
+pub(crate) fn check_per_axis(
+    what: &'static str,
+    plural: &'static str,
+    values: &[f64],
+    n_axes: usize,
+) -> Result<(), MetrologyError> {
+    if values.len() != n_axes {
+        return Err(MetrologyError::Count {
+            what: plural,
+            given: values.len(),
+            axes: n_axes,
+        });
+    }
+    match values
+        .iter()
+        .position(|value| !(*value >= 0.0 && value.is_finite()))
+    {
+        None => Ok(()),
+        Some(at) => Err(MetrologyError::PerAxis {
+            what,
+            position: at + 1,
+            value: values[at],
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_out_of_range_are_named() {
+        let with = |change: fn(&mut MetrologySettings)| {
+            let mut settings = MetrologySettings::default();
+            change(&mut settings);
+            settings.validate(2)
+        };
+        assert_eq!(with(|_| {}), Ok(()));
+        assert_eq!(with(|s| s.dead_bands = vec![None, Some(0.0)]), Ok(()));
+        assert!(with(|s| s.dead_bands = vec![Some(1.0)]).is_err());
+        assert!(with(|s| s.dead_bands = vec![None, Some(-1.0)]).is_err());
+        assert!(with(|s| s.dead_bands = vec![None, Some(f64::NAN)]).is_err());
+        assert!(with(|s| s.hold_secs = 0.0).is_err());
+        assert!(with(|s| s.zero_share = f64::NAN).is_err());
+        assert!(with(|s| s.alone_share = 1.1).is_err());
+    }
+}

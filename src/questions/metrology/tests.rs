@@ -1,0 +1,670 @@
+//! Known answers for every row, and a sentence wherever there is none.
+
+use crate::questions::metrology::*;
+use crate::scoring::holds::NoTimeConstant;
+use crate::scoring::loops::LoadExtent;
+
+/// Times at 20 Hz, a load, and two outputs of it, for one axis.
+struct One {
+    times: Vec<f64>,
+    load: Vec<f64>,
+    conventional: Vec<f64>,
+    compensated: Vec<f64>,
+}
+
+impl One {
+    /// The compensated output is the load itself.
+    fn new(load: Vec<f64>, conventional: Vec<f64>) -> Self {
+        Self {
+            times: (0..load.len()).map(|k| k as f64 / 20.0).collect(),
+            conventional,
+            compensated: load.clone(),
+            load,
+        }
+    }
+
+    fn run(&self) -> Run<'_> {
+        Run {
+            name: "one",
+            times: &self.times,
+            reference_axes: &[Axis::Fz],
+            reference: &self.load,
+            conventional: &self.conventional,
+            compensated: &self.compensated,
+            is_static: false,
+        }
+    }
+
+    fn table(&self, full_scale: f64) -> Metrology {
+        table_of(&[self.run()], &[Axis::Fz], &[full_scale])
+    }
+}
+
+pub(crate) fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> Metrology {
+    table(runs, axes, full_scale, &MetrologySettings::default()).unwrap()
+}
+
+/// The table by rules that come from these runs alone.
+fn table(
+    runs: &[Run<'_>],
+    axes: &[Axis],
+    full_scale: &[f64],
+    settings: &MetrologySettings,
+) -> std::result::Result<Metrology, MetrologyError> {
+    let rules = Rules {
+        axes,
+        full_scale,
+        settings,
+        extents: &extents(runs, axes),
+    };
+    table_by(runs, &rules)
+}
+
+fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
+    let of_axis = |axis: &Axis| {
+        let of_run = |all: LoadExtent, run: &Run<'_>| {
+            let axes = run.reference_axes;
+            let Some(at) = axes.iter().position(|own| own == axis) else {
+                return all;
+            };
+            let loads = run.reference.iter().skip(at).step_by(axes.len());
+            all.with(LoadExtent::of([&loads.copied().collect::<Vec<_>>()[..]]))
+        };
+        runs.iter().fold(LoadExtent::default(), of_run)
+    };
+    axes.iter().map(of_axis).collect()
+}
+
+impl Metrology {
+    fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
+        let row = self.rows.iter().find(|row| row.quantity == quantity)?;
+        row.cells.iter().find(|cell| cell.axis == axis)
+    }
+}
+
+fn fz(table: &Metrology, quantity: Quantity) -> &Cell {
+    table.cell(quantity, Axis::Fz).unwrap()
+}
+
+#[track_caller]
+fn value(figure: &Figure) -> f64 {
+    figure.as_ref().unwrap().value
+}
+
+fn reason(table: &Metrology, quantity: Quantity) -> Reason {
+    fz(table, quantity).conventional.clone().unwrap_err()
+}
+
+#[track_caller]
+fn assert_near(actual: f64, expected: f64, share: f64) {
+    let off = (actual / expected - 1.0).abs();
+    assert!(off < share, "{actual} is not {expected}");
+}
+
+/// Straight from one corner to the next, in so many steps each.
+fn path(corners: &[f64], steps: usize) -> Vec<f64> {
+    let legs = corners.windows(2);
+    let moving = legs
+        .flat_map(|leg| (0..steps).map(|k| leg[0] + (leg[1] - leg[0]) * k as f64 / steps as f64));
+    moving.chain(corners.last().copied()).collect()
+}
+
+/// Follows the load only when pushed, starting pushed downwards.
+fn play(load: &[f64], radius: f64) -> Vec<f64> {
+    let mut state = load[0] + radius;
+    let follow = |&load: &f64| {
+        state = state.clamp(load - radius, load + radius);
+        state
+    };
+    load.iter().map(follow).collect()
+}
+
+/// A play operator of radius 0.3 lags 0.6 between its branches: 6 % of 10. What lags not has no width.
+#[test]
+fn hysteresis_of_a_play_operator_is_twice_its_radius() {
+    let load = path(&[-10.0, 10.0, -10.0, 10.0, -10.0, 10.0, -10.0], 1000);
+    let lagging = play(&load, 0.3);
+    let table = One::new(load, lagging).table(10.0);
+    for quantity in [Quantity::Hysteresis, Quantity::MeanLoopHysteresis] {
+        let cell = fz(&table, quantity);
+        assert_near(value(&cell.conventional), 0.6, 0.01);
+        assert_near(
+            cell.conventional.as_ref().unwrap().percent_fs.unwrap(),
+            6.0,
+            0.01,
+        );
+        assert!(value(&cell.compensated) < 1e-12);
+    }
+    // The parallelogram's area, 4 r (A − r), over the range 2 A.
+    let mean_width = 4.0 * 0.3 * 9.7 / 20.0;
+    assert_near(
+        value(&fz(&table, Quantity::MeanWidth).conventional),
+        mean_width,
+        0.01,
+    );
+    assert!(value(&fz(&table, Quantity::Repeatability).conventional) < 1e-9);
+    let place = fz(&table, Quantity::Hysteresis)
+        .conventional
+        .clone()
+        .unwrap()
+        .place
+        .unwrap();
+    assert_eq!((place.name.as_str(), place.samples), ("one", 0..2001));
+    assert_eq!((place.from_secs, place.to_secs), (0.0, 100.0));
+    for (quantity, n_cycles) in [
+        (Quantity::Hysteresis, 1),
+        (Quantity::MeanLoopHysteresis, 3),
+        (Quantity::Repeatability, 3),
+    ] {
+        let figure = fz(&table, quantity).conventional.clone().unwrap();
+        let basis = figure.basis.unwrap();
+        assert_eq!((basis.n_cycles, basis.range_share), (n_cycles, 1.0));
+        let others = [basis.dead_band_halved, basis.dead_band_doubled];
+        assert_eq!(others, [Some(figure.value); 2]);
+    }
+}
+
+/// `c x (1 − x)` over 0..1 is c/4 above the line between its ends, and its best-fit line, at c/6, is farthest from the
+/// ends, by c/6. On the way back `2 c x (1 − x)`, so the combined error is c/2.
+#[test]
+fn nonlinearity_of_a_parabola_is_known() {
+    let load = path(&[0.0, 1.0, 0.0], 5000);
+    let bent = |(k, x): (usize, &f64)| {
+        let c = if k <= 5000 { 0.04 } else { 0.08 };
+        3.0 + 1.1 * x + c * x * (1.0 - x)
+    };
+    let output = load.iter().enumerate().map(bent).collect();
+    let table = One::new(load, output).table(1.0);
+    let of = |quantity| value(&fz(&table, quantity).conventional);
+    assert_near(of(Quantity::TerminalNonlinearity), 0.01, 0.01);
+    assert_near(of(Quantity::BestFitNonlinearity), 0.04 / 6.0, 0.01);
+    assert_near(of(Quantity::CombinedError), 0.02, 0.01);
+    assert_near(of(Quantity::Hysteresis), 0.01, 0.01);
+    assert_eq!(
+        reason(&table, Quantity::Repeatability),
+        Reason::TooFewCycles { axis: Axis::Fz }
+    );
+}
+
+/// Three cycles, each 0.05 above the one before: 0.1 between the first and the last.
+#[test]
+fn repeatability_is_the_spread_of_cycles_at_equal_load() {
+    let load = path(&[0.0, 8.0, 0.0, 8.0, 0.0, 8.0, 0.0], 400);
+    let risen = |(k, x): (usize, &f64)| x + 0.05 * (k / 800) as f64;
+    let output = load.iter().enumerate().map(risen).collect();
+    let table = One::new(load, output).table(8.0);
+    let cell = fz(&table, Quantity::Repeatability);
+    assert_near(value(&cell.conventional), 0.1, 0.01);
+    assert!(value(&cell.compensated) < 1e-9);
+}
+
+/// 10 s at zero, up, 120 s at 10, down, 80 s at zero.
+fn held() -> Vec<f64> {
+    let still = |value: f64, secs: usize| vec![value; 20 * secs];
+    [
+        still(0.0, 10),
+        path(&[0.0, 10.0], 40),
+        still(10.0, 120),
+        path(&[10.0, 0.0], 40),
+        still(0.0, 80),
+    ]
+    .concat()
+}
+
+/// The load plus 3 % of its first-order low-pass: creep in a sensor of one time constant.
+fn crept(load: &[f64], tau_secs: f64) -> Vec<f64> {
+    let share = -(-1.0 / (20.0 * tau_secs)).exp_m1();
+    let mut slow = 0.0;
+    let creep = |&load: &f64| {
+        slow += share * (load - slow);
+        load + 0.03 * slow
+    };
+    load.iter().map(creep).collect()
+}
+
+/// A ramp of T to x leaves the element at `x (1 − τ/T (1 − exp(−T/τ)))`; in the hold of 6 τ it goes on towards x.
+#[test]
+fn creep_of_a_first_order_element_is_known() {
+    let load = held();
+    let output = crept(&load, 20.0);
+    let table = One::new(load, output).table(10.0);
+    let of = |quantity| fz(&table, quantity);
+    assert_near(value(&of(Quantity::CreepTime).conventional), 20.0, 0.01);
+    assert_eq!(of(Quantity::CreepTime).unit, "s");
+    let after_the_ramp = 0.3 * (1.0 - 20.0 / 2.0 * (1.0 - (-0.1_f64).exp()));
+    let creep = (0.3 - after_the_ramp) * (1.0 - (-6.0_f64).exp());
+    assert_near(value(&of(Quantity::Creep).conventional), creep, 0.01);
+    assert!(value(&of(Quantity::CreepRecovery).conventional) < -0.27);
+    assert!(value(&of(Quantity::Creep).compensated).abs() < 1e-12);
+    let still = of(Quantity::CreepTime).compensated.clone();
+    assert!(matches!(
+        still,
+        Err(Reason::NoTimeConstant(NoTimeConstant::BelowNoise { .. }))
+    ));
+}
+
+#[test]
+fn rests_are_found_with_their_levels() {
+    let load = held();
+    let one = One::new(load.clone(), load);
+    let axes = [Axis::Fx, Axis::Fz];
+    let both: Vec<f64> = one.load.iter().flat_map(|x| [0.0, *x]).collect();
+    let run = Run {
+        conventional: &both,
+        compensated: &both,
+        ..one.run()
+    };
+    let rules = Rules {
+        axes: &axes,
+        full_scale: &[1.0, 10.0],
+        settings: &MetrologySettings::default(),
+        extents: &extents(&[run], &axes),
+    };
+    let found = dwells(&[run], &rules).unwrap();
+    let seen: Vec<_> = found
+        .iter()
+        .map(|rest| (rest.at_zero, rest.level[0]))
+        .collect();
+    assert_eq!(seen, [(true, None), (false, None), (true, None)]);
+    assert_near(found[1].level[1].unwrap(), 10.0, 1e-3);
+    assert_near(
+        found[1].place.to_secs - found[1].place.from_secs,
+        120.0,
+        1e-3,
+    );
+}
+
+/// The zero is 0.2 higher from the middle of the hold on.
+#[test]
+fn zero_return_is_what_the_zero_has_moved_by() {
+    let load = held();
+    let moved = |(k, x): (usize, &f64)| if k < 1500 { 7.0 + x } else { 7.2 + x };
+    let output = load.iter().enumerate().map(moved).collect();
+    let table = One::new(load, output).table(10.0);
+    let cell = fz(&table, Quantity::ZeroReturn);
+    assert_near(value(&cell.conventional), 0.2, 1e-9);
+    assert_near(
+        cell.conventional.as_ref().unwrap().percent_fs.unwrap(),
+        2.0,
+        1e-9,
+    );
+}
+
+/// Errors 0.01, 0.02 … 1: the largest is 1, 95 % of them are at most 0.95, and `Σ k² = n (n + 1) (2n + 1) / 6`.
+#[test]
+fn error_figures_of_known_errors() {
+    let load: Vec<f64> = (0..100).map(|k| f64::from(k % 10)).collect();
+    let off =
+        |(k, x): (usize, &f64)| x + (k + 1) as f64 / 100.0 * if k % 2 == 0 { 1.0 } else { -1.0 };
+    let output = load.iter().enumerate().map(off).collect();
+    let table = One::new(load, output).table(5.0);
+    let of = |quantity| value(&fz(&table, quantity).conventional);
+    assert_near(of(Quantity::LargestError), 1.0, 1e-12);
+    assert_near(of(Quantity::Error95), 0.95, 1e-12);
+    assert_near(
+        of(Quantity::Rmse),
+        (101.0 * 201.0 / 6.0_f64).sqrt() / 100.0,
+        1e-12,
+    );
+    let largest = fz(&table, Quantity::LargestError)
+        .conventional
+        .clone()
+        .unwrap();
+    assert_near(largest.percent_fs.unwrap(), 20.0, 1e-12);
+    assert_eq!(largest.place.unwrap().samples, 99..100);
+}
+
+/// Fx alone to 10 adds 0.02 of itself to Fy; Fy is never alone.
+#[test]
+fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
+    let alone = path(&[0.0, 10.0, 0.0], 100);
+    let n = alone.len();
+    let mut reference: Vec<f64> = alone.iter().flat_map(|x| [*x, 0.0]).collect();
+    reference.extend(alone.iter().flat_map(|x| [*x, 0.5 * x]));
+    let conventional: Vec<f64> = reference
+        .chunks(2)
+        .flat_map(|x| [x[0], x[1] + 0.02 * x[0]])
+        .collect();
+    let times: Vec<f64> = (0..2 * n).map(|k| k as f64).collect();
+    let axes = [Axis::Fx, Axis::Fy];
+    let run = Run {
+        name: "two",
+        times: &times,
+        reference_axes: &axes,
+        reference: &reference,
+        conventional: &conventional,
+        compensated: &reference,
+        is_static: false,
+    };
+    let table = table_of(&[run], &axes, &[10.0, 5.0]);
+    let cell = |from, axis| table.cell(Quantity::Crosstalk(from), axis).unwrap();
+    let onto_fy = cell(Axis::Fx, Axis::Fy);
+    assert_near(value(&onto_fy.conventional), 0.2, 1e-9);
+    assert_near(
+        onto_fy.conventional.as_ref().unwrap().percent_fs.unwrap(),
+        4.0,
+        1e-9,
+    );
+    assert_eq!(value(&onto_fy.compensated), 0.0);
+    let loaded = Reason::LoadedAxis { axis: Axis::Fx };
+    assert_eq!(cell(Axis::Fx, Axis::Fx).conventional, Err(loaded));
+    let sentence = cell(Axis::Fy, Axis::Fx)
+        .conventional
+        .clone()
+        .unwrap_err()
+        .to_string();
+    assert!(
+        sentence.starts_with("no interval in which Fy alone is loaded"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn what_the_data_cannot_give_says_why() {
+    use Quantity::*;
+    let axis = Axis::Fz;
+    let of = |load: Vec<f64>| One::new(load.clone(), load).table(10.0);
+    let constant = of(vec![3.0; 300]);
+    for quantity in [
+        Hysteresis,
+        MeanLoopHysteresis,
+        MeanWidth,
+        TerminalNonlinearity,
+        CombinedError,
+        Repeatability,
+    ] {
+        assert!(
+            matches!(reason(&constant, quantity), Reason::ConstantLoad { .. }),
+            "{quantity:?}"
+        );
+    }
+    assert!(matches!(reason(&constant, Creep), Reason::NoHold { .. }));
+    let rising = of(path(&[0.0, 10.0], 100));
+    assert_eq!(
+        reason(&rising, Hysteresis),
+        Reason::OneBranch { axis, rises: true }
+    );
+    assert!(value(&fz(&rising, TerminalNonlinearity).conventional) < 1e-12);
+    assert!(matches!(reason(&rising, ZeroReturn), Reason::NoZero { .. }));
+    assert_eq!(reason(&rising, Crosstalk(axis)), Reason::OnlyAxis { axis });
+    let falling = of(path(&[10.0, 0.0], 100));
+    assert_eq!(
+        reason(&falling, TerminalNonlinearity),
+        Reason::NoRisingBranch { axis }
+    );
+    let short = of(vec![0.0, 10.0, 0.0]);
+    assert!(matches!(
+        reason(&short, BestFitNonlinearity),
+        Reason::TooFewLoads { found: 2, .. }
+    ));
+    let unloaded = of([held(), held()].concat().iter().map(|x| 0.04 * x).collect());
+    assert!(matches!(
+        reason(&unloaded, ZeroReturn),
+        Reason::NoReturn { .. }
+    ));
+    assert!(matches!(
+        reason(&unloaded, CreepRecovery),
+        Reason::NoRecovery { .. }
+    ));
+}
+
+#[test]
+fn without_a_reference_every_figure_says_so() {
+    let load = path(&[0.0, 10.0, 0.0], 100);
+    let one = One::new(load.clone(), load);
+    let bare = Run {
+        reference_axes: &[],
+        reference: &[],
+        ..one.run()
+    };
+    let empty = table_of(&[], &[Axis::Fz], &[1.0]);
+    for table in [table_of(&[bare], &[Axis::Fz], &[10.0]), empty] {
+        for row in &table.rows {
+            let axis = Axis::Fz;
+            assert_eq!(row.cells[0].conventional, Err(Reason::NoReference { axis }));
+        }
+    }
+    let beside = table_of(&[bare, one.run()], &[Axis::Fz], &[10.0]);
+    assert_eq!(beside.notes, [Note::WithoutReference { count: 1, all: 2 }]);
+    let hysteresis = fz(&beside, Quantity::Hysteresis)
+        .conventional
+        .clone()
+        .unwrap();
+    assert_eq!(hysteresis.place.unwrap().recording, 1);
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_named_and_never_a_figure() {
+    for bad in [f64::NAN, f64::INFINITY] {
+        let load = path(&[0.0, 10.0, 0.0], 100);
+        let mut one = One::new(load.clone(), load);
+        one.compensated[7] = bad;
+        let table = one.table(10.0);
+        for row in &table.rows {
+            let reason = row.cells[0].compensated.clone().unwrap_err();
+            assert!(
+                matches!(reason, Reason::NotFinite { sample: 7, .. }),
+                "{reason}"
+            );
+        }
+    }
+    let load = path(&[0.0, 1e308, -1e308, 1e308], 100);
+    let table = One::new(load.clone(), load).table(1e-3);
+    assert_eq!(
+        reason(&table, Quantity::Rmse),
+        Reason::Overflow { axis: Axis::Fz }
+    );
+}
+
+#[test]
+fn a_written_figure_is_a_number_or_null_with_a_reason() {
+    let load = held();
+    let json = serde_json::to_value(One::new(load.clone(), load).table(10.0)).unwrap();
+    let rows = json["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 16);
+    for row in rows {
+        assert!(
+            row["id"].is_string() && row["definition"].is_string() && row["source"].is_string()
+        );
+        for output in ["conventional", "compensated"] {
+            let figure = &row["cells"][0][output];
+            assert_ne!(
+                figure["value"].is_null(),
+                figure["reason"].is_null(),
+                "{figure}"
+            );
+        }
+    }
+    assert_eq!(json["axes"], serde_json::json!(["Fz"]));
+}
+
+#[test]
+fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
+    let load = path(&[0.0, 10.0, 0.0], 100);
+    let table = One::new(load.clone(), load.clone()).table(5.0);
+    assert!(matches!(
+        table.notes[..],
+        [Note::BeyondFullScale {
+            reaches: 10.0,
+            full_scale: 5.0,
+            ..
+        }]
+    ));
+    let table = One::new(load.clone(), load).table(0.0);
+    assert_eq!(table.notes, [Note::NoFullScale { axis: Axis::Fz }]);
+    let rmse = fz(&table, Quantity::Rmse).conventional.clone().unwrap();
+    assert_eq!(rmse.percent_fs, None);
+    assert_eq!(
+        reason(&table, Quantity::Creep),
+        Reason::NoFullScale { axis: Axis::Fz }
+    );
+}
+
+/// Up, down by 3 and up again on the way, and down: behind a small dead band the 3 are a cycle of their own, and the large
+/// one is the same.
+#[test]
+fn a_chosen_dead_band_decides_how_small_a_cycle_is_counted() {
+    let load = path(&[0.0, 10.0, 7.0, 10.0, 0.0], 100);
+    let one = One::new(load.clone(), load);
+    for dead_band in [4.0, 1.0] {
+        let settings = MetrologySettings {
+            dead_bands: vec![Some(dead_band)],
+            ..MetrologySettings::default()
+        };
+        let table = table(&[one.run()], &[Axis::Fz], &[10.0], &settings).unwrap();
+        assert_eq!(table.dead_bands, [dead_band]);
+        let hysteresis = fz(&table, Quantity::Hysteresis).conventional.clone();
+        assert_eq!(hysteresis.unwrap().place.unwrap().samples, 0..401);
+    }
+}
+
+/// Numbers in ±1 that look random and are the same every time.
+fn uniform(k: usize) -> f64 {
+    let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// Two axes, one loaded after the other; the outputs are the loads with noise of so much of full scale, Fy reading `onto` of
+/// Fx and its square besides.
+fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
+    let ramp = path(&[0.0, 10.0, 0.0, -10.0, 0.0], 200);
+    let loads = (ramp.iter().map(|x| [*x, 0.0])).chain(ramp.iter().map(|x| [0.0, *x]));
+    let reference: Vec<f64> = loads.flatten().collect();
+    let read = |(k, load): (usize, &[f64])| {
+        let noise = [0, 1].map(|axis| 10.0 * noise * 3.0_f64.sqrt() * uniform(2 * k + axis));
+        let crosstalk = slope * load[0] + square * load[0] * load[0] / 10.0;
+        [load[0] + noise[0], load[1] + 0.7 + noise[1] + crosstalk]
+    };
+    let output: Vec<f64> = reference.chunks(2).enumerate().flat_map(read).collect();
+    let times: Vec<f64> = (0..reference.len() / 2).map(|k| k as f64).collect();
+    let run = Run {
+        name: "bench",
+        times: &times,
+        reference_axes: &[Axis::Fx, Axis::Fy],
+        reference: &reference,
+        conventional: &output,
+        compensated: &output,
+        is_static: false,
+    };
+    table_of(&[run], &[Axis::Fx, Axis::Fy], &[10.0, 10.0])
+}
+
+/// With noise of 0.03 % of full scale the largest error of a sensor without crosstalk is about 0.09 %.
+#[test]
+fn noise_and_offset_are_no_crosstalk() {
+    let table = bench(3e-4, [0.0; 2]);
+    for (from, axis) in [(Axis::Fx, Axis::Fy), (Axis::Fy, Axis::Fx)] {
+        for (quantity, most) in [
+            (Quantity::Crosstalk(from), 0.005),
+            (Quantity::CrosstalkDeviation(from), 0.01),
+        ] {
+            let found = table
+                .cell(quantity, axis)
+                .unwrap()
+                .conventional
+                .clone()
+                .unwrap();
+            let percent = found.percent_fs.unwrap();
+            assert!(
+                percent.abs() < most,
+                "{quantity:?}: {percent} % of full scale"
+            );
+        }
+    }
+}
+
+/// `0.01 x` is 0.1 at full load; with `0.02 x² / 10` the mean over the outermost tenth is about `0.095 + 0.18`, less what
+/// the square adds to the line's offset, a third of its 0.2.
+#[test]
+fn crosstalk_that_is_not_linear_shows_in_the_largest_deviation() {
+    let table = bench(3e-4, [0.01, 0.02]);
+    let of = |quantity| {
+        let cell = table.cell(quantity, Axis::Fy).unwrap();
+        value(&cell.conventional)
+    };
+    assert_near(of(Quantity::Crosstalk(Axis::Fx)), 0.1, 0.02);
+    let largest = of(Quantity::CrosstalkDeviation(Axis::Fx));
+    assert!((0.2..0.3).contains(&largest), "{largest}");
+}
+
+/// Other turning points in each cycle, or another axis that goes its own way: nothing is repeated.
+#[test]
+fn repeatability_is_only_of_cycles_that_repeat() {
+    let free = path(&[0.0, 10.0, 1.5, 8.5, -1.0, 9.5, 0.5], 100);
+    let table = One::new(free.clone(), free).table(10.0);
+    let axis = Axis::Fz;
+    assert_eq!(
+        reason(&table, Quantity::Repeatability),
+        Reason::NotRepeated { axis }
+    );
+
+    // A rest and a way to the first turn belong to no cycle that repeats, whatever the output does there.
+    let late = path(&[0.0, 5.0, -5.0, 5.0, -5.0, 5.0, -5.0, 0.0], 100);
+    let off = |(k, load): (usize, &f64)| if k < 100 { load + 3.0 } else { *load };
+    let output = late.iter().enumerate().map(off).collect();
+    let table = One::new(late, output).table(5.0);
+    let found = fz(&table, Quantity::Repeatability)
+        .conventional
+        .clone()
+        .unwrap();
+    assert!(found.value < 1e-9, "{found:?}");
+    // Small cycles are alike by chance.
+    let small = path(&[0.0, 10.0, 2.0, 8.0, 2.0, 8.0, 2.0, 8.0, 0.0], 100);
+    let table = One::new(small.clone(), small).table(10.0);
+    assert_eq!(
+        reason(&table, Quantity::Repeatability),
+        Reason::NotRepeated { axis }
+    );
+
+    let cycles = path(&[0.0, 10.0, 0.0, 10.0, 0.0, 10.0, 0.0], 100);
+    let one = One::new(cycles.clone(), cycles);
+    let both: Vec<f64> = (one.load.iter().enumerate())
+        .flat_map(|(k, load)| [*load, 0.01 * k as f64])
+        .collect();
+    let run = Run {
+        reference_axes: &[Axis::Fz, Axis::Mx],
+        reference: &both,
+        conventional: &both,
+        compensated: &both,
+        ..one.run()
+    };
+    let axes = [Axis::Fz, Axis::Mx];
+    let table = table_of(&[run], &axes, &[10.0, 6.0]);
+    let other = Axis::Mx;
+    assert_eq!(
+        reason(&table, Quantity::Repeatability),
+        Reason::OthersDiffer { axis, other }
+    );
+    let with_leave = table_of(&[run], &axes, &[10.0, 600.0]);
+    assert!(value(&fz(&with_leave, Quantity::Repeatability).conventional) < 1e-9);
+}
+
+#[test]
+fn what_does_not_fit_together_is_refused() {
+    let load = path(&[0.0, 1.0], 9);
+    let one = One::new(load.clone(), load);
+    let settings = MetrologySettings::default();
+    let of = |run: Run<'_>, full_scale: &[f64]| table(&[run], &[Axis::Fz], full_scale, &settings);
+    assert!(matches!(
+        of(one.run(), &[]),
+        Err(MetrologyError::Count { .. })
+    ));
+    assert!(matches!(
+        of(one.run(), &[f64::NAN]),
+        Err(MetrologyError::PerAxis { position: 1, .. })
+    ));
+    let short = Run {
+        compensated: &one.compensated[1..],
+        ..one.run()
+    };
+    let refused = of(short, &[1.0]);
+    assert!(matches!(
+        refused,
+        Err(MetrologyError::Shape {
+            expected: 10,
+            actual: 9,
+            ..
+        })
+    ));
+}

@@ -1,0 +1,431 @@
+//! Regressors and blocks side by side: the paper's Figures 9, 10, 12 and 13, and what goes past them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::calibration::{FitSettings, Learner, Regressor, Scores};
+use crate::features::{Blocks, FeatureSettings, Polynomial};
+use crate::panicked::caught;
+use crate::progress::Progress;
+use crate::questions::models::table::Model;
+use crate::questions::thresholds::ScoreSet;
+use crate::questions::{AnalysisError, Request, TrainingStep, cross_validation_cost, train};
+use crate::recording::{Axis, RecordingSet, Role};
+use crate::report::{Cell, Column, Table};
+
+/// One row of the table: a regressor on some blocks, trained on some of the samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Candidate {
+    /// How the load is made of the features.
+    pub regressor: Regressor,
+    /// What is appended to the gauges.
+    pub features: FeatureSettings,
+    /// Every how many-th sample is used: 1 is the paper's pattern A, 10 its pattern B.
+    pub decimation: usize,
+    /// Whether only the first programme's recordings are trained on: the paper has no such pattern, but little data in its
+    /// sense are few trajectories, not the same ones decimated.
+    pub few_trajectories: bool,
+}
+
+impl Candidate {
+    /// The name of the amount of data: the paper's A and B, and C for few trajectories, decimated as B is.
+    pub fn pattern(&self) -> String {
+        match (self.few_trajectories, self.decimation) {
+            (false, 1) => "A".to_owned(),
+            (false, 10) => "B".to_owned(),
+            (false, step) => format!("1/{step}"),
+            (true, 10) => "C".to_owned(),
+            (true, step) => format!("C, 1/{step}"),
+        }
+    }
+
+    /// What kind of history it has: "none", or the blocks in words.
+    pub fn history(&self) -> String {
+        let blocks = self.features.describe();
+        if blocks.is_empty() {
+            "none".to_owned()
+        } else {
+            blocks
+        }
+    }
+}
+
+/// How a candidate came out.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedRow {
+    /// What was fitted.
+    #[serde(flatten)]
+    pub candidate: Candidate,
+    /// The axes, in the order of the scores.
+    pub axes: Vec<Axis>,
+    /// Samples that were fitted.
+    pub n_train: u64,
+    /// RMSE per axis.
+    pub scores: Scores,
+    /// The strength of the linear part's ridge, per axis.
+    pub ridge: Vec<f64>,
+    /// How long it took (s).
+    pub seconds: f64,
+    /// All that came of it.
+    #[serde(skip)]
+    pub model: Box<Model>,
+}
+
+/// One row per entry: what was fitted, how long that took, and RMSE per axis on these samples; empty where nothing could be
+/// scored.
+pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
+    let axes = rows.first().map_or(&[][..], |row| &row.axes);
+    let mut columns = ["regressor", "history", "data"].map(Column::words).to_vec();
+    columns.push(Column::numbers("seconds"));
+    for set in sets {
+        columns.extend(axes.iter().map(|axis| match sets.len() {
+            1 => Column::load(*axis),
+            _ => Column::numbers(format!(
+                "{} [{}] {}",
+                axis.symbol(),
+                axis.unit(),
+                set.label()
+            )),
+        }));
+    }
+    let cells = |row: &ComparedRow| {
+        let candidate = &row.candidate;
+        let regressor = candidate.regressor.label().to_owned();
+        let words = [regressor, candidate.history(), candidate.pattern()];
+        let mut cells = words.map(Cell::words).to_vec();
+        cells.push(Cell::words(format!("{:.3}", row.seconds)));
+        for set in sets {
+            let rmse = set.rmse(&row.scores);
+            cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
+        }
+        cells
+    };
+    Table {
+        title: sets
+            .iter()
+            .map(|set| format!("RMSE, {}", set.label()))
+            .collect::<Vec<_>>()
+            .join("; "),
+        rows: rows.iter().map(cells).collect(),
+        columns,
+        ..Table::default()
+    }
+}
+
+/// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
+/// memoryless polynomial, all amounts of data that the recordings have.
+///
+/// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
+pub fn paper_candidates(
+    recordings: &RecordingSet,
+    settings: &FitSettings,
+    regressors: &[Regressor],
+) -> Vec<Candidate> {
+    let history = match settings.features.has_history() {
+        true => settings.features.clone(),
+        false => FeatureSettings {
+            distance: settings.features.distance,
+            ..FeatureSettings::default()
+        },
+    };
+    let polynomial = FeatureSettings {
+        blocks: Blocks::default().with(&Polynomial, &[2.0]),
+        distance: history.distance,
+        ..FeatureSettings::present()
+    };
+    let mut candidates = Vec::new();
+    for &regressor in regressors {
+        let mut blocks = vec![history.without_history(), history.clone()];
+        if regressor == Regressor::Linear && history.blocks.of(&Polynomial).is_empty() {
+            blocks.insert(1, polynomial.clone());
+        }
+        for features in blocks {
+            for (decimation, few_trajectories) in [(10, true), (10, false), (1, false)] {
+                candidates.push(Candidate {
+                    regressor,
+                    features: features.clone(),
+                    decimation,
+                    few_trajectories,
+                });
+            }
+        }
+    }
+    if recordings.is_static() {
+        candidates.retain(|candidate| !candidate.features.has_history());
+    }
+    if few_trajectories(recordings).is_none() {
+        candidates.retain(|candidate| !candidate.few_trajectories);
+    }
+    candidates.sort_by_key(|candidate| {
+        let learner = candidate.regressor.learner();
+        (
+            learner.is_some(),
+            learner.is_some() && candidate.decimation == 1,
+            candidate.few_trajectories,
+        )
+    });
+    candidates
+}
+
+/// The recordings with the first group (programme, path) alone to train on; `None` where nothing is grouped, or there is but one
+/// group.
+fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
+    let groups = recordings.groups();
+    let training = recordings.entries().iter().zip(&groups.of).enumerate();
+    let training = training.filter(|(_, (entry, _))| entry.role == Role::Train);
+    let training: Vec<(usize, usize)> = training.map(|(at, (_, group))| (at, *group)).collect();
+    let (_, first) = *training.first()?;
+    let (own, others): (Vec<_>, Vec<_>) = (training.iter()).partition(|(_, group)| *group == first);
+    let mut few = recordings.clone();
+    for (at, _) in &others {
+        few.set_role(*at, Role::Off);
+    }
+    (own.len() > 1 && !others.is_empty()).then_some(few)
+}
+
+/// What is heard of a row while [`compare`] runs.
+#[derive(Clone, Debug)]
+pub enum RowEvent {
+    /// It has begun.
+    Started,
+    /// Its network or its cross-validation is a step further.
+    Step(TrainingStep),
+    /// It has ended; a row that was cancelled ends without a word.
+    Ended(Result<ComparedRow, AnalysisError>),
+}
+
+/// Rows that are fitted side by side; a network keeps one core busy.
+const SIDE_BY_SIDE: usize = 2;
+
+/// Fits and scores rows, two at a time, and tells of each under its position; what a candidate does not say is as in
+/// `settings`.
+pub fn compare(
+    recordings: &Arc<RecordingSet>,
+    settings: &FitSettings,
+    candidates: &[Candidate],
+    progress: &Progress,
+    tell: &(dyn Fn(usize, RowEvent) + Sync),
+) {
+    for candidate in candidates {
+        progress.add_total(candidate.weight(settings));
+    }
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..SIDE_BY_SIDE.min(candidates.len()) {
+            scope.spawn(|| {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(candidate) = candidates.get(at) else {
+                        return;
+                    };
+                    if progress.is_cancelled() {
+                        return;
+                    }
+                    tell(at, RowEvent::Started);
+                    let row = caught(|| {
+                        compare_one(recordings, settings, candidate, progress, &|event| {
+                            tell(at, event)
+                        })
+                    })
+                    .unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
+                    if !matches!(row, Err(AnalysisError::Cancelled(_))) {
+                        tell(at, RowEvent::Ended(row));
+                    }
+                }
+            });
+        }
+    });
+}
+
+impl Candidate {
+    /// What fits it, where all candidates have the rest in common.
+    pub fn settings(&self, common: &FitSettings) -> FitSettings {
+        FitSettings {
+            regressor: self.regressor,
+            features: self.features.clone(),
+            decimation: self.decimation,
+            ..common.clone()
+        }
+    }
+
+    /// How much work it is, in passes over all samples.
+    fn weight(&self, settings: &FitSettings) -> u64 {
+        let passes = match self.regressor.learner() {
+            None => 1,
+            Some(Learner::Kernel) => 50,
+            Some(Learner::Network) => settings.network.epochs as u64,
+        };
+        let settings = self.settings(settings);
+        let passes = 1000.0 * passes as f64 * (1.0 + cross_validation_cost(&settings));
+        (passes / self.decimation.max(1) as f64).max(1.0) as u64
+    }
+}
+
+fn compare_one(
+    recordings: &Arc<RecordingSet>,
+    settings: &FitSettings,
+    candidate: &Candidate,
+    progress: &Progress,
+    tell: &dyn Fn(RowEvent),
+) -> Result<ComparedRow, AnalysisError> {
+    let start = Instant::now();
+    let recordings = match candidate.few_trajectories {
+        true => Arc::new(few_trajectories(recordings).ok_or(AnalysisError::OneProgramme)?),
+        false => Arc::clone(recordings),
+    };
+    let request = Request::fit(recordings, candidate.settings(settings));
+    let weight = candidate.weight(settings);
+    let training = 1.0 / (1.0 + cross_validation_cost(&request.settings));
+    let mut counted = 0;
+    let calibration = train(&request, &progress.part(), &mut |step| {
+        let done = match step {
+            TrainingStep::Epoch(_) => step.done() * training,
+            TrainingStep::CrossValidation { .. } => training + step.done() * (1.0 - training),
+        };
+        let done = ((weight as f64 * done) as u64).clamp(counted, weight);
+        progress.advance(done - counted);
+        counted = done;
+        tell(RowEvent::Step(step));
+    })?;
+    // A network that was stopped half way is no row of a comparison.
+    progress.check()?;
+    progress.advance(weight - counted);
+    let seconds = start.elapsed().as_secs_f64();
+    let calibration = Arc::new(calibration);
+    let quality = &calibration.quality;
+    Ok(ComparedRow {
+        candidate: candidate.clone(),
+        axes: calibration.axes.clone(),
+        n_train: quality.n_train,
+        scores: quality.compensated.clone(),
+        ridge: quality.ridge.clone(),
+        seconds,
+        model: Box::new(Model {
+            seconds: Some(seconds),
+            ..Model::fitted(request.settings, &calibration, &request.recordings)
+        }),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::calibration::{KernelSettings, NetworkSettings};
+    use crate::recording::{Entry, simulated};
+
+    fn quick() -> (Arc<RecordingSet>, FitSettings) {
+        let mut set = RecordingSet::default();
+        for entry in simulated::recordings(3).entries().iter().step_by(9) {
+            set.push(Entry {
+                recording: Arc::new(entry.recording.decimated(5)),
+                ..entry.clone()
+            })
+            .unwrap();
+        }
+        let settings = FitSettings {
+            network: NetworkSettings {
+                hidden: vec![4],
+                epochs: 3,
+                ..NetworkSettings::default()
+            },
+            kernel: KernelSettings {
+                landmarks: 10,
+                length_scale: Some(1.0),
+            },
+            ..FitSettings::default()
+        };
+        (Arc::new(set), settings)
+    }
+
+    #[test]
+    fn every_row_of_the_whole_comparison_is_fitted() {
+        let (set, settings) = quick();
+        let candidates = paper_candidates(&set, &settings, &Regressor::ALL);
+        assert_eq!(candidates.len(), 33);
+        let rows = Mutex::new(vec![None; candidates.len()]);
+        let progress = Progress::default();
+        compare(&set, &settings, &candidates, &progress, &|at, event| {
+            if let RowEvent::Ended(row) = event {
+                rows.lock().unwrap()[at] = Some(row.unwrap());
+            }
+        });
+        assert_eq!(progress.fraction(), Some(1.0));
+        for (candidate, row) in candidates.iter().zip(rows.into_inner().unwrap()) {
+            let row = row.expect("an answer for each");
+            assert_eq!(row.candidate, *candidate);
+            let rmse = row.scores.test_rmse.unwrap();
+            assert!(rmse.iter().all(|rmse| *rmse > 0.0 && rmse.is_finite()));
+            let all = few_trajectories(&set).unwrap();
+            let few = all
+                .entries()
+                .iter()
+                .filter(|entry| entry.role == Role::Train);
+            let few: usize = few
+                .map(|entry| entry.recording.decimated(10).n_samples())
+                .sum();
+            assert_eq!(row.n_train == few as u64, candidate.few_trajectories);
+            assert_eq!(
+                row.scores.cv_rmse.is_none(),
+                candidate.regressor.learner() == Some(Learner::Network)
+            );
+        }
+    }
+
+    #[test]
+    fn few_trajectories_are_the_first_of_several_programmes_that_are_repeated() {
+        let built_in = simulated::recordings(3);
+        let few = few_trajectories(&built_in).unwrap();
+        let of_role = |role| few.entries().iter().filter(move |entry| entry.role == role);
+        assert_eq!(
+            (of_role(Role::Train).count(), of_role(Role::Test).count()),
+            (15, 15)
+        );
+        assert!(of_role(Role::Train).all(|entry| entry.recording.name().contains("path1_")));
+        let mut single = RecordingSet::default();
+        for entry in built_in.entries().iter().step_by(15) {
+            single.push(entry.clone()).unwrap();
+        }
+        assert!(few_trajectories(&single).is_none());
+    }
+
+    #[test]
+    fn a_cancelled_comparison_begins_no_further_row() {
+        let (set, settings) = quick();
+        let candidates = paper_candidates(&set, &settings, &[Regressor::Linear]);
+        let progress = Progress::default();
+        progress.cancel();
+        compare(&set, &settings, &candidates, &progress, &|_, event| {
+            panic!("{event:?}")
+        });
+    }
+
+    #[test]
+    fn a_row_that_cannot_be_fitted_says_why() {
+        let (set, mut settings) = quick();
+        settings.kernel.landmarks = 1_999;
+        let candidate = Candidate {
+            regressor: Regressor::Kernel,
+            features: FeatureSettings::present(),
+            decimation: 100,
+            few_trajectories: false,
+        };
+        let said = Mutex::new(String::new());
+        compare(
+            &set,
+            &settings,
+            &[candidate],
+            &Progress::default(),
+            &|_, event| {
+                if let RowEvent::Ended(Err(error)) = event {
+                    *said.lock().unwrap() = error.to_string();
+                }
+            },
+        );
+        assert!(said.into_inner().unwrap().contains("1999 landmarks"));
+    }
+}

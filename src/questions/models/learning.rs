@@ -1,0 +1,398 @@
+//! What learns, fitted to all training recordings: networks and kernels, alone or behind least squares.
+//!
+//! Guarantees: features are made again in each pass, only a network's samples are kept (in single precision, since it draws
+//! them in a new order every epoch).
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
+use crate::calibration::network::{Network, Samples};
+use crate::calibration::{
+    Calibration, EpochReport, FitSettings, Learned, LearnedError, Learner, LinearMap, Past, Piece,
+    PresentLoads, RowsOf, learned_inputs,
+};
+use crate::features::{Design, FeatureStream};
+use crate::progress::Progress;
+use crate::questions::AnalysisError;
+use crate::questions::dataset::Dataset;
+use crate::questions::errors::fit::LinearFit;
+use crate::recording::{Entry, Recording, Role};
+use crate::scoring::metrics::root_mean;
+use crate::scoring::part_squares::PartSquares;
+
+/// One group of training recordings in so many is held out of a network's training, to say when it was best.
+const HELD_OUT: usize = 10;
+/// With fewer groups too little would be left to train on.
+const FEWEST_GROUPS: usize = 3;
+/// A kernel's strengths are chosen on no more parts than this.
+const MAX_PARTS: usize = 10;
+/// Rows that are made before they are passed on.
+const BLOCK: usize = 128;
+/// Standard deviations on each side of the load that its band reaches.
+const BAND_DEVIATIONS: f64 = 2.0;
+
+/// What is heard of a training while it runs.
+#[derive(Clone, Copy, Debug)]
+pub enum TrainingStep {
+    /// The network has passed over its samples once more.
+    Epoch(EpochReport),
+    /// So much of the cross-validation is done.
+    CrossValidation {
+        /// The share, 0 to 1.
+        done: f64,
+        /// Time since it began.
+        elapsed: Duration,
+    },
+}
+
+impl TrainingStep {
+    /// How far the step itself is, 0 to 1.
+    pub fn done(&self) -> f64 {
+        match self {
+            Self::Epoch(report) => report.epoch as f64 / report.epochs.max(1) as f64,
+            Self::CrossValidation { done, .. } => *done,
+        }
+    }
+
+    /// How long what it belongs to still takes, if it goes on as before.
+    pub fn time_left(&self) -> Duration {
+        match self {
+            Self::Epoch(report) => report.time_left(),
+            Self::CrossValidation { done, elapsed } => {
+                elapsed.mul_f64((1.0 - done).max(0.0) / done.max(1e-3))
+            }
+        }
+    }
+}
+
+/// Of some samples: what a linear stage leaves over, and what is added to it, squared and multiplied.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Moments {
+    pub n_samples: u64,
+    /// Per axis `Σ r²`, `Σ r g` and `Σ g²`, of what is left over r and what is added g.
+    pub of_axes: Vec<[f64; 3]>,
+    /// Left over and added, of evenly spread samples, `n × n_axes` row-major.
+    pub kept: Vec<[f64; 2]>,
+}
+
+impl Moments {
+    pub fn new(n_axes: usize) -> Self {
+        Self {
+            n_samples: 0,
+            of_axes: vec![[0.0; 3]; n_axes],
+            kept: Vec::new(),
+        }
+    }
+
+    /// Adds samples, both `n × n_axes` row-major.
+    pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
+        let n_axes = self.of_axes.len();
+        for (left_over, added) in left_over
+            .chunks_exact(n_axes)
+            .zip(added.chunks_exact(n_axes))
+        {
+            for ((own, r), g) in self.of_axes.iter_mut().zip(left_over).zip(added) {
+                own[0] += r * r;
+                own[1] += r * g;
+                own[2] += g * g;
+            }
+            self.n_samples += 1;
+        }
+    }
+
+    /// Keeps every `step`-th of these samples, both `n × n_axes` row-major.
+    pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
+        let n_axes = self.of_axes.len();
+        let rows = left_over
+            .chunks_exact(n_axes)
+            .zip(added.chunks_exact(n_axes));
+        for (left_over, added) in rows.step_by(step) {
+            self.kept
+                .extend(left_over.iter().zip(added).map(|(r, g)| [*r, *g]));
+        }
+    }
+
+    /// The sum of squared errors with this share of what is added.
+    pub fn squares(&self, axis: usize, share: f64) -> f64 {
+        let [rr, rg, gg] = self.of_axes[axis];
+        (rr - 2.0 * share * rg + share * share * gg).max(0.0)
+    }
+}
+
+/// A fit to all training recordings of a dataset.
+pub(crate) struct Fitted {
+    pub past: Vec<Past>,
+    /// What a network has learned is not yet scaled to the share that is added.
+    pub calibration: Calibration,
+    /// What the linear fits without each part leave over of it.
+    pub linear: Option<PartSquares>,
+    /// By recording that was held out of a network's training: what the linear stage leaves over there, and what it adds.
+    pub held_out: Vec<Moments>,
+}
+
+/// Everything that is fitted, on the training recordings of `data`.
+pub(crate) fn fit_all(
+    data: &Dataset,
+    settings: &FitSettings,
+    progress: &Progress,
+    on_epoch: &mut dyn FnMut(EpochReport),
+) -> Result<Fitted, AnalysisError> {
+    let mut calibration = data.blank_calibration(settings)?;
+    let past = data.past(&calibration, progress)?;
+    let LinearFit {
+        shares, left_out, ..
+    } = data.fit(settings.ridge, &past, &mut calibration, progress)?;
+    let mut held_out = Vec::new();
+    if let Some(learner) = settings.regressor.learner() {
+        calibration.regressor = settings.regressor;
+        // They would be those of one stage.
+        calibration.quality.coefficients = None;
+        if !settings.regressor.is_hybrid() {
+            calibration.compensated = None;
+        }
+        let design = calibration.design();
+        let target = match (&calibration.compensated, learner) {
+            (None, _) => Target::Load,
+            (Some(_), Learner::Kernel) => Target::AfterStage(LinearStage {
+                kinds: design.kinds(),
+                known: data.map.standardised(&design),
+                shares,
+            }),
+            (Some(map), Learner::Network) => Target::LeftOver(map),
+        };
+        let mut rows = TrainingRows::new(data, &past, &design, target);
+        rows.holds_out = settings.network.early_stopping;
+        calibration.learned = Some(match learner {
+            Learner::Kernel => {
+                let found = Kernel::fit(&rows, &settings.kernel, progress);
+                let found = found.map_err(LearnedError::from)?;
+                calibration.quality.kernel_ridge_edge = found.edge;
+                Learned::Kernel(found.kernel)
+            }
+            Learner::Network => {
+                let (train, kept_back) = rows.samples(progress)?;
+                let kept_back = (kept_back.n_samples() > 0).then_some(&kept_back);
+                let trained =
+                    Network::train(&train, kept_back, &settings.network, progress, on_epoch);
+                let network = trained.map_err(LearnedError::from)?.network;
+                held_out = rows.moments_held_out(&network);
+                Learned::Network(network)
+            }
+        });
+    }
+    Ok(Fitted {
+        past,
+        calibration,
+        linear: left_out,
+        held_out,
+    })
+}
+
+/// How far the load may be around the compensated one, as far as the regressor knows: see
+/// [`Quality::band`](crate::calibration::Quality::band).
+pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
+    let has = |role| data.entries.iter().any(|entry| entry.role == role);
+    let role = if has(Role::Test) {
+        Role::Test
+    } else {
+        Role::Train
+    };
+    let mut squares = vec![0.0; calibration.axes.len()];
+    let mut n = 0;
+    for (entry, past) in data.entries.iter().zip(past) {
+        if entry.role == role {
+            let deviations = calibration.deviations(&entry.recording, past)?;
+            for row in deviations.chunks_exact(squares.len()) {
+                for (square, deviation) in squares.iter_mut().zip(row) {
+                    *square += (BAND_DEVIATIONS * deviation).powi(2);
+                }
+            }
+            n += entry.recording.n_samples() as u64;
+        }
+    }
+    root_mean(&squares, n)
+}
+
+/// The training recordings as rows of features and of what is left to learn.
+struct TrainingRows<'a> {
+    design: &'a Design,
+    target: Target<'a>,
+    runs: Vec<Run<'a>>,
+    n_axes: usize,
+    /// Whether some of them say when a network was best, and are not learned from.
+    holds_out: bool,
+}
+
+/// What is learned.
+enum Target<'a> {
+    /// The load itself.
+    Load,
+    /// What this linear calibration leaves over.
+    LeftOver(&'a LinearMap),
+    /// What a linear fit leaves over that goes with the learner, into every fold; the rows bring its columns, and as
+    /// targets what the conventional calibration leaves over.
+    AfterStage(LinearStage),
+}
+
+struct Run<'a> {
+    recording: &'a Arc<Recording>,
+    past: &'a Past,
+    conventional: PresentLoads<'a>,
+    pieces: Vec<Piece>,
+}
+
+impl<'a> TrainingRows<'a> {
+    fn new(data: &'a Dataset, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
+        let entries = data.entries.iter().zip(past).enumerate();
+        let runs: Vec<Run<'_>> = (entries.zip(data.pieces()))
+            .filter(|((_, (entry, _)), _)| entry.role == Role::Train)
+            .map(|((at, (Entry { recording, .. }, past)), pieces)| Run {
+                recording,
+                past,
+                conventional: data.present_loads(at),
+                pieces,
+            })
+            .collect();
+        Self {
+            design,
+            target,
+            n_axes: runs.first().map_or(0, |run| run.recording.axes().len()),
+            runs,
+            holds_out: false,
+        }
+    }
+
+    fn n_samples_in_all(&self) -> usize {
+        self.runs.iter().map(|run| run.recording.n_samples()).sum()
+    }
+
+    /// Whether a network does not learn from sample `at` (over all) of a run, so that it can say when it was best: whole
+    /// groups of recordings, or with few of them the last tenth of all samples.
+    fn is_held_out(&self, run: usize, at: usize) -> bool {
+        if !self.holds_out {
+            return false;
+        }
+        let pieces = self.runs.iter().flat_map(|run| &run.pieces);
+        let n_folds = pieces.map(|piece| piece.fold + 1).max().unwrap_or(0);
+        let are_whole = self.runs.iter().all(|run| run.pieces.len() == 1);
+        if are_whole && n_folds >= FEWEST_GROUPS {
+            let fold = self.runs[run].pieces[0].fold;
+            return fold % HELD_OUT == HELD_OUT / 2 || n_folds < HELD_OUT && fold == 1;
+        }
+        let n = self.n_samples_in_all();
+        at >= n - n / HELD_OUT
+    }
+
+    /// What a network trains on, and what is held out to say when it was best.
+    fn samples(&self, progress: &Progress) -> Result<(Samples, Samples), AnalysisError> {
+        let (n_inputs, n_axes) = self.widths();
+        let mut train = Samples::new(n_inputs, n_axes);
+        let mut held_out = Samples::new(n_inputs, n_axes);
+        train.reserve(self.n_samples_in_all());
+        let mut at = 0;
+        for run in 0..self.runs.len() {
+            progress.check()?;
+            let mut pushed = Ok(());
+            self.pass(run, &mut |block| {
+                if pushed.is_err() {
+                    return;
+                }
+                let samples = match self.is_held_out(run, at) {
+                    true => &mut held_out,
+                    false => &mut train,
+                };
+                pushed = samples.push_rows(block.inputs, block.targets);
+                at += block.targets.len() / n_axes;
+            });
+            pushed?;
+        }
+        Ok((train, held_out))
+    }
+
+    /// What a network makes of what it did not learn from, recording by recording.
+    fn moments_held_out(&self, network: &Network) -> Vec<Moments> {
+        let mut at = 0;
+        let mut answers = Vec::new();
+        let moments = (0..self.runs.len()).map(|run| {
+            let mut moments = Moments::new(self.n_axes);
+            self.pass(run, &mut |block| {
+                if self.is_held_out(run, at) {
+                    answers.resize(block.targets.len(), 0.0);
+                    network.predict_rows(block.inputs, &mut answers);
+                    moments.add(block.targets, &answers);
+                }
+                at += block.targets.len() / self.n_axes;
+            });
+            moments
+        });
+        moments.filter(|moments| moments.n_samples > 0).collect()
+    }
+}
+
+impl Rows for TrainingRows<'_> {
+    fn n_runs(&self) -> usize {
+        self.runs.len()
+    }
+
+    fn n_samples(&self, run: usize) -> usize {
+        self.runs[run].recording.n_samples()
+    }
+
+    fn widths(&self) -> (usize, usize) {
+        let n_inputs = self.design.n_columns() - usize::from(self.design.offset);
+        (n_inputs, self.n_axes)
+    }
+
+    fn linear_stage(&self) -> Option<&LinearStage> {
+        match &self.target {
+            Target::AfterStage(stage) => Some(stage),
+            Target::Load | Target::LeftOver(_) => None,
+        }
+    }
+
+    fn pass(&self, run: usize, take: TakeRows<'_>) {
+        let Run {
+            recording,
+            past,
+            conventional,
+            pieces,
+        } = &self.runs[run];
+        let (from, mut stream) = (
+            RowsOf::of(recording),
+            FeatureStream::of(self.design, recording),
+        );
+        let mut raw = vec![0.0; self.design.n_columns()];
+        let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
+        let mut known = vec![0.0; self.n_axes];
+        for piece in pieces {
+            for start in piece.samples.clone().step_by(BLOCK) {
+                inputs.clear();
+                linear.clear();
+                targets.clear();
+                for k in start..(start + BLOCK).min(piece.samples.end) {
+                    from.raw_row(&mut stream, |at| past[at][k], k, &mut raw);
+                    learned_inputs(self.design, &raw, &mut inputs);
+                    let of_sample = k * self.n_axes..(k + 1) * self.n_axes;
+                    match &self.target {
+                        Target::Load => {}
+                        Target::LeftOver(map) => map.apply(&raw, &mut known),
+                        Target::AfterStage(_) => {
+                            self.design.standardise(&mut raw);
+                            linear.extend(&raw);
+                            conventional.row(k, &mut known);
+                        }
+                    }
+                    let loads = recording.loads()[of_sample].iter();
+                    targets.extend(loads.zip(&known).map(|(load, known)| load - known));
+                }
+                take(RowBlock {
+                    fold: piece.fold % MAX_PARTS,
+                    inputs: &inputs,
+                    linear: &linear,
+                    targets: &targets,
+                });
+            }
+        }
+    }
+}

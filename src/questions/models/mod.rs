@@ -1,0 +1,7 @@
+//! Which model is best? Candidates fitted and scored, one table of them, and the training of networks and kernels.
+
+pub(crate) mod best;
+pub(crate) mod comparison;
+pub(crate) mod learning;
+pub(crate) mod table;
+pub(crate) mod training;

@@ -1,0 +1,220 @@
+//! Networks and kernels: what takes too long for a slider, and runs beside it.
+//!
+//! Guarantees: test recordings take no part; a score is that of fits which have not seen what it is of.
+
+use crate::calibration::network::NetworkError;
+use crate::calibration::{Calibration, Learner, SettingsError};
+use crate::progress::{Cancelled, Progress};
+use crate::questions::cross_validated::{
+    FOLDS, best_shares, cross_validated, cross_validation_steps, part_squares,
+};
+use crate::questions::dataset::Key;
+use crate::questions::models::learning::{Fitted, TrainingStep, band, fit_all};
+use crate::questions::{AnalysisError, Request};
+use crate::scoring::part_squares::PartSquares;
+
+/// A calibration, and what left-out parts say of it.
+#[derive(Clone, Debug)]
+pub struct Scored {
+    /// The calibration.
+    pub calibration: Calibration,
+    /// What fits without each part leave over of it; `None` where there is no such score.
+    pub left_out: Option<PartSquares>,
+}
+
+/// Fits what `request` asks for, its regressor included; test recordings only score it.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub fn train(
+    request: &Request,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Result<Calibration, AnalysisError> {
+    train_and_score(request, progress, on_step).map(|scored| scored.calibration)
+}
+
+/// Fits what `request` asks for, its regressor included, and says how it does on each part that it has not seen; test
+/// recordings only score it.
+///
+/// A network reports after each epoch and, when it is cancelled, keeps the best it had; a cross-validation that is cancelled
+/// leaves the calibration without its score.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub fn train_and_score(
+    request: &Request,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Result<Scored, AnalysisError> {
+    fit_and_score(request, true, progress, on_step)
+}
+
+/// [`train`] without cross-validation of a network, kernel or hybrid: for whoever leaves something out already.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub(crate) fn train_unscored(
+    request: &Request,
+    progress: &Progress,
+) -> Result<Calibration, AnalysisError> {
+    fit_and_score(request, false, progress, &mut |_| {}).map(|scored| scored.calibration)
+}
+
+fn fit_and_score(
+    request: &Request,
+    scores: bool,
+    progress: &Progress,
+    on_step: &mut dyn FnMut(TrainingStep),
+) -> Result<Scored, AnalysisError> {
+    let settings = &request.settings;
+    settings.validate()?;
+    let data = request.datasets.get(&Key::of(request), progress)?;
+    let steps = match scores {
+        true => cross_validation_steps(&data, settings),
+        false => 0,
+    };
+    progress.add_total(steps);
+    let fitted = fit_all(&data, settings, progress, &mut |report| {
+        on_step(TrainingStep::Epoch(report));
+    })?;
+    let Fitted {
+        past,
+        mut calibration,
+        linear,
+        held_out,
+    } = fitted;
+    let Some(learner) = settings.regressor.learner() else {
+        return Ok(Scored {
+            calibration,
+            left_out: linear,
+        });
+    };
+    let is_hybrid = settings.regressor.is_hybrid();
+    // A linear stage that too few samples determine says nothing of what comes after it.
+    let moments = match steps > 0 && (linear.is_some() || !is_hybrid) {
+        true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
+        false => None,
+    };
+    // A kernel has chosen its shares when it was fitted, in every fold anew.
+    let has_shares = is_hybrid && learner == Learner::Network;
+    if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
+        learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
+    }
+    let left_out = moments
+        .as_ref()
+        .map(|moments| part_squares(moments, has_shares));
+    // Cancelled or not, what was learned is scored.
+    let own = calibration.quality.conventional.clone();
+    data.score_applied(&past, &mut calibration);
+    calibration.quality.conventional = own;
+    if let (true, Some(own)) = (
+        left_out.is_some(),
+        &mut calibration.quality.cross_validation,
+    ) {
+        own.parts = own.parts.min(FOLDS);
+    }
+    calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
+    calibration.quality.band = band(&data, &past, &calibration);
+    if let Some(moments) = moments {
+        let errors = data.left_out_errors_of(&moments, has_shares);
+        calibration.quality.expected_error = data.expected_error(&calibration, &past, errors).ok();
+    }
+    Ok(Scored {
+        calibration,
+        left_out,
+    })
+}
+
+impl From<NetworkError> for AnalysisError {
+    fn from(error: NetworkError) -> Self {
+        match error {
+            NetworkError::Cancelled => Self::Cancelled(Cancelled),
+            error => Self::Learned(error.into()),
+        }
+    }
+}
+
+impl From<crate::features::FeatureError> for AnalysisError {
+    fn from(error: crate::features::FeatureError) -> Self {
+        Self::Settings(SettingsError::from(error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor};
+    use crate::features::{Blocks, FeatureSettings, Polynomial};
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+
+    /// Five recordings of noise: with many monomials the linear stage learns them by heart, and what it leaves over of a
+    /// recording that it has seen is far too small.
+    #[test]
+    fn a_hybrid_is_scored_on_recordings_that_neither_stage_has_seen() {
+        let mut set = RecordingSet::default();
+        for at in 0..5 {
+            let mut random = Random::new(7, &[at]);
+            let mut normal = |n: usize| (0..n).map(|_| random.normal()).collect::<Vec<f64>>();
+            let n = 24;
+            let recording = Recording::new(
+                format!("r{at}"),
+                Source::Simulated,
+                (0..n).map(|k| k as f64 * 0.01).collect(),
+                (1..=10).map(|gauge| format!("S{gauge}")).collect(),
+                normal(10 * n),
+                vec![Axis::Fz],
+                normal(n),
+            );
+            let recording = Arc::new(recording.unwrap());
+            let role = Role::Train;
+            set.push(Entry {
+                recording,
+                role,
+                group: None,
+            })
+            .unwrap();
+        }
+        let set = Arc::new(set);
+        let scores = |regressor| {
+            let settings = FitSettings {
+                features: FeatureSettings {
+                    blocks: Blocks::default().with(&Polynomial, &[2.0]),
+                    ..FeatureSettings::present()
+                },
+                regressor,
+                kernel: KernelSettings {
+                    landmarks: 20,
+                    length_scale: Some(1.0),
+                },
+                network: NetworkSettings {
+                    hidden: vec![10],
+                    epochs: 20,
+                    cross_validate: true,
+                    ..NetworkSettings::default()
+                },
+                ..FitSettings::default()
+            };
+            let request = Request::fit(Arc::clone(&set), settings);
+            let quality = train(&request, &Progress::default(), &mut |_| {})
+                .unwrap()
+                .quality;
+            let compensated = quality.compensated;
+            (
+                compensated.train_rmse.unwrap()[0],
+                compensated.cv_rmse.unwrap()[0],
+            )
+        };
+        let (by_heart, linear) = scores(Regressor::Linear);
+        assert!(by_heart < 0.8 && linear > 1.3, "{by_heart} {linear}");
+        for regressor in [Regressor::HybridKernel, Regressor::HybridNetwork] {
+            let (train, hybrid) = scores(regressor);
+            assert!((hybrid / linear - 1.0).abs() < 0.2, "{hybrid} {linear}");
+            // There is nothing to learn after the linear stage, so it stands alone.
+            assert!((train / by_heart - 1.0).abs() < 1e-6, "{train} {by_heart}");
+        }
+    }
+}

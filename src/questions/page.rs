@@ -1,0 +1,480 @@
+//! All that a report says of a calibration, gathered: fit, errors over the thresholds, loops, figures, traces.
+
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use crate::calibration::{Calibration, ExpectedError};
+use crate::export::{
+    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
+    used_recordings,
+};
+use crate::features::Thresholds;
+use crate::progress::Progress;
+use crate::questions::check::query::sufficiency;
+use crate::questions::expected_error::limits::{Checked, Limits, Measured};
+use crate::questions::expected_error::query::expected_error;
+use crate::questions::loops::{
+    FiguresOf, Inks, Look, LookError, LookRequest, LoopQuestion, LoopView, Output, Question, Span,
+    TableOf, TableQuestion, Up, Viewer,
+};
+use crate::questions::metrology::Metrology;
+use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
+use crate::questions::{
+    Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
+    train,
+};
+use crate::recording::{Axis, Identity, RecordingSet, Role};
+use crate::report::figure;
+use crate::report::figure::{Figure, Line, Scale, color};
+use crate::scoring::Series;
+use crate::scoring::numbers::significant;
+
+/// F_th and t_th that the curves are computed at, beside those of the fit.
+const CURVE_POINTS: (usize, usize) = (29, 9);
+/// A trace is drawn in so many columns, more than the page is wide in its own units.
+const TRACE_COLUMNS: f64 = 1200.0;
+/// Loops are drawn to this width and height, more than their plots have on the page in its own units.
+const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
+/// What a picture leaves free above and below.
+const MARGIN: f64 = 0.05;
+
+/// Fits what `request` asks for (or takes its calibration) and gathers a report on it, for a sensor that is known, with limits that it
+/// must keep.
+///
+/// Loops and figures are of the test recordings, or of the training recordings where there is none; which recordings
+/// `request` shows plays no part. What cannot be computed becomes a sentence in its place.
+///
+/// # Errors
+/// [`AnalysisError`] where there is no calibration to report on, or the work was cancelled.
+pub fn report(
+    request: &Request,
+    identity: &Identity,
+    limits: &Limits,
+    progress: &Progress,
+) -> Result<ReportData, AnalysisError> {
+    const STAGES: u64 = 6;
+    progress.add_total(STAGES);
+    let calibration = match &request.calibration {
+        Some(calibration) => Arc::clone(calibration),
+        None => Arc::new(train(request, &progress.part(), &mut |_| {})?),
+    };
+    progress.check()?;
+    progress.advance(1);
+    let applied = Request {
+        trained: request.calibration.is_none() || request.trained,
+        calibration: Some(calibration),
+        view: View::One(0),
+        ..request.clone()
+    };
+    let mut analyst = Analyst::default();
+    let mut analysis = analyst.analyse(&applied, &progress.part())?;
+    let shown = worst(&applied.recordings, &analysis);
+    if let Some((at, _)) = shown {
+        let view = View::One(at);
+        analysis = analyst.analyse(
+            &Request {
+                view,
+                ..applied.clone()
+            },
+            &progress.part(),
+        )?;
+    }
+    drop(analyst);
+    progress.advance(1);
+    let mut warnings = warnings(&analysis);
+    let not_fitted = "The calibration was not fitted to these recordings.";
+    let thresholds = match analysis.fitted {
+        true => thresholds(request, &progress.part(), &mut warnings)?,
+        false => Err(not_fitted.to_owned()),
+    };
+    let check = match analysis.fitted {
+        true => sufficiency(request, None, &progress.part())
+            .map_err(|error| sentence(&error.to_string())),
+        false => Err(not_fitted.to_owned()),
+    };
+    progress.advance(1);
+    let of = TableOf::usual(&applied.recordings);
+    let mut looker = Looker::new(&analysis, &applied, of, progress);
+    let loops = (analysis.calibration.axes.iter())
+        .map(|axis| looker.loops(*axis))
+        .collect::<Result<_, _>>()?;
+    progress.advance(1);
+    let metrology = looker.table()?;
+    progress.advance(1);
+    let calibration = Arc::new(analysis.calibration.of_sensor(identity));
+    let expected_error = expected_error(request, &calibration, analysis.fitted, progress)?;
+    let checked = checked(limits, &calibration, &expected_error, &metrology);
+    progress.advance(1);
+    Ok(ReportData {
+        made: SystemTime::now(),
+        notes: String::new(),
+        factory: analysis.factory,
+        fitted: analysis.fitted,
+        recordings: recordings(&applied.recordings, &analysis.recordings),
+        check,
+        thresholds,
+        measured: measured_recordings(of),
+        loops,
+        errors: shown.map(|(at, chosen)| ReportErrors {
+            recording: applied.recordings.entries()[at].recording.name().to_owned(),
+            chosen,
+            figures: error_figures(&analysis.traces),
+        }),
+        metrology,
+        expected_error: expected_error.map_err(|reason| sentence(&reason)),
+        limits: checked,
+        warnings,
+        calibration,
+    })
+}
+
+/// Returns the outcome of each limit, where the loops are those of the usual recordings of a report.
+fn checked(
+    limits: &Limits,
+    calibration: &Calibration,
+    expected_error: &Result<ExpectedError, String>,
+    metrology: &Result<Arc<Metrology>, String>,
+) -> Vec<Checked> {
+    let axes = calibration.axes.iter().copied();
+    let axes: Vec<(Axis, f64)> = axes.zip(calibration.full_scale.iter().copied()).collect();
+    limits.check(&Measured {
+        axes: &axes,
+        quality: &calibration.quality,
+        expected_error,
+        metrology: metrology.as_deref().map_err(|reason| &**reason),
+    })
+}
+
+/// Returns the outcome of each limit for a fitted calibration, as [`report`] has it.
+///
+/// # Errors
+/// As [`report`].
+pub fn check_limits(
+    request: &Request,
+    calibration: &Arc<Calibration>,
+    limits: &Limits,
+    progress: &Progress,
+) -> Result<Vec<Checked>, AnalysisError> {
+    let expected_error = expected_error(request, calibration, true, progress)?;
+    let metrology = match limits.ask_for_loops() {
+        true => {
+            let applied = Request {
+                trained: true,
+                calibration: Some(Arc::clone(calibration)),
+                ..request.clone()
+            };
+            let analysis = Analyst::default().analyse(&applied, progress)?;
+            let of = TableOf::usual(&applied.recordings);
+            Looker::new(&analysis, &applied, of, progress).table()?
+        }
+        false => Err("not measured".to_owned()),
+    };
+    Ok(checked(limits, calibration, &expected_error, &metrology))
+}
+
+fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportRecording> {
+    let used = used_recordings(set).into_iter();
+    (used.zip(set.entries()).zip(results))
+        .map(|((used, entry), result)| ReportRecording {
+            used,
+            group: result.group.clone(),
+            n_samples: entry.recording.n_samples(),
+            duration_secs: entry.recording.duration_secs(),
+            rate_hz: entry.recording.rate_hz(),
+            conventional_rmse: result.conventional_rmse.clone(),
+            compensated_rmse: result.compensated_rmse.clone(),
+        })
+        .collect()
+}
+
+/// The recording with the greatest compensated error, all axes over their full scale, and why it is this one.
+fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str)> {
+    let full_scale = &analysis.calibration.full_scale;
+    let badness = |at: usize| -> Option<f64> {
+        let rmse = analysis.recordings[at].compensated_rmse.as_ref()?;
+        let shares = rmse
+            .iter()
+            .zip(full_scale)
+            .map(|(rmse, full)| match *full > 0.0 {
+                true => (rmse / full).powi(2),
+                false => 0.0,
+            });
+        Some(shares.sum())
+    };
+    let in_role = |role: Role| {
+        let entries = set.entries().iter().enumerate();
+        let rated = entries
+            .filter(move |(_, entry)| entry.role == role)
+            .filter_map(|(at, _)| Some((at, badness(at)?)));
+        rated.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
+    };
+    let chosen = [
+        (
+            Role::Test,
+            "the test recording with the greatest errors over full scale",
+        ),
+        (
+            Role::Train,
+            "the training recording with the greatest errors over full scale",
+        ),
+        (
+            Role::Off,
+            "the recording with the greatest errors over full scale",
+        ),
+    ];
+    chosen
+        .into_iter()
+        .find_map(|(role, why)| Some((in_role(role)?, why)))
+}
+
+/// The recordings that loops and figures are of.
+fn measured_recordings(of: TableOf) -> String {
+    let words = match of {
+        TableOf::Test => "the test recordings",
+        TableOf::Train => "the training recordings (none is in the test role)",
+        TableOf::NotFitted => "the test recordings and those that are off",
+        TableOf::All => "all recordings",
+    };
+    words.to_owned()
+}
+
+fn warnings(analysis: &Analysis) -> Vec<String> {
+    let simulated = "Made from the built-in simulated sensor, not from a real one.";
+    let simulated = analysis.calibration.simulated.then(|| simulated.to_owned());
+    let cautions = analysis.cautions.iter();
+    let cautions = cautions.map(|caution| sentence(&caution.to_string()));
+    simulated.into_iter().chain(cautions).collect()
+}
+
+/// The errors over both thresholds through those of the fit; `Err` holds why there are none.
+fn thresholds(
+    request: &Request,
+    progress: &Progress,
+    warnings: &mut Vec<String>,
+) -> Result<Result<ReportCurves, String>, AnalysisError> {
+    let recordings = Arc::clone(&request.recordings);
+    let mut made = || {
+        let study = Study::prepare(
+            &request.datasets,
+            recordings.clone(),
+            request.settings.clone(),
+            progress,
+        )?;
+        let present = study.present_thresholds();
+        let grid = grid_through(present, study.largest_distance())?;
+        let map = study.threshold_map(&grid, progress, &|_| {})?;
+        Ok(curves(request, &map, present, warnings))
+    };
+    match made() {
+        Ok(curves) => Ok(Ok(curves)),
+        Err(AnalysisError::Cancelled(cancelled)) => Err(cancelled.into()),
+        Err(error) => Ok(Err(error.to_string())),
+    }
+}
+
+fn grid_through(present: Thresholds, largest: f64) -> Result<ThresholdGrid, AnalysisError> {
+    let (n_f, n_t) = CURVE_POINTS;
+    let covering = ThresholdGrid::covering(largest, n_f, n_t)?;
+    let with = |values: &[f64], own: f64| {
+        let mut values = [values, &[own]].concat();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
+    };
+    let f_ths = with(covering.f_ths(), present.f_th);
+    let t_ths_secs = with(covering.t_ths_secs(), present.t_th_secs);
+    Ok(ThresholdGrid::new(f_ths, t_ths_secs)?)
+}
+
+fn curves(
+    request: &Request,
+    map: &ThresholdMap,
+    present: Thresholds,
+    warnings: &mut Vec<String>,
+) -> ReportCurves {
+    let at = map.nearest(present);
+    let shown = ShownFTh::of(map.distance);
+    let groups = [Measure::Forces, Measure::Moments].into_iter();
+    let groups = groups.filter(|group| group.weights(&map.scale).is_some());
+    let settings = &request.settings;
+    let has_look_back = !settings.features.look_backs.is_empty();
+    let marked = |group: Measure, along: Along, own: f64| Figure {
+        marked: has_look_back.then_some(own),
+        ..threshold_curve(map, group, along, at, None, &|_| color::SCORE)
+    };
+    let plots = groups.flat_map(|group| {
+        [
+            marked(group, Along::F, present.f_th * shown.factor),
+            marked(group, Along::T, present.t_th_secs),
+        ]
+    });
+    let plots = plots.collect();
+    let mut about = match has_look_back {
+        true => "Root mean squared errors through the thresholds of the fit, which the upright lines mark.".to_owned(),
+        false => "The fit has no look-back; the curves show what one would do beside its other blocks.".to_owned(),
+    };
+    if settings.regressor.learner().is_some() {
+        about.push_str(
+            " They are those of the linear regressor, which can be fitted at every threshold.",
+        );
+    }
+    let measure = map.scale.default_measure();
+    if let Ok(found) = map.suggestion(measure) {
+        let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
+        let Thresholds { f_th, t_th_secs } = found.thresholds;
+        let f_th = shown.number(f_th);
+        about.push_str(&format!(
+            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}; {}).",
+            significant(found.left_out, 4),
+            shown.label(),
+            significant(found.conventional, 4),
+            found.cross_validation,
+        ));
+        if !found.beats_conventional {
+            warnings.push(
+                "The conventional calibration is within one standard error of the best look-back; a look-back may not be worth it."
+                    .to_owned(),
+            );
+        }
+    }
+    ReportCurves { plots, about }
+}
+
+/// Asks the viewer of loops about the measured recordings.
+struct Looker<'a> {
+    viewer: Viewer,
+    request: LookRequest,
+    of: TableOf,
+    progress: &'a Progress,
+}
+
+impl<'a> Looker<'a> {
+    fn new(analysis: &Analysis, request: &Request, of: TableOf, progress: &'a Progress) -> Self {
+        Self {
+            viewer: Viewer::default(),
+            request: LookRequest {
+                calibration: Arc::clone(&analysis.calibration),
+                recordings: Arc::clone(&request.recordings),
+                decimation: request.settings.decimation,
+                traces: Arc::clone(&analysis.traces),
+                visible: None,
+                measuring: request.measuring.clone(),
+                question: Question::Table(TableQuestion { of }),
+            },
+            of,
+            progress,
+        }
+    }
+
+    fn look(&mut self, question: Question) -> Result<Result<Look, String>, AnalysisError> {
+        self.request.question = question;
+        match self.viewer.look(&self.request, &self.progress.part()) {
+            Ok(look) => Ok(Ok(look)),
+            Err(LookError::Cancelled(cancelled)) => Err(cancelled.into()),
+            Err(error) => Ok(Err(sentence(&error.to_string()))),
+        }
+    }
+
+    fn loops(&mut self, axis: Axis) -> Result<Result<Figure<'static>, String>, AnalysisError> {
+        let question = Question::Loops(LoopQuestion {
+            axis,
+            up: Up::Error,
+            span: Span::Of(self.of),
+            frame: None,
+            pixels: LOOP_PIXELS,
+        });
+        let look = self.look(question)?;
+        Ok(look.and_then(|look| match look {
+            Look::Loops(plot) => {
+                let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
+                Ok(view.figure(&Inks::PRINT, None).into_owned())
+            }
+            _ => Err("There are no loops.".to_owned()),
+        }))
+    }
+
+    fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
+        let look = self.look(Question::Table(TableQuestion { of: self.of }))?;
+        Ok(look.and_then(|look| match look {
+            Look::Table(table) => Ok(table),
+            _ => Err("There are no figures.".to_owned()),
+        }))
+    }
+}
+
+/// With a capital letter and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase);
+    let capital: String = first.into_iter().flatten().collect();
+    format!("{capital}{}.", letters.as_str().trim_end_matches('.'))
+}
+
+fn name(output: Output) -> &'static str {
+    match output {
+        Output::Conventional => "Conv.",
+        Output::Compensated => "Comp.",
+    }
+}
+
+/// A line in its colour; Conv. is dashed, so that the two are told apart without it.
+fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> Line<'static> {
+    let (color, dash) = match output {
+        Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),
+        Output::Compensated => (color::COMPENSATED, None),
+    };
+    Line {
+        dash,
+        ..Line::new(name, color, pieces)
+    }
+}
+
+fn error_figures(traces: &TraceSet) -> Vec<Figure<'static>> {
+    let axes = traces.axes.iter();
+    axes.filter_map(|axis| error_figure(traces, axis)).collect()
+}
+
+fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>> {
+    let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
+    let errors = [
+        (Output::Conventional, axis.conventional_error.as_ref()?, 1.0),
+        (Output::Compensated, axis.compensated_error.as_ref()?, 1.6),
+    ];
+    let own = errors.map(|(output, series, width)| Line {
+        width,
+        ..line(output, name(output), vec![points(traces, series)])
+    });
+    let factory = axis.factory_error.as_ref().map(|series| Line {
+        width: 1.0,
+        dash: Some(figure::DASHED),
+        ..Line::new("Factory", color::FACTORY, [points(traces, series)])
+    });
+    let lines: Vec<_> = factory.into_iter().chain(own).collect();
+    let errors = lines.iter().flat_map(|line| line.pieces[0].iter());
+    let heights = errors.map(|[_, up]| *up).chain([0.0]);
+    let end = traces.times.last().copied().unwrap_or(0.0);
+    Some(Figure {
+        title: symbol.to_owned(),
+        across: Scale::new(traces.across(), (0.0, end)),
+        up: Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN),
+        lines,
+        ..Figure::default()
+    })
+}
+
+/// A trace in columns of a unit of the page.
+fn points(traces: &TraceSet, series: &Series) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    let (first, last) = (traces.times.first(), traces.times.last());
+    let secs = first.zip(last).map_or(0.0, |(first, last)| last - first);
+    let column_secs = secs / TRACE_COLUMNS;
+    series.draw(
+        &traces.times,
+        0..series.len(),
+        column_secs,
+        |time, value| {
+            points.push([time, value]);
+        },
+    );
+    points
+}

@@ -1,0 +1,292 @@
+//! Which thresholds are tried, and in which order.
+//!
+//! Guarantees: values of a [`ThresholdGrid`] are finite, from zero up, and rise; there is at least one of each.
+
+use crate::scoring::numbers::{decimals, round_step};
+
+/// More values of one threshold than this are refused: nobody can tell them apart.
+pub const MAX_VALUES: usize = 2000;
+/// More pairs of thresholds than this are refused: their errors alone would fill the memory.
+const MAX_PAIRS: usize = 250_000;
+/// About so many rows are in the first, coarsest level.
+const COARSEST: usize = 5;
+
+/// Every pair of these thresholds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThresholdGrid {
+    f_ths: Vec<f64>,
+    t_ths_secs: Vec<f64>,
+}
+
+/// Values from which no grid can be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GridError {
+    #[error(
+        "{what} has no values; give start:stop:step, or numbers in rising order with commas between them"
+    )]
+    Empty { what: &'static str },
+    #[error("the step of {what} is {step}; it must be a number above zero")]
+    Step { what: &'static str, step: f64 },
+    #[error(
+        "{what} is to go from {start} to {stop}; exchange the two, the first must not be above the second"
+    )]
+    Reversed {
+        what: &'static str,
+        start: f64,
+        stop: f64,
+    },
+    #[error("{what} has {next} after {before}; give the values in rising order, each once")]
+    Order {
+        what: &'static str,
+        before: f64,
+        next: f64,
+    },
+    #[error("{what} has the value {value}; it must be a number from zero up")]
+    Value { what: &'static str, value: f64 },
+    #[error("{what} has {count} values, more than {MAX_VALUES}; take a larger step")]
+    TooMany { what: &'static str, count: f64 },
+    #[error(
+        "{f_ths} values of F_th and {t_ths} of t_th make more than {MAX_PAIRS} pairs; take larger steps"
+    )]
+    TooManyPairs { f_ths: usize, t_ths: usize },
+}
+
+/// The values from `start` to `stop` in steps, `stop` included where a step meets it.
+///
+/// # Errors
+/// [`GridError`] for a step that leads nowhere, exchanged ends, or too many values.
+pub fn even_values(
+    what: &'static str,
+    start: f64,
+    stop: f64,
+    step: f64,
+) -> Result<Vec<f64>, GridError> {
+    for value in [start, stop] {
+        check_value(what, value)?;
+    }
+    if !(step > 0.0 && step.is_finite()) {
+        return Err(GridError::Step { what, step });
+    }
+    if start > stop {
+        return Err(GridError::Reversed { what, start, stop });
+    }
+    // A little more than a whole number of steps is one: 0.1 is no binary fraction.
+    let steps = ((stop - start) / step + 1e-9).floor();
+    if steps >= MAX_VALUES as f64 {
+        let count = steps + 1.0;
+        return Err(GridError::TooMany { what, count });
+    }
+    let decimals = decimals_of(start).max(decimals_of(step));
+    Ok((0..=steps as usize)
+        .map(|at| rounded(start + at as f64 * step, decimals))
+        .collect())
+}
+
+/// Multiples of a decimal step are written without the noise of the last digit.
+fn rounded(value: f64, decimals: Option<usize>) -> f64 {
+    let written = decimals.map(|decimals| format!("{value:.decimals$}"));
+    written.and_then(|text| text.parse().ok()).unwrap_or(value)
+}
+
+/// How many decimals a number is written with; `None` if that is no short number.
+fn decimals_of(value: f64) -> Option<usize> {
+    Some(decimals(value)).filter(|decimals| *decimals <= 9)
+}
+
+fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {
+    if value >= 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(GridError::Value { what, value })
+    }
+}
+
+impl ThresholdGrid {
+    /// Checks the values.
+    ///
+    /// **Units** F_th in that of the distance; t_th (s).
+    ///
+    /// # Errors
+    /// [`GridError`] with the first thing that is wrong.
+    pub fn new(f_ths: Vec<f64>, t_ths_secs: Vec<f64>) -> Result<Self, GridError> {
+        for (what, values) in [("F_th", &f_ths), ("t_th", &t_ths_secs)] {
+            if values.is_empty() {
+                return Err(GridError::Empty { what });
+            }
+            if values.len() > MAX_VALUES {
+                let count = values.len() as f64;
+                return Err(GridError::TooMany { what, count });
+            }
+            values
+                .iter()
+                .try_for_each(|&value| check_value(what, value))?;
+            if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
+                let (before, next) = (pair[0], pair[1]);
+                return Err(GridError::Order { what, before, next });
+            }
+        }
+        if f_ths.len() * t_ths_secs.len() > MAX_PAIRS {
+            return Err(GridError::TooManyPairs {
+                f_ths: f_ths.len(),
+                t_ths: t_ths_secs.len(),
+            });
+        }
+        Ok(Self { f_ths, t_ths_secs })
+    }
+
+    /// A grid for a sensor of which only the largest distance is known: `n_f` F_th in even round steps from zero to a
+    /// fifth beyond it, `n_t` t_th from half a second to a minute, each as many times the one before.
+    ///
+    /// # Errors
+    /// [`GridError`] if a count is zero or too large.
+    pub fn covering(largest_distance: f64, n_f: usize, n_t: usize) -> Result<Self, GridError> {
+        let reach = if largest_distance > 0.0 && largest_distance.is_finite() {
+            1.2 * largest_distance
+        } else {
+            1.0
+        };
+        let step = round_step(reach / n_f.saturating_sub(1).max(1) as f64);
+        let decimals = decimals_of(step);
+        let f_ths = (0..n_f.min(MAX_VALUES + 1))
+            .map(|at| rounded(at as f64 * step, decimals))
+            .collect();
+        let (shortest, longest) = (0.5_f64, 60.0_f64);
+        let ratio = (longest / shortest).powf(1.0 / n_t.saturating_sub(1).max(1) as f64);
+        let t_ths_secs = (0..n_t.min(MAX_VALUES + 1))
+            .map(|at| rounded(shortest * ratio.powi(at as i32), Some(3)))
+            .collect();
+        Self::new(f_ths, t_ths_secs)
+    }
+
+    /// The F_th, rising.
+    pub fn f_ths(&self) -> &[f64] {
+        &self.f_ths
+    }
+
+    /// The t_th, rising (s).
+    pub fn t_ths_secs(&self) -> &[f64] {
+        &self.t_ths_secs
+    }
+
+    /// The longest t_th (s).
+    pub fn longest_secs(&self) -> f64 {
+        *self.t_ths_secs.last().expect("a grid has a t_th")
+    }
+
+    /// The positions of the F_th in levels, each halving the gaps that the ones before left: a map that is filled in
+    /// this order shows the whole of it from the first level on.
+    pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
+        let n = self.f_ths.len();
+        let mut stride = 1;
+        while n.div_ceil(stride) > COARSEST {
+            stride *= 2;
+        }
+        let mut levels = vec![(0..n).step_by(stride).collect::<Vec<_>>()];
+        if !(n - 1).is_multiple_of(stride) {
+            levels[0].push(n - 1);
+        }
+        while stride > 1 {
+            let half = stride / 2;
+            let between = (half..n).step_by(stride);
+            levels.push(between.filter(|at| !levels[0].contains(at)).collect());
+            stride = half;
+        }
+        levels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_values_are_written_as_people_write_them() {
+        assert_eq!(
+            even_values("F_th", 0.0, 0.6, 0.1).unwrap(),
+            [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+        );
+        assert_eq!(even_values("t_th", 1.0, 6.0, 2.0).unwrap(), [1.0, 3.0, 5.0]);
+        assert_eq!(even_values("t_th", 3.0, 3.0, 1.0).unwrap(), [3.0]);
+    }
+
+    #[test]
+    fn what_makes_no_grid_is_refused_with_what_to_do() {
+        let even = |start, stop, step| even_values("F_th", start, stop, step);
+        assert!(matches!(even(0.0, 1.0, 0.0), Err(GridError::Step { .. })));
+        assert!(matches!(
+            even(0.0, 1.0, f64::NAN),
+            Err(GridError::Step { .. })
+        ));
+        assert!(matches!(
+            even(2.0, 1.0, 0.1),
+            Err(GridError::Reversed { .. })
+        ));
+        assert!(matches!(
+            even(0.0, 1.0, 1e-9),
+            Err(GridError::TooMany { .. })
+        ));
+        assert!(matches!(even(-1.0, 1.0, 0.1), Err(GridError::Value { .. })));
+        let lists = |f: &[f64], t: &[f64]| ThresholdGrid::new(f.to_vec(), t.to_vec());
+        assert!(matches!(
+            lists(&[], &[1.0]),
+            Err(GridError::Empty { what: "F_th" })
+        ));
+        assert!(matches!(
+            lists(&[1.0], &[]),
+            Err(GridError::Empty { what: "t_th" })
+        ));
+        assert!(matches!(
+            lists(&[1.0], &[5.0, 3.0]),
+            Err(GridError::Order { .. })
+        ));
+        assert!(matches!(
+            lists(&[1.0, 1.0], &[5.0]),
+            Err(GridError::Order { .. })
+        ));
+        assert!(matches!(
+            lists(&[1.0], &[f64::INFINITY]),
+            Err(GridError::Value { .. })
+        ));
+    }
+
+    #[test]
+    fn a_grid_that_would_fill_the_memory_is_refused() {
+        let values: Vec<f64> = (0..1000).map(f64::from).collect();
+        let error = ThresholdGrid::new(values.clone(), values.clone()).unwrap_err();
+        assert!(error.to_string().contains("1000 values of F_th"), "{error}");
+        assert!(ThresholdGrid::new(values, vec![1.0, 2.0]).is_ok());
+    }
+
+    /// Every position once; each level's gaps are at most half of those that were left.
+    #[test]
+    fn coarse_to_fine_visits_all_and_halves_the_gaps() {
+        for n in [1, 2, 3, 5, 6, 40, 41, 97] {
+            let f_ths = (0..n).map(f64::from).collect();
+            let grid = ThresholdGrid::new(f_ths, vec![1.0]).unwrap();
+            let mut seen = Vec::new();
+            let mut widest = n as usize;
+            for level in grid.coarse_to_fine() {
+                seen.extend(level);
+                seen.sort_unstable();
+                assert!(seen.contains(&0) && seen.contains(&(n as usize - 1)));
+                let gap = seen.windows(2).map(|pair| pair[1] - pair[0]).max();
+                assert!(gap.unwrap_or(1) <= widest.div_ceil(2), "{n}: {seen:?}");
+                widest = gap.unwrap_or(1);
+            }
+            assert_eq!(seen, (0..n as usize).collect::<Vec<_>>());
+        }
+    }
+
+    /// 12 N and a fifth more in 39 steps is 0.369: the next round step is 0.5.
+    #[test]
+    fn a_grid_covers_the_sensor_in_round_steps() {
+        let grid = ThresholdGrid::covering(12.0, 40, 40).unwrap();
+        assert_eq!(grid.f_ths()[..3], [0.0, 0.5, 1.0]);
+        assert_eq!((grid.f_ths().len(), grid.t_ths_secs().len()), (40, 40));
+        assert_eq!((grid.t_ths_secs()[0], grid.longest_secs()), (0.5, 60.0));
+        let small = ThresholdGrid::covering(3e-4, 21, 1).unwrap();
+        assert_eq!(small.f_ths()[1], 2e-5);
+        assert!(ThresholdGrid::covering(f64::NAN, 3, 3).is_ok());
+        assert!(ThresholdGrid::covering(1.0, 0, 3).is_err());
+    }
+}

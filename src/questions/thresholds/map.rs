@@ -1,0 +1,266 @@
+//! The errors over both thresholds.
+//!
+//! Guarantees: rows may come in any order; what has not come yet is `None`, and everything else works meanwhile.
+
+use crate::calibration::{CrossValidation, FactoryScores, Scores};
+use crate::features::{Distance, Thresholds};
+use crate::questions::thresholds::{
+    Measure, MeasureScale, NoSuggestion, PointScores, Suggestion, ThresholdGrid,
+};
+use crate::scoring::quantile::quantile;
+
+/// So many of the numbers of a map are within the range of its colours.
+const SHADED_SHARE: f64 = 0.95;
+
+/// On which samples errors are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScoreSet {
+    /// Those that were fitted.
+    Train,
+    /// The recordings in the test role.
+    Test,
+    /// Each training recording, predicted by a fit to the others.
+    LeftOut,
+}
+
+impl ScoreSet {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Train, Self::Test, Self::LeftOut];
+
+    /// What people call it.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Test => "test",
+            Self::LeftOut => "cross-validation",
+        }
+    }
+
+    /// What the window has room for.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Train => "Train",
+            Self::Test => "Test",
+            Self::LeftOut => "CV",
+        }
+    }
+
+    /// What errors on them say.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Train => "On the training recordings themselves, which flatters",
+            Self::Test => "On the test recordings: to look at; choosing by it would spend it",
+            Self::LeftOut => {
+                "Each group of training recordings scored by a fit to the others; with \
+                 fewer than three recordings, five contiguous blocks of them take turns: choose by this one. The look-back's trigger \
+                 stays the conventional calibration of all"
+            }
+        }
+    }
+
+    /// The errors on these samples.
+    pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {
+        match self {
+            Self::Train => scores.train_rmse.as_deref(),
+            Self::Test => scores.test_rmse.as_deref(),
+            Self::LeftOut => scores.cv_rmse.as_deref(),
+        }
+    }
+
+    /// The errors of the calibration that the sensor came with; it was fitted to none of the samples, so none was left out.
+    pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
+        match self {
+            Self::Train => &scores.train_rmse,
+            Self::Test => &scores.test_rmse,
+            Self::LeftOut => &[],
+        }
+    }
+}
+
+/// The threshold that changes along a curve through a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// F_th.
+    F,
+    /// t_th.
+    T,
+}
+
+impl Along {
+    /// This threshold of a pair (t_th in s).
+    pub fn of(self, pair: Thresholds) -> f64 {
+        match self {
+            Self::F => pair.f_th,
+            Self::T => pair.t_th_secs,
+        }
+    }
+}
+
+/// Scores at every pair of thresholds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThresholdMap {
+    /// The pairs.
+    pub grid: ThresholdGrid,
+    /// What F_th is measured in.
+    pub distance: Distance,
+    /// The axes of the scores.
+    pub scale: MeasureScale,
+    /// Training samples.
+    pub n_train: u64,
+    /// Test samples.
+    pub n_test: u64,
+    /// Samples of each part that is left out in turn.
+    pub part_samples: Vec<u64>,
+    /// What these parts are.
+    pub cross_validation: CrossValidation,
+    /// Without any block: the present gauges alone.
+    pub conventional: PointScores,
+    pub(crate) rows: Vec<Option<Vec<PointScores>>>,
+}
+
+impl ThresholdMap {
+    /// No row has come yet.
+    pub fn new(
+        grid: ThresholdGrid,
+        distance: Distance,
+        scale: MeasureScale,
+        conventional: PointScores,
+        part_samples: Vec<u64>,
+    ) -> Self {
+        Self {
+            rows: vec![None; grid.f_ths().len()],
+            n_train: part_samples.iter().sum(),
+            n_test: 0,
+            cross_validation: CrossValidation::default(),
+            grid,
+            distance,
+            scale,
+            part_samples,
+            conventional,
+        }
+    }
+
+    /// Fills in the scores of one F_th at every t_th.
+    ///
+    /// # Panics
+    /// If there is no such F_th, or not one point per t_th.
+    pub fn set_row(&mut self, f_at: usize, points: Vec<PointScores>) {
+        assert_eq!(points.len(), self.grid.t_ths_secs().len(), "one per t_th");
+        self.rows[f_at] = Some(points);
+    }
+
+    /// Whether this row has come.
+    pub fn has_row(&self, f_at: usize) -> bool {
+        self.rows.get(f_at).is_some_and(Option::is_some)
+    }
+
+    /// Whether every row has come.
+    pub fn is_complete(&self) -> bool {
+        self.rows.iter().all(Option::is_some)
+    }
+
+    /// How many rows have come.
+    pub fn n_rows_done(&self) -> usize {
+        self.rows.iter().flatten().count()
+    }
+
+    /// The scores of one pair; `None` as long as its row has not come.
+    pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
+        self.rows.get(f_at)?.as_ref()?.get(t_at)
+    }
+
+    /// The thresholds of one pair.
+    ///
+    /// # Panics
+    /// If there is no such pair.
+    pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
+        Thresholds {
+            f_th: self.grid.f_ths()[f_at],
+            t_th_secs: self.grid.t_ths_secs()[t_at],
+        }
+    }
+
+    /// The pair of the grid that is nearest to these thresholds.
+    pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
+        let nearest = |values: &[f64], wanted: f64| {
+            let distance = |at: &usize| (values[*at] - wanted).abs();
+            let all = 0..values.len();
+            all.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                .unwrap_or(0)
+        };
+        (
+            nearest(self.grid.f_ths(), thresholds.f_th),
+            nearest(self.grid.t_ths_secs(), thresholds.t_th_secs),
+        )
+    }
+
+    /// One number at one pair.
+    pub fn value(&self, set: ScoreSet, measure: Measure, f_at: usize, t_at: usize) -> Option<f64> {
+        let scores = &self.point(f_at, t_at)?.scores;
+        measure.of_rmse(&self.scale, set.rmse(scores)?)
+    }
+
+    /// One number of the conventional calibration.
+    pub fn conventional_value(&self, set: ScoreSet, measure: Measure) -> Option<f64> {
+        measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
+    }
+
+    /// The map of one number.
+    ///
+    /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
+    pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
+        let n_t = self.grid.t_ths_secs().len();
+        (0..self.rows.len() * n_t)
+            .map(|at| self.value(set, measure, at / n_t, at % n_t))
+            .collect()
+    }
+
+    /// The range of the numbers that colours tell apart: the few greatest are left above it, since a handful of pairs that find
+    /// hardly any past sample can be many times worse than all others. `None` where no number has come.
+    pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
+        let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
+        let least = known.iter().copied().reduce(f64::min)?;
+        let greatest = known.iter().copied().fold(least, f64::max);
+        let most = quantile(&mut known, SHADED_SHARE)?;
+        Some((least, if most > least { most } else { greatest }))
+    }
+
+    /// `(threshold, number)` along one threshold through the pair at these positions, rising; pairs that have not come are left
+    /// out.
+    pub fn curve(
+        &self,
+        along: Along,
+        set: ScoreSet,
+        measure: Measure,
+        (f_at, t_at): (usize, usize),
+    ) -> Vec<(f64, f64)> {
+        let thresholds = match along {
+            Along::F => self.grid.f_ths(),
+            Along::T => self.grid.t_ths_secs(),
+        };
+        let value = |at: usize| match along {
+            Along::F => self.value(set, measure, at, t_at),
+            Along::T => self.value(set, measure, f_at, at),
+        };
+        let thresholds = thresholds.iter().enumerate();
+        thresholds
+            .filter_map(|(at, threshold)| Some((*threshold, value(at)?)))
+            .collect()
+    }
+
+    /// The pair with the least of a number, and that number; of equals the one with the least thresholds.
+    pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
+        let n_t = self.grid.t_ths_secs().len();
+        let values = self.values(set, measure).into_iter().enumerate();
+        let known = values.filter_map(|(at, value)| Some(((at / n_t, at % n_t), value?)));
+        known.min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    /// The thresholds to take; see [`Suggestion`].
+    ///
+    /// # Errors
+    /// [`NoSuggestion`] where there is nothing to choose by.
+    pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
+        Suggestion::of(self, measure)
+    }
+}

@@ -1,0 +1,147 @@
+//! What is shown of several axes: one number.
+//!
+//! Guarantees: every measure is a root of weighted squares of the axes' errors, so it can be taken of squared errors,
+//! part by part, as well as of an RMSE.
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::Axis;
+use crate::scoring::metrics::Group;
+
+/// Which errors count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// One axis, by position, in its unit.
+    Axis(usize),
+    /// Root mean square over the force axes (N).
+    Forces,
+    /// Root mean square over the moment axes (N·m).
+    Moments,
+    /// Root mean square over all axes, each in percent of its full scale (%); axes without one do not count.
+    FullScale,
+}
+
+/// The axes that a measure is taken of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeasureScale {
+    /// The axes, in the order of the errors.
+    pub axes: Vec<Axis>,
+    /// The full scale of each.
+    pub full_scale: Vec<f64>,
+}
+
+impl MeasureScale {
+    /// Every measure that says something of these axes: groups first.
+    pub fn measures(&self) -> Vec<Measure> {
+        let groups = [Measure::Forces, Measure::Moments, Measure::FullScale];
+        let axes = (0..self.axes.len()).map(Measure::Axis);
+        groups
+            .into_iter()
+            .chain(axes)
+            .filter(|measure| measure.weights(self).is_some())
+            .collect()
+    }
+
+    /// What is looked at first: forces, or percent of full scale where there is none.
+    pub fn default_measure(&self) -> Measure {
+        if Measure::Forces.weights(self).is_some() {
+            Measure::Forces
+        } else {
+            Measure::FullScale
+        }
+    }
+}
+
+impl Measure {
+    /// What each axis' squared error is multiplied with; `None` if no axis counts.
+    pub fn weights(self, scale: &MeasureScale) -> Option<Vec<f64>> {
+        let one = |at: usize, axis: &Axis| match self {
+            Self::Axis(own) => f64::from(u8::from(own == at)),
+            Self::Forces => f64::from(u8::from(Group::Force.contains(*axis))),
+            Self::Moments => f64::from(u8::from(Group::Moment.contains(*axis))),
+            Self::FullScale => match scale.full_scale.get(at) {
+                Some(&full) if full > 0.0 => (100.0 / full).powi(2),
+                _ => 0.0,
+            },
+        };
+        let mut weights: Vec<f64> = (scale.axes.iter().enumerate())
+            .map(|(at, axis)| one(at, axis))
+            .collect();
+        let count = weights.iter().filter(|weight| **weight > 0.0).count();
+        for weight in &mut weights {
+            *weight /= count.max(1) as f64;
+        }
+        (count > 0).then_some(weights)
+    }
+
+    /// The measure of an RMSE per axis; `None` if no axis counts.
+    pub fn of_rmse(self, scale: &MeasureScale, rmse: &[f64]) -> Option<f64> {
+        let weights = self.weights(scale)?;
+        let squares = weights.iter().zip(rmse).map(|(w, rmse)| w * rmse * rmse);
+        Some(squares.sum::<f64>().sqrt())
+    }
+
+    /// Its unit.
+    pub fn unit(self, scale: &MeasureScale) -> &'static str {
+        match self {
+            Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.unit()),
+            Self::Forces => Axis::Fx.unit(),
+            Self::Moments => Axis::Mx.unit(),
+            Self::FullScale => "% FS",
+        }
+    }
+
+    /// What people call it.
+    pub fn label(self, scale: &MeasureScale) -> &'static str {
+        match self {
+            Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.symbol()),
+            Self::Forces => "forces",
+            Self::Moments => "moments",
+            Self::FullScale => "all axes",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scale() -> MeasureScale {
+        MeasureScale {
+            axes: vec![Axis::Fx, Axis::Fz, Axis::Mx],
+            full_scale: vec![10.0, 20.0, 0.0],
+        }
+    }
+
+    #[test]
+    fn groups_are_those_of_the_table_of_errors() {
+        let (scale, rmse) = (scale(), [1.0, 7.0, 9.0]);
+        let of = |measure: Measure| measure.of_rmse(&scale, &rmse);
+        assert_eq!(of(Measure::Forces), Group::Force.rmse(&scale.axes, &rmse));
+        assert_eq!(of(Measure::Moments), Group::Moment.rmse(&scale.axes, &rmse));
+        assert_eq!(of(Measure::Axis(1)), Some(7.0));
+        assert_eq!(of(Measure::Axis(3)), None);
+    }
+
+    /// 10 % of 10 N and 35 % of 20 N: √((100 + 1225) / 2); the axis without a full scale does not count.
+    #[test]
+    fn full_scale_counts_each_axis_in_percent_of_its_own() {
+        let value = Measure::FullScale.of_rmse(&scale(), &[1.0, 7.0, 9.0]);
+        assert!((value.unwrap() - 662.5_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn only_measures_with_an_axis_are_offered() {
+        let moment = MeasureScale {
+            axes: vec![Axis::Mz],
+            full_scale: vec![0.5],
+        };
+        assert_eq!(
+            moment.measures(),
+            [Measure::Moments, Measure::FullScale, Measure::Axis(0)]
+        );
+        assert_eq!(moment.default_measure(), Measure::FullScale);
+        assert_eq!(scale().default_measure(), Measure::Forces);
+    }
+}

@@ -1,0 +1,303 @@
+//! The values of a block by cross-validation: every candidate's columns in one pass, any choice of them from the sums.
+
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
+use serde::{Serialize, Serializer};
+
+use crate::calibration::{Terms, past_samples};
+use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
+use crate::progress::Progress;
+use crate::questions::AnalysisError;
+use crate::questions::errors::fit::Sums;
+use crate::questions::thresholds::study::{Study, check_parts};
+use crate::questions::thresholds::{Measure, NoSuggestion, paired};
+use crate::recording::{Recording, Role};
+use crate::scoring::left_out::LeftOut;
+
+/// A block whose values nobody knows beforehand: one with a [`search`](Block::search).
+pub type HistoryBlock = &'static dyn Block;
+
+fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(block.setting().option)
+}
+
+/// A list for one block.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlockSuggestion {
+    /// Which block.
+    #[serde(serialize_with = "by_option")]
+    pub block: HistoryBlock,
+    /// The list, rising; empty if none predicts left-out parts better than no such block, beyond one standard error.
+    pub values: Vec<f64>,
+    /// The cross-validation measure with it.
+    pub left_out: f64,
+    /// The cross-validation measure without the block, everything else unchanged.
+    pub left_out_without: f64,
+    /// How many lists were tried.
+    pub n_tried: usize,
+}
+
+/// Any choice of the candidates, scored.
+struct Bench {
+    sums: Sums,
+    kinds: Vec<ColumnKind>,
+    /// The conventional map, which the targets lack.
+    known: Vec<f64>,
+    /// The columns that are not the block's.
+    others: Vec<usize>,
+    /// The columns of each candidate.
+    own: Vec<Vec<usize>>,
+    weights: Vec<f64>,
+    ridge: crate::calibration::RidgeChoice,
+    part_samples: Vec<u64>,
+}
+
+/// A choice with the squared errors of the left-out parts.
+#[derive(Clone)]
+struct Tried {
+    chosen: Vec<usize>,
+    squares: Vec<f64>,
+    mean_square: f64,
+}
+
+impl Study {
+    /// The list for a block that left-out parts are predicted best with, the others staying as the settings say.
+    ///
+    /// Lists are made of the block's candidates as its [`Lists`] say; standard errors are of [`paired`] differences. A block
+    /// without a search has no candidates.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] where nothing can be left out, no axis counts, or somebody asked to stop.
+    pub fn suggest_block(
+        &self,
+        block: HistoryBlock,
+        measure: Measure,
+        progress: &Progress,
+    ) -> Result<BlockSuggestion, AnalysisError> {
+        let search = block.search();
+        let candidates = search.map_or_else(Vec::new, |search| self.candidates(block, search));
+        let bench = Bench::prepare(self, block, &candidates, measure, progress)?;
+        progress.check()?;
+        let without = bench.try_one(Vec::new())?;
+        let (best, n_tried) = match search.map(|search| search.lists) {
+            None => (without.clone(), 0),
+            Some(Lists::Even { min, max }) => {
+                let lists = even_lists(candidates.len(), min..=max);
+                bench.shortest_good_list(lists, &without, progress)?
+            }
+            Some(Lists::OneByOne(max)) => {
+                bench.one_after_another(candidates.len(), max, &without, progress)?
+            }
+        };
+        Ok(BlockSuggestion {
+            block,
+            values: best.chosen.iter().map(|at| candidates[*at]).collect(),
+            left_out: best.mean_square.sqrt(),
+            left_out_without: without.mean_square.sqrt(),
+            n_tried,
+        })
+    }
+
+    /// What these recordings can show, and as many as there is room for columns.
+    fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
+        let mut candidates = search.candidates.to_vec();
+        if block.setting().unit == Unit::SECONDS {
+            let training = || {
+                let entries = self.data.entries.iter();
+                let own = entries.filter(|entry| entry.role == Role::Train);
+                own.map(|entry| &*entry.recording)
+            };
+            let step = training()
+                .filter_map(Recording::rate_hz)
+                .map(|rate| 1.0 / rate);
+            let shortest = step.fold(f64::INFINITY, f64::min);
+            let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
+            candidates.retain(|secs| *secs >= shortest && *secs <= longest);
+        }
+        let n_gauges = self.blank.gauges.len();
+        let fits = |candidates: &[f64]| {
+            let features = with_values(&self.blank.features, block, candidates);
+            features.check_columns(n_gauges).is_ok()
+        };
+        // Every second one goes, so that the range stays.
+        while candidates.len() > 1 && !fits(&candidates) {
+            candidates = candidates.into_iter().step_by(2).collect();
+        }
+        candidates
+    }
+}
+
+/// The settings with this list for the block.
+fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) -> FeatureSettings {
+    FeatureSettings {
+        blocks: features.blocks.clone().with(block, values),
+        ..features.clone()
+    }
+}
+
+impl Bench {
+    fn prepare(
+        study: &Study,
+        block: HistoryBlock,
+        candidates: &[f64],
+        measure: Measure,
+        progress: &Progress,
+    ) -> Result<Self, AnalysisError> {
+        let (data, blank) = (&study.data, &study.blank);
+        let weights = measure
+            .weights(&study.scale())
+            .ok_or(NoSuggestion::NoAxis)?;
+        let features = with_values(&blank.features, block, candidates);
+        features
+            .check_columns(blank.gauges.len())
+            .map_err(crate::calibration::SettingsError::from)?;
+        let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
+            .map(|(entry, path)| past_samples(&features, path, &entry.recording, progress))
+            .collect();
+        let design = Design {
+            features,
+            ..blank.design()
+        };
+        let sums = data.sums(&design, &past, blank.axes.len(), progress);
+        progress.check()?;
+        let own = design.sets_of(block);
+        let is_other = |at: &usize| own.iter().all(|set| !set.contains(at));
+        let others: Vec<usize> = design.all().into_iter().filter(is_other).collect();
+        let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
+        let kinds = design.kinds();
+        let kept = others.iter().map(|column| kinds[*column]);
+        check_parts(&part_samples, kept, study.settings.ridge)?;
+        Ok(Self {
+            sums,
+            others,
+            own,
+            weights,
+            ridge: study.settings.ridge,
+            part_samples,
+            kinds,
+            known: data.map.standardised(&design),
+        })
+    }
+
+    fn try_one(&self, chosen: Vec<usize>) -> Result<Tried, NoSuggestion> {
+        let own = chosen.iter().flat_map(|at| &self.own[*at]);
+        let train = &self.sums.train;
+        let used: Vec<usize> = self.others.iter().chain(own).copied().collect();
+        let left_out = LeftOut {
+            total: train,
+            parts: &self.sums.parts,
+            terms: Terms {
+                used: &used,
+                kinds: &self.kinds,
+                known: &self.known,
+            },
+        };
+        let (_, squares) = left_out.with_ridge(self.ridge);
+        let squares = squares.ok_or(NoSuggestion::NothingLeftOut)?;
+        let weights = self.weights.iter().cycle();
+        let sum: f64 = squares
+            .iter()
+            .zip(weights)
+            .map(|(square, w)| w * square)
+            .sum();
+        Ok(Tried {
+            chosen,
+            squares,
+            mean_square: sum / train.n_samples().max(1) as f64,
+        })
+    }
+
+    fn try_all(
+        &self,
+        lists: Vec<Vec<usize>>,
+        progress: &Progress,
+    ) -> Result<Vec<Tried>, AnalysisError> {
+        progress.add_total(lists.len() as u64);
+        let tried = lists.into_par_iter().map(|list| {
+            progress.check()?;
+            let tried = self.try_one(list)?;
+            progress.advance(1);
+            Ok(tried)
+        });
+        tried.collect()
+    }
+
+    /// Whether `one` is worse than `other` by more than luck.
+    fn is_worse(&self, one: &Tried, other: &Tried) -> bool {
+        paired(
+            &one.squares,
+            &other.squares,
+            &self.part_samples,
+            &self.weights,
+        )
+        .is_some_and(|paired| !paired.is_within_one_standard_error())
+    }
+
+    fn shortest_good_list(
+        &self,
+        lists: Vec<Vec<usize>>,
+        without: &Tried,
+        progress: &Progress,
+    ) -> Result<(Tried, usize), AnalysisError> {
+        let tried = self.try_all(lists, progress)?;
+        let n_tried = tried.len();
+        let least = |a: &&Tried, b: &&Tried| a.mean_square.total_cmp(&b.mean_square);
+        let Some(best) = tried.iter().min_by(least) else {
+            return Ok((without.clone(), 0));
+        };
+        let good = tried.iter().filter(|one| !self.is_worse(one, best));
+        let shortest = good.min_by(|a, b| {
+            let lengths = a.chosen.len().cmp(&b.chosen.len());
+            lengths.then(a.mean_square.total_cmp(&b.mean_square))
+        });
+        let taken = shortest.filter(|taken| self.is_worse(without, taken));
+        Ok((taken.unwrap_or(without).clone(), n_tried))
+    }
+
+    fn one_after_another(
+        &self,
+        n_candidates: usize,
+        max: usize,
+        without: &Tried,
+        progress: &Progress,
+    ) -> Result<(Tried, usize), AnalysisError> {
+        let mut taken = without.clone();
+        let mut n_tried = 0;
+        while taken.chosen.len() < max {
+            let left = (0..n_candidates).filter(|at| !taken.chosen.contains(at));
+            let lists = left
+                .map(|at| {
+                    let mut list = [&taken.chosen[..], &[at]].concat();
+                    list.sort_unstable();
+                    list
+                })
+                .collect();
+            let tried = self.try_all(lists, progress)?;
+            n_tried += tried.len();
+            let best = (tried.into_iter()).min_by(|a, b| a.mean_square.total_cmp(&b.mean_square));
+            match best {
+                Some(best) if self.is_worse(&taken, &best) => taken = best,
+                _ => break,
+            }
+        }
+        Ok((taken, n_tried))
+    }
+}
+
+/// Every list of evenly spaced positions with one of these lengths.
+fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
+    let mut lists = Vec::new();
+    for length in lengths {
+        for stride in 1.. {
+            let span = (length - 1) * stride;
+            if span >= n {
+                break;
+            }
+            for start in 0..n - span {
+                lists.push((start..=start + span).step_by(stride).collect());
+            }
+        }
+    }
+    lists
+}

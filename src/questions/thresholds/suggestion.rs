@@ -1,0 +1,232 @@
+//! Which thresholds left-out recordings are predicted best with, and how flat the choice is.
+
+use serde::Serialize;
+
+use crate::calibration::{CrossValidation, Paired};
+use crate::features::Thresholds;
+use crate::questions::thresholds::map::ScoreSet;
+use crate::questions::thresholds::{Measure, PointScores, ThresholdMap, paired};
+
+/// The values of one threshold within one standard error of the best.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FlatRange {
+    /// The least of them.
+    pub from: f64,
+    /// The greatest of them.
+    pub to: f64,
+    /// Whether `from` is the first value that was tried, so that lesser ones may be, too.
+    pub from_is_first_tried: bool,
+    /// Whether `to` is the last value that was tried, so that greater ones may be, too.
+    pub to_is_last_tried: bool,
+}
+
+/// The minimum of the cross-validation error over the map.
+///
+/// A neighbour is within one standard error if its pooled mean squared error over the left-out parts exceeds the minimum's by no more
+/// than one standard error of the [paired](paired()) difference, the other threshold being kept. A range is the run of such
+/// neighbours around the minimum. The test recordings take no part.
+///
+/// The minimum of a map flatters itself: as many pairs were tried as the map has. The ranges say how little depends on it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Suggestion {
+    /// The thresholds at the minimum.
+    pub thresholds: Thresholds,
+    /// Where in the grid.
+    pub at: (usize, usize),
+    /// The measure at the minimum.
+    pub left_out: f64,
+    /// The measure of the conventional calibration.
+    pub conventional: f64,
+    /// Whether the conventional calibration is worse by more than one standard error.
+    pub beats_conventional: bool,
+    /// F_th within one standard error, at this t_th.
+    pub f_th_range: FlatRange,
+    /// t_th within one standard error, at this F_th (s).
+    pub t_th_range: FlatRange,
+    /// Parts that were left out in turn.
+    pub n_parts: usize,
+    /// Whether these are blocks of fewer than three recordings.
+    pub parts_are_blocks: bool,
+    /// What they are.
+    pub cross_validation: CrossValidation,
+}
+
+/// Why no thresholds are suggested.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoSuggestion {
+    /// Nothing was left out.
+    #[error(
+        "nothing could be left out, so nothing says how other recordings would do; add recordings in the train role"
+    )]
+    NothingLeftOut,
+    /// The measure has no axis.
+    #[error("no axis counts in this measure; choose one that the sensor has")]
+    NoAxis,
+    /// The map is still empty.
+    #[error("no row of the map has been computed yet; wait for the first")]
+    NotYet,
+}
+
+impl Suggestion {
+    pub(crate) fn of(map: &ThresholdMap, measure: Measure) -> Result<Self, NoSuggestion> {
+        let weights = measure.weights(&map.scale).ok_or(NoSuggestion::NoAxis)?;
+        let conventional = map
+            .conventional_value(ScoreSet::LeftOut, measure)
+            .ok_or(NoSuggestion::NothingLeftOut)?;
+        let (at, left_out) = map
+            .minimum(ScoreSet::LeftOut, measure)
+            .ok_or(NoSuggestion::NotYet)?;
+        let best = map.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
+        let excess = |point: &PointScores| -> Result<Paired, NoSuggestion> {
+            let (one, other) = (&point.left_out_squares, &best.left_out_squares);
+            paired(one, other, &map.part_samples, &weights).ok_or(NoSuggestion::NothingLeftOut)
+        };
+        let is_flat = |f_at: usize, t_at: usize| {
+            let point = map.point(f_at, t_at)?;
+            Some(excess(point).is_ok_and(|paired| paired.is_within_one_standard_error()))
+        };
+        Ok(Self {
+            thresholds: map.thresholds(at.0, at.1),
+            at,
+            left_out,
+            conventional,
+            beats_conventional: !excess(&map.conventional)?.is_within_one_standard_error(),
+            f_th_range: flat_range(map.grid.f_ths(), at.0, |f_at| is_flat(f_at, at.1)),
+            t_th_range: flat_range(map.grid.t_ths_secs(), at.1, |t_at| is_flat(at.0, t_at)),
+            n_parts: map.part_samples.len(),
+            parts_are_blocks: map.cross_validation.is_by_block(),
+            cross_validation: map.cross_validation.clone(),
+        })
+    }
+
+    /// Whether the minimum stands at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
+    ///
+    /// The lowest values do not count: they are the least that can be asked, and the conventional calibration itself.
+    pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
+        let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
+        (
+            last(self.at.0, map.grid.f_ths()),
+            last(self.at.1, map.grid.t_ths_secs()),
+        )
+    }
+}
+
+/// The run of flat values around one; values of which nothing is known (`None`) are passed over.
+fn flat_range(values: &[f64], best: usize, is_flat: impl Fn(usize) -> Option<bool>) -> FlatRange {
+    let last_flat = |candidates: &mut dyn Iterator<Item = usize>| {
+        let known = candidates.filter_map(|at| Some((at, is_flat(at)?)));
+        let flat = known.take_while(|(_, flat)| *flat);
+        flat.last().map_or(best, |(at, _)| at)
+    };
+    let from = last_flat(&mut (0..best).rev());
+    let to = last_flat(&mut (best + 1..values.len()));
+    FlatRange {
+        from: values[from],
+        to: values[to],
+        from_is_first_tried: from == 0,
+        to_is_last_tried: to + 1 == values.len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::Scores;
+    use crate::features::Distance;
+    use crate::questions::thresholds::{MeasureScale, ThresholdGrid};
+    use crate::recording::Axis;
+
+    /// A point with these mean squared errors on four parts of ten samples.
+    fn point(mean_squares: [f64; 4]) -> PointScores {
+        let mean = mean_squares.iter().sum::<f64>() / 4.0;
+        PointScores {
+            scores: Scores {
+                train_rmse: Some(vec![0.0]),
+                test_rmse: None,
+                cv_rmse: Some(vec![mean.sqrt()]),
+            },
+            left_out_squares: mean_squares.map(|square| 10.0 * square).to_vec(),
+        }
+    }
+
+    fn map(rows: &[[f64; 4]]) -> ThresholdMap {
+        let f_ths = (0..rows.len()).map(|at| at as f64).collect();
+        let grid = ThresholdGrid::new(f_ths, vec![15.0]).unwrap();
+        let scale = MeasureScale {
+            axes: vec![Axis::Fz],
+            full_scale: vec![10.0],
+        };
+        let mut map = ThresholdMap::new(grid, Distance::Force, scale, point(rows[0]), vec![10; 4]);
+        for (at, row) in rows.iter().enumerate() {
+            map.set_row(at, vec![point(*row)]);
+        }
+        map
+    }
+
+    /// Forty rows of about 2 N, of which one finds hardly any past sample.
+    #[test]
+    fn one_bad_pair_does_not_take_all_colours() {
+        let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();
+        rows[39] = [900.0; 4];
+        let of = |rows: &[[f64; 4]]| map(rows).shades(ScoreSet::LeftOut, Measure::Axis(0));
+        let (low, high) = of(&rows).unwrap();
+        assert_eq!(low, 2.0);
+        assert!((2.05..2.1).contains(&high), "{high}");
+        // Where all but it are alike, it is what there is to see.
+        let mut rows = vec![[4.0; 4]; 40];
+        rows[39] = [900.0; 4];
+        assert_eq!(of(&rows), Some((2.0, 30.0)));
+    }
+
+    /// Row 3 is best. Row 2 loses and wins by turns: mean +0.05, far less than its standard error. Row 4 is worse by 0.1 on
+    /// every part, with no spread at all; row 5 would be flat again, but beyond row 4. Row 1 is far.
+    #[test]
+    fn the_range_holds_neighbours_whose_excess_may_be_luck() {
+        let map = map(&[
+            [9.0, 9.0, 9.0, 9.1],
+            [4.0, 4.1, 4.2, 4.0],
+            [1.5, 0.6, 1.5, 0.6],
+            [1.0, 1.0, 1.0, 1.0],
+            [1.1, 1.1, 1.1, 1.1],
+            [1.5, 0.6, 1.5, 0.6],
+        ]);
+        let found = map.suggestion(Measure::Forces).unwrap();
+        assert_eq!((found.thresholds.f_th, found.left_out), (3.0, 1.0));
+        assert_eq!((found.f_th_range.from, found.f_th_range.to), (2.0, 3.0));
+        assert!(!found.f_th_range.from_is_first_tried && !found.f_th_range.to_is_last_tried);
+        assert!(found.beats_conventional);
+        assert_eq!(found.is_at_edge(&map), (false, false));
+    }
+
+    #[test]
+    fn a_gain_that_may_be_luck_is_called_so() {
+        let map = map(&[[1.5, 0.6, 1.5, 0.6], [1.0, 1.0, 1.0, 1.0]]);
+        let found = map.suggestion(Measure::Forces).unwrap();
+        assert!(!found.beats_conventional);
+        assert!(found.f_th_range.from_is_first_tried && found.f_th_range.to_is_last_tried);
+        assert_eq!(found.is_at_edge(&map), (true, false));
+    }
+
+    #[test]
+    fn an_unfinished_map_suggests_from_what_has_come() {
+        let full = map(&[[3.0; 4], [2.0; 4], [1.0; 4]]);
+        let mut half = map(&[[3.0; 4], [2.0; 4], [1.0; 4]]);
+        half.rows[2] = None;
+        assert_eq!(
+            full.suggestion(Measure::Forces).unwrap().thresholds.f_th,
+            2.0
+        );
+        assert_eq!(
+            half.suggestion(Measure::Forces).unwrap().thresholds.f_th,
+            1.0
+        );
+        half.rows = vec![None; 3];
+        assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NotYet));
+        assert_eq!(half.suggestion(Measure::Moments), Err(NoSuggestion::NoAxis));
+        half.conventional.scores.cv_rmse = None;
+        assert_eq!(
+            half.suggestion(Measure::Forces),
+            Err(NoSuggestion::NothingLeftOut)
+        );
+    }
+}

@@ -1,0 +1,381 @@
+//! What loads the recordings hold: how far each axis moves, what the test asks beyond it, how many load cases there are.
+
+use std::collections::HashMap;
+
+use crate::features::Column;
+use crate::questions::metrology::extents_of;
+use crate::recording::{Axis, Entry, Recording, Role};
+
+/// A load is another one where an axis differs by this share of its range at least: noise does by less, mostly.
+const OTHER_LOAD: f64 = 0.02;
+/// Where the noise of the loads is greater, so many of its standard deviations make another load ...
+const NOISE_OF_LOAD: f64 = 4.0;
+/// ... up to this share of the range: loads that jump from sample to sample look like noise.
+const OTHER_LOAD_AT_MOST: f64 = 0.05;
+/// Test loads are outside where they lie further out than this share of what the axes of one unit span.
+const OUTSIDE: f64 = 0.02;
+/// Some load is always the largest: a group that holds one is outside where it lies further out than this share of what the others span.
+const ALONE: f64 = 0.2;
+
+/// What the loads of recordings span.
+///
+/// **Shapes** one entry per axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coverage {
+    /// The least and the greatest training load.
+    pub trained: Vec<(f64, f64)>,
+    /// What the test recordings ask beyond it; `None` where they do not, or there are none.
+    pub outside: Vec<Option<Outside>>,
+    /// How often the load becomes another one in the training recordings, the first of each counted.
+    pub n_moves: usize,
+    /// The different loads among them.
+    pub cases: LoadCases,
+}
+
+/// Test loads on one axis that no training recording holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outside {
+    /// The share of the test samples.
+    pub share: f64,
+    /// How far the farthest lies beyond the range.
+    pub farthest: f64,
+}
+
+impl Coverage {
+    /// Of recordings with these axes.
+    pub fn of(entries: &[Entry], axes: &[Axis]) -> Self {
+        let recordings = |role: Role| {
+            let entries = entries.iter().filter(move |entry| entry.role == role);
+            entries.map(|entry| &*entry.recording)
+        };
+        let trained = ranges(recordings(Role::Train), axes.len());
+        let tested = ranges(recordings(Role::Test), axes.len());
+        let spans: Vec<f64> = (trained.iter().zip(&tested))
+            .map(|(a, b)| a.1.max(b.1) - a.0.min(b.0))
+            .collect();
+        let outside = (0..axes.len()).map(|axis| {
+            let slack = OUTSIDE * largest(axes, &spans, axes[axis]);
+            outside(recordings(Role::Test), axis, trained[axis], slack)
+        });
+        let training: Vec<&Recording> = recordings(Role::Train).collect();
+        let (n_moves, cases) = LoadCases::of(&training, axes, &trained);
+        Self {
+            outside: outside.collect(),
+            trained,
+            n_moves,
+            cases,
+        }
+    }
+
+    /// How many training loads tell of such columns: different ones, or, where the past is among them, ways to come to one.
+    pub fn n_cases(&self, columns: &[Column]) -> usize {
+        let is_past = |column: &Column| matches!(column, Column::Past { .. });
+        match columns.iter().any(is_past) {
+            true => self.n_moves,
+            false => self.cases.len(),
+        }
+    }
+
+    /// Whether a recording holds one load all along.
+    pub fn is_one_load(&self, recording: &Recording) -> bool {
+        let mut axes = recording.load_ranges().iter().enumerate();
+        axes.all(|(axis, (low, high))| high - low <= OUTSIDE * self.span(axis))
+    }
+
+    /// How far an axis moves in the training recordings.
+    pub fn span(&self, axis: usize) -> f64 {
+        let (low, high) = self.trained[axis];
+        (high - low).max(0.0)
+    }
+}
+
+/// The most that an axis of this one's unit spans.
+pub fn largest(axes: &[Axis], spans: &[f64], of: Axis) -> f64 {
+    let all = axes.iter().zip(spans);
+    let of_unit = all.filter(|(axis, _)| axis.is_force() == of.is_force());
+    of_unit.map(|(_, span)| *span).fold(0.0, f64::max)
+}
+
+fn ranges<'a>(recordings: impl Iterator<Item = &'a Recording>, n_axes: usize) -> Vec<(f64, f64)> {
+    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
+    for recording in recordings {
+        for load in recording.loads().chunks_exact(n_axes.max(1)) {
+            for (range, value) in ranges.iter_mut().zip(load) {
+                *range = (range.0.min(*value), range.1.max(*value));
+            }
+        }
+    }
+    ranges
+}
+
+fn outside<'a>(
+    recordings: impl Iterator<Item = &'a Recording>,
+    axis: usize,
+    (low, high): (f64, f64),
+    slack: f64,
+) -> Option<Outside> {
+    let (mut n, mut n_outside, mut farthest) = (0_u64, 0_u64, 0.0_f64);
+    for recording in recordings {
+        let n_axes = recording.axes().len().max(1);
+        for value in recording.loads().iter().skip(axis).step_by(n_axes) {
+            let beyond = (value - high).max(low - value);
+            n += 1;
+            n_outside += u64::from(beyond > slack);
+            farthest = farthest.max(beyond);
+        }
+    }
+    (n_outside > 0).then(|| Outside {
+        share: n_outside as f64 / n as f64,
+        farthest,
+    })
+}
+
+/// What the loads of each group lie beyond those of all the others: the group, the axis, and by how much.
+pub fn outside_of_others(
+    entries: &[Entry],
+    axes: &[Axis],
+    groups: &[usize],
+) -> Vec<(usize, Axis, Outside)> {
+    let training = || {
+        let entries = entries.iter().zip(groups);
+        entries.filter(|(entry, _)| entry.role == Role::Train)
+    };
+    let recordings = || training().map(|(entry, group)| (*group, &*entry.recording));
+    let spans: Vec<f64> = (ranges(recordings().map(|(_, own)| own), axes.len()).iter())
+        .map(|(low, high)| high - low)
+        .collect();
+    let mut names: Vec<usize> = training().map(|(_, group)| *group).collect();
+    names.sort_unstable();
+    names.dedup();
+    let mut found = Vec::new();
+    for (axis, slack) in axes
+        .iter()
+        .map(|of| OUTSIDE * largest(axes, &spans, *of))
+        .enumerate()
+    {
+        // The range of all others: for each end the least or the greatest of the others' ends.
+        let range_of = |group: usize| {
+            let own = recordings().filter(|(of, _)| *of == group);
+            own.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
+                let (low, high) = own.load_ranges()[axis];
+                (all.0.min(low), all.1.max(high))
+            })
+        };
+        let of_groups: Vec<(f64, f64)> = names.iter().map(|group| range_of(*group)).collect();
+        for (at, group) in names.iter().enumerate() {
+            let others = of_groups
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != at);
+            let others = others.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
+                (all.0.min(own.0), all.1.max(own.1))
+            });
+            let (low, high) = of_groups[at];
+            let slack = match high - low <= OUTSIDE * spans[axis] {
+                true => slack.max(ALONE * (others.1 - others.0)),
+                false => slack,
+            };
+            if others.0 > others.1 || (low >= others.0 - slack && high <= others.1 + slack) {
+                continue;
+            }
+            let own = recordings().filter(|(of, _)| of == group);
+            let outside = outside(own.map(|(_, own)| own), axis, others, slack);
+            found.extend(outside.map(|outside| (*group, axes[axis], outside)));
+        }
+    }
+    found
+}
+
+/// Loads that can be told apart, and which of them a load is.
+///
+/// Of two loads one is another where an axis differs by more than its tolerance, which the noise sets within bounds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadCases {
+    /// What an axis must differ by; infinite where it never moves.
+    tolerances: Vec<f64>,
+    /// One load of each case, `n_cases × n_axes` row-major.
+    loads: Vec<f64>,
+    /// The cases by where they stand on the first axes that move.
+    cells: HashMap<[i64; 2], Vec<u32>>,
+}
+
+impl LoadCases {
+    /// Those of these recordings, and how often the load becomes another one, the first of each recording counted.
+    fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[(f64, f64)]) -> (usize, Self) {
+        let extents = extents_of(recordings.iter().copied(), axes);
+        let tolerances = ranges.iter().zip(&extents).map(|((low, high), extent)| {
+            let span = high - low;
+            let by_noise = (NOISE_OF_LOAD * extent.noise).min(OTHER_LOAD_AT_MOST * span);
+            match span > 0.0 {
+                true => by_noise.max(OTHER_LOAD * span),
+                false => f64::INFINITY,
+            }
+        });
+        let mut own = Self {
+            tolerances: tolerances.collect(),
+            ..Self::default()
+        };
+        let mut n_moves = 0;
+        for recording in recordings {
+            let mut last: Option<&[f64]> = None;
+            for load in recording.loads().chunks_exact(axes.len().max(1)) {
+                if last.is_none_or(|last| own.distance(load, last) > 1.0) {
+                    last = Some(load);
+                    n_moves += 1;
+                    own.take(load);
+                }
+            }
+        }
+        (n_moves, own)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.loads.len() / self.tolerances.len().max(1)
+    }
+
+    /// One load of each.
+    pub fn loads(&self) -> impl Iterator<Item = &[f64]> {
+        self.loads.chunks_exact(self.tolerances.len().max(1))
+    }
+
+    /// The case that a load is nearest to; `None` where there is none.
+    pub fn nearest(&self, load: &[f64]) -> Option<usize> {
+        let cases = self.loads().map(|own| self.distance(load, own)).enumerate();
+        let nearest = cases.min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map(|(at, _)| at)
+    }
+
+    /// The largest difference on an axis over what it must differ by.
+    fn distance(&self, one: &[f64], other: &[f64]) -> f64 {
+        let axes = one.iter().zip(other).zip(&self.tolerances);
+        let shares = axes.map(|((one, other), tolerance)| (one - other).abs() / tolerance);
+        shares.fold(0.0, f64::max)
+    }
+
+    fn cell(&self, load: &[f64]) -> [i64; 2] {
+        let mut axes = load.iter().zip(&self.tolerances);
+        let mut moving = || axes.by_ref().find(|(_, tolerance)| tolerance.is_finite());
+        [(); 2].map(|()| moving().map_or(0, |(load, tolerance)| (load / tolerance).floor() as i64))
+    }
+
+    /// Adds a load, unless it is one of those that are there.
+    fn take(&mut self, load: &[f64]) {
+        let [a, b] = self.cell(load);
+        let own = |at: u32| {
+            let n_axes = load.len();
+            &self.loads[at as usize * n_axes..][..n_axes]
+        };
+        let around = [-1, 0, 1].map(|step| a.saturating_add(step)).into_iter();
+        let around = around.flat_map(|a| [-1, 0, 1].map(|step| [a, b.saturating_add(step)]));
+        let mut near = around.filter_map(|cell| self.cells.get(&cell)).flatten();
+        if !near.any(|at| self.distance(load, own(*at)) <= 1.0) {
+            let at = self.len() as u32;
+            self.loads.extend_from_slice(load);
+            self.cells.entry([a, b]).or_default().push(at);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Source;
+
+    /// Twenty poses on two axes, three times, with noise on each; then one that differs from the first by 1.5 % of the range, and
+    /// one by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
+    #[test]
+    fn poses_that_repeat_within_the_noise_are_one_load_case() {
+        let pose = |k: usize| [10.0 * (k as f64).sin(), 7.0 * (1.7 * k as f64).cos()];
+        let mut loads: Vec<[f64; 2]> = (0..60)
+            .map(|k| {
+                let [a, b] = pose(k % 20);
+                let noise = 0.02 * ((k * 37 % 11) as f64 / 5.0 - 1.0);
+                [a + noise, b - noise]
+            })
+            .collect();
+        let [a, b] = pose(0);
+        loads.extend([[a + 0.3, b], [a - 3.0, b - 3.0]]);
+        let cases = of(loads.concat(), vec![0.0; 2]).cases;
+        assert_eq!(
+            cases.len(),
+            20,
+            "two of them are nearer than what may be noise"
+        );
+        assert_eq!(cases.nearest(&pose(3)), cases.nearest(&loads[43]));
+        assert_ne!(cases.nearest(&pose(3)), cases.nearest(&pose(4)));
+    }
+
+    #[test]
+    fn a_group_is_outside_where_only_it_goes_far() {
+        let entries = [0.0, 5.0, 8.0, 30.0].map(|top| entry(Role::Train, vec![0.0, 0.0, 1.0, top]));
+        let found = outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0, 1, 1, 2]);
+        let outside = Outside {
+            share: 0.5,
+            farthest: 22.0,
+        };
+        assert_eq!(found, [(2, Axis::Fz, outside)]);
+        assert_eq!(
+            outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0; 4]),
+            [],
+            "there are no others"
+        );
+    }
+
+    fn entry(role: Role, loads: Vec<f64>) -> Entry {
+        let n = loads.len() / 2;
+        let recording = Recording::new(
+            "r",
+            Source::Simulated,
+            (0..n).map(|k| k as f64).collect(),
+            vec!["S1".to_owned()],
+            vec![0.0; n],
+            vec![Axis::Fx, Axis::Fz],
+            loads,
+        );
+        Entry::new(recording.unwrap(), role)
+    }
+
+    fn of(train: Vec<f64>, test: Vec<f64>) -> Coverage {
+        let entries = [entry(Role::Train, train), entry(Role::Test, test)];
+        Coverage::of(&entries, &[Axis::Fx, Axis::Fz])
+    }
+
+    #[test]
+    fn test_loads_outside_count_and_noise_at_the_edge_does_not() {
+        let found = of(
+            vec![0.0, 0.0, 0.1, 10.0],
+            vec![0.15, 10.1, 0.0, 14.0, 0.0, 1.0, 0.0, -2.0],
+        );
+        assert_eq!(found.trained, [(0.0, 0.1), (0.0, 10.0)]);
+        let fz = Outside {
+            share: 0.5,
+            farthest: 4.0,
+        };
+        assert_eq!(found.outside, [None, Some(fz)]);
+    }
+
+    #[test]
+    fn an_axis_that_stood_still_in_training_is_outside_where_the_test_moves_it() {
+        let found = of(vec![5.0, 0.0, 5.0, 10.0], vec![8.0, 0.0]);
+        assert_eq!(
+            (found.span(0), found.outside[0]),
+            (
+                0.0,
+                Some(Outside {
+                    share: 1.0,
+                    farthest: 3.0
+                })
+            )
+        );
+    }
+
+    /// Three loads, the first twice, each held for four samples with noise of a hundredth of the range.
+    #[test]
+    fn held_loads_are_counted_once_and_again_when_they_come_back() {
+        let held = [0.0, 4.0, 9.9, 0.0].into_iter();
+        let noisy = held.flat_map(|load| [0.0, 0.1, 0.0, 0.05].map(|noise| [1.0, load + noise]));
+        let found = of(noisy.flatten().collect(), vec![1.0, 1.0]);
+        assert_eq!((found.n_moves, found.cases.len()), (4, 3));
+    }
+}

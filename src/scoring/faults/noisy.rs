@@ -1,0 +1,189 @@
+//! Clipped and stuck channels whose noise goes on: an amplifier that ends before the logger does, a cable that came off.
+//!
+//! No value is repeated exactly; what the others say of the channel decides alone.
+
+use std::ops::Range;
+
+use crate::recording::median;
+use crate::scoring::faults::{
+    Channel, Expected, Fault, FaultKind, PILES_UP, Watched, joined, looked_at,
+};
+use crate::scoring::quantile::quantile;
+
+/// What is so many standard deviations from what the others say is not where they say.
+const OFF: f64 = 6.0;
+/// Where they say that it goes from here to there, it goes less than this share of it.
+const FOLLOWS: f64 = 0.2;
+/// They say that it moves by this share of its span, and so many standard deviations: noise alone stays well below what follows.
+const MOVES: (f64, f64) = (0.2, 15.0);
+/// Where it is clipped values pile up within this share of the span, and they should go as far beyond.
+const BEYOND: f64 = 0.05;
+/// So many of the samples that are looked at are clipped, at least.
+const FEWEST: usize = 20;
+/// Of the others this share is where it should be, and of those that should be beyond this share is clipped.
+const MOST: f64 = 0.95;
+/// Windows in which a channel may be stuck, in samples that are looked at.
+const WINDOWS: [usize; 3] = [64, 256, 1024];
+
+impl Watched<'_> {
+    /// Beyond which value it goes no farther though the others say that it does; `inward` is the sign of what is not beyond.
+    pub(crate) fn noisy_limit(&self, inward: f64) -> Option<f64> {
+        // Outward is up.
+        let outward = |value: f64| -inward * value;
+        let mut values: Vec<f64> = looked_at(self.n())
+            .map(|k| outward(self.value(k)))
+            .collect();
+        let end = quantile(&mut values, 0.998)?;
+        let band = BEYOND * self.own.span;
+        let within = |from: f64, to: f64| {
+            let within = values
+                .iter()
+                .filter(|value| **value > from && **value <= to);
+            within.count()
+        };
+        let at_end = within(end - band, f64::INFINITY);
+        if at_end < FEWEST || at_end < PILES_UP * within(end - 2.0 * band, end - band) {
+            return None;
+        }
+        // What may be clipped would bend the line.
+        let by = self.expected?.by.iter().map(|(channel, ..)| *channel);
+        let is_odd = |value: f64| outward(value) > end - band;
+        let expected = Expected::of(self.recording, self.own, by.collect(), is_odd)?;
+        let sigma = expected.sigma.max(self.own.resolution);
+        let pairs = looked_at(self.n()).map(|k| {
+            let expected = expected.at(self.recording, k);
+            (outward(self.value(k)), outward(expected))
+        });
+        let pairs: Vec<(f64, f64)> = pairs.collect();
+        let is_behind = |value: f64, expected: f64| expected - value > OFF * sigma;
+        let behind = pairs
+            .iter()
+            .filter(|(value, expected)| is_behind(*value, *expected));
+        let (mut at, mut should_be): (Vec<f64>, Vec<f64>) = behind.copied().unzip();
+        if at.len() < FEWEST {
+            return None;
+        }
+        let limit = median(at.iter().copied())?;
+        let (width, should_be) = (spread(&mut at), spread(&mut should_be));
+        if should_be < band.max(OFF * sigma) || width > FOLLOWS * should_be {
+            return None;
+        }
+        let reach = limit + (3.0 * width).max(OFF * self.own.resolution);
+        let share = |is: &dyn Fn(f64, f64) -> bool, of: &dyn Fn(f64, f64) -> bool| {
+            let of = pairs
+                .iter()
+                .filter(|(value, expected)| of(*value, *expected));
+            let are: Vec<bool> = of.map(|(value, expected)| is(*value, *expected)).collect();
+            let some = are.iter().filter(|own| **own).count();
+            some as f64 / are.len().max(1) as f64
+        };
+        let is_near = |value: f64, expected: f64| (expected - value).abs() <= OFF * sigma;
+        let goes_no_farther = share(&|value, _| value <= reach, &|_, _| true) > 0.999;
+        let others_follow = share(&is_near, &|_, expected| expected < limit - OFF * sigma) >= MOST;
+        let all_stop = share(&is_behind, &|_, expected| expected > reach + OFF * sigma) >= MOST;
+        (goes_no_farther && others_follow && all_stop).then_some(outward(limit - 1.5 * width))
+    }
+
+    /// Where a gauge shows next to nothing but noise though the others say that it moves, and nothing else was `found` of it. Of a load
+    /// that rests, gauges may say that it moves, since they show the other axes too.
+    pub(crate) fn stuck_in_noise(&self, found: &[Fault]) -> Vec<Fault> {
+        let (Some(expected), Channel::Gauge(_)) = (self.expected, self.own.channel) else {
+            return Vec::new();
+        };
+        let at: Vec<usize> = looked_at(self.n()).collect();
+        let values: Vec<f64> = at.iter().map(|k| self.value(*k)).collect();
+        let expected_values = at.iter().map(|k| expected.at(self.recording, *k));
+        let expected_values: Vec<f64> = expected_values.collect();
+        let least = (MOVES.0 * self.own.span).max(MOVES.1 * expected.sigma);
+        let mut stuck: Vec<Range<usize>> = Vec::new();
+        for window in WINDOWS {
+            for start in (0..at.len().saturating_sub(window - 1)).step_by(window / 4) {
+                let own = start..start + window;
+                let should = spread(&mut expected_values[own.clone()].to_vec());
+                if should > least && spread(&mut values[own.clone()].to_vec()) < FOLLOWS * should {
+                    stuck.push(at[own.start]..at[own.end - 1] + 1);
+                }
+            }
+        }
+        stuck.sort_by_key(|run| run.start);
+        let runs = joined(stuck).into_iter().map(|run| self.widened(run));
+        let is_new = |run: &Range<usize>| {
+            let overlaps =
+                |fault: &Fault| fault.samples.start < run.end && run.start < fault.samples.end;
+            !found.iter().any(overlaps)
+        };
+        let faults = runs
+            .filter(is_new)
+            .map(|run| self.fault(FaultKind::Stuck, run));
+        faults.collect()
+    }
+
+    /// As far as it shows the same.
+    fn widened(&self, run: Range<usize>) -> Range<usize> {
+        let every = run.len().div_ceil(256).max(1);
+        let mut values: Vec<f64> = run.clone().step_by(every).map(|k| self.value(k)).collect();
+        let width = 1.5 * spread(&mut values);
+        let same = median(values.iter().copied()).unwrap_or(0.0);
+        let is_same = |k: &usize| (self.value(*k) - same).abs() <= width;
+        let start = (0..run.start).rev().take_while(is_same).last();
+        let end = (run.end..self.n()).take_while(is_same).last();
+        start.unwrap_or(run.start)..end.map_or(run.end, |last| last + 1)
+    }
+}
+
+/// Where they lie, but for a tenth at each end.
+fn spread(values: &mut [f64]) -> f64 {
+    let [low, high] = [0.1, 0.9].map(|share| quantile(values, share).unwrap_or(0.0));
+    high - low
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::random::Random;
+    use crate::recording::ValidRange;
+    use crate::scoring::faults::faults;
+    use crate::scoring::faults::tests::{recording, sensor, words};
+
+    #[test]
+    fn a_gauge_that_is_clipped_before_its_noise_is_found() {
+        let mut random = Random::new(4, &[]);
+        for (limit, inward) in [(12.0, -1.0), (-3.0, 1.0)] {
+            let (mut gauges, loads) = sensor(None);
+            let mut clipped = 0;
+            for row in gauges.chunks_exact_mut(3) {
+                if inward * (row[0] - limit) < 0.0 {
+                    row[0] = limit;
+                    clipped += 1;
+                }
+                row[0] += 0.03 * random.normal();
+            }
+            let recording = recording(gauges, loads);
+            let found = faults(&recording, &ValidRange::default());
+            let told = found.in_words(&recording);
+            assert_eq!(told.len(), 1, "{told:?}");
+            assert!(told[0].ends_with("saturated (S1)"), "{told:?}");
+            let few = found.n_samples() as f64 / f64::from(clipped);
+            assert!((0.99..1.1).contains(&few), "{told:?} of {clipped}");
+            let (low, high) = found.unclipped[0];
+            let end = if inward > 0.0 { low } else { high };
+            assert!((end.unwrap() - limit).abs() < 0.2, "{end:?}");
+        }
+    }
+
+    #[test]
+    fn a_gauge_that_shows_noise_alone_for_a_while_is_stuck() {
+        let mut random = Random::new(5, &[]);
+        let (mut gauges, loads) = sensor(None);
+        for k in 700..1100 {
+            gauges[3 * k + 1] = gauges[3 * 700 + 1] + 0.02 * random.normal();
+        }
+        let told = words(&recording(gauges, loads));
+        assert_eq!(told.len(), 1, "{told:?}");
+        let (number, rest) = told[0].split_once(' ').unwrap();
+        assert_eq!(rest, "stuck (S2)");
+        assert!(
+            (380..=420).contains(&number.parse::<usize>().unwrap()),
+            "{number}"
+        );
+    }
+}

@@ -1,0 +1,274 @@
+//! Fits that leave one part out, eight at a time: each part has a lane of its own.
+//!
+//! How: the part's sums are taken off the total; Cholesky without pivoting, the targets as further rows of the matrix, so
+//! that forward substitution comes with the factor. All fits have the same shape, so every step does one operation on
+//! eight of them.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "the same lane of several arrays, as the compiler vectorises it"
+)]
+#![expect(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "a pivot or a share that is no number counts as too small"
+)]
+
+use crate::calibration::{NormalEquations, Terms};
+
+/// Fits worked on at once.
+pub(crate) const LANES: usize = 8;
+
+/// One number per lane.
+type Lanes = [f64; LANES];
+
+/// What must be left of each column's squared length, as a share, after the columns before it have explained theirs.
+///
+/// Far above the share at which [`fit`](crate::calibration::fit) drops a column: whoever is anywhere near that takes the careful way.
+const SURELY_INDEPENDENT: f64 = 1e-6;
+
+/// What must remain of each column's squared length, as a share, when a part is taken off the total.
+///
+/// The difference carries the total's rounding errors, near 1e-15: with this much left they stay far below
+/// [`SURELY_INDEPENDENT`].
+const SURELY_REMAINS: f64 = 1e-2;
+
+/// Room for one group of fits of `m` columns and `q` targets.
+pub(crate) struct Work {
+    m: usize,
+    q: usize,
+    /// The part's products: the lower triangle of `XᵀX` row by row, then a row of `XᵀY` for each target.
+    part: Vec<Lanes>,
+    /// Likewise those of the rest, each column scaled to length one; becomes the factor.
+    factor: Vec<Lanes>,
+    inverse_length: Vec<Lanes>,
+    inverse_root: Vec<Lanes>,
+    coefficients: Vec<Lanes>,
+    least_pivot: Lanes,
+    /// The least share of a column's squared length that remains without the part.
+    least_remains: Lanes,
+    squares: Vec<Lanes>,
+}
+
+impl Work {
+    pub(crate) fn new(m: usize, q: usize) -> Self {
+        let room = |len| vec![[0.0; LANES]; len];
+        let products = row_start(m) + q * m;
+        Self {
+            m,
+            q,
+            part: room(products),
+            factor: room(products),
+            inverse_length: room(m),
+            inverse_root: room(m),
+            coefficients: room(m),
+            least_pivot: [0.0; LANES],
+            least_remains: [0.0; LANES],
+            squares: room(q),
+        }
+    }
+
+    /// Fits all parts but one, for each of up to [`LANES`] parts.
+    pub(crate) fn fit(
+        &mut self,
+        total: &NormalEquations,
+        terms: Terms<'_>,
+        parts: &[NormalEquations],
+        shares: &[f64],
+    ) {
+        pulp::Arch::new().dispatch(Group {
+            total,
+            terms,
+            parts,
+            shares,
+            work: self,
+        });
+    }
+
+    /// Writes the sums of squared errors on one part; whether they are to be trusted.
+    pub(crate) fn answer(&self, lane: usize, squares: &mut [f64]) -> bool {
+        for (square, lanes) in squares.iter_mut().zip(&self.squares) {
+            *square = lanes[lane].max(0.0);
+        }
+        self.least_pivot[lane] >= SURELY_INDEPENDENT && self.least_remains[lane] >= SURELY_REMAINS
+    }
+}
+
+/// Where row `i` of a lower triangle begins, diagonal included.
+const fn row_start(i: usize) -> usize {
+    i * (i + 1) / 2
+}
+
+/// Compiled for each instruction set; which one is decided when the program runs.
+struct Group<'a> {
+    total: &'a NormalEquations,
+    terms: Terms<'a>,
+    parts: &'a [NormalEquations],
+    /// Of each column's squared length, what the ridge adds to it.
+    shares: &'a [f64],
+    work: &'a mut Work,
+}
+
+impl pulp::WithSimd for Group<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+        self.gather();
+        self.work.factorise();
+        for target in 0..self.work.q {
+            self.work.substitute_back(target);
+            let own = |part: &NormalEquations| part.target_square(target);
+            let square = gathered(self.parts, own);
+            self.work.squares[target] = self.work.squares_on_part(target, square);
+        }
+    }
+}
+
+/// One number of each part; lanes without a part repeat the last one.
+#[inline(always)]
+fn gathered(parts: &[NormalEquations], number: impl Fn(&NormalEquations) -> f64) -> Lanes {
+    std::array::from_fn(|lane| number(&parts[lane.min(parts.len() - 1)]))
+}
+
+impl Group<'_> {
+    /// Fills in the products of the parts and of what is left without them.
+    #[inline(always)]
+    fn gather(&mut self) {
+        let total = self.total;
+        let used = self.terms.used;
+        let work = &mut *self.work;
+        work.least_remains = [f64::INFINITY; LANES];
+        for (i, &column) in used.iter().enumerate() {
+            let penalty = self.shares[column];
+            let all = total.feature_product(column, column);
+            let part = gathered(self.parts, |part| part.feature_product(column, column));
+            work.part[row_start(i) + i] = part;
+            let mut present = [0.0; LANES];
+            for lane in 0..LANES {
+                let remains = (all - part[lane]) / all;
+                if !(remains >= work.least_remains[lane]) {
+                    work.least_remains[lane] = remains;
+                }
+                let square = (all - part[lane]) * (1.0 + penalty);
+                let is_there = square > 0.0;
+                work.inverse_length[i][lane] = if is_there { 1.0 / square.sqrt() } else { 0.0 };
+                present[lane] = f64::from(u8::from(is_there));
+            }
+            work.factor[row_start(i) + i] = present;
+            for (j, &other) in used[..i].iter().enumerate() {
+                let all = total.feature_product(column, other);
+                let part = gathered(self.parts, |part| part.feature_product(column, other));
+                let at = row_start(i) + j;
+                work.part[at] = part;
+                for lane in 0..LANES {
+                    let scale = work.inverse_length[i][lane] * work.inverse_length[j][lane];
+                    work.factor[at][lane] = (all - part[lane]) * scale;
+                }
+            }
+        }
+        for target in 0..work.q {
+            for (j, &column) in used.iter().enumerate() {
+                let all = total.target_product(column, target);
+                let part = gathered(self.parts, |part| part.target_product(column, target));
+                let at = row_start(work.m) + target * work.m + j;
+                work.part[at] = part;
+                for lane in 0..LANES {
+                    work.factor[at][lane] = (all - part[lane]) * work.inverse_length[j][lane];
+                }
+            }
+        }
+    }
+}
+
+impl Work {
+    /// Cholesky, column by column; a pivot that is not surely positive is noted and counts as infinite.
+    #[inline(always)]
+    fn factorise(&mut self) {
+        let m = self.m;
+        self.least_pivot = [f64::INFINITY; LANES];
+        for j in 0..m {
+            let (before, from_row) = self.factor.split_at_mut(row_start(j));
+            debug_assert_eq!(before.len(), row_start(j));
+            let (row, below) = from_row.split_at_mut(j + 1);
+            let (own, pivot) = row.split_at_mut(j);
+            let pivot = reduced(pivot[0], own, own);
+            for lane in 0..LANES {
+                // Not `min`, which would take NaN for the larger one.
+                if !(pivot[lane] >= self.least_pivot[lane]) {
+                    self.least_pivot[lane] = pivot[lane];
+                }
+                let sure = pivot[lane] >= SURELY_INDEPENDENT;
+                self.inverse_root[j][lane] = if sure { 1.0 / pivot[lane].sqrt() } else { 0.0 };
+            }
+            let inverse_root = self.inverse_root[j];
+            let mut start = 0;
+            for i in j + 1..m + self.q {
+                let len = if i < m { i + 1 } else { m };
+                let row = &mut below[start..start + len];
+                let (done, entry) = row.split_at_mut(j);
+                let value = reduced(entry[0], done, own);
+                for lane in 0..LANES {
+                    entry[0][lane] = value[lane] * inverse_root[lane];
+                }
+                start += len;
+            }
+        }
+    }
+
+    /// The coefficients of one target, on columns of length one.
+    #[inline(always)]
+    fn substitute_back(&mut self, target: usize) {
+        let m = self.m;
+        let right = row_start(m) + target * m;
+        for j in (0..m).rev() {
+            let mut value = self.factor[right + j];
+            for i in j + 1..m {
+                let factor = &self.factor[row_start(i) + j];
+                for lane in 0..LANES {
+                    value[lane] -= factor[lane] * self.coefficients[i][lane];
+                }
+            }
+            for lane in 0..LANES {
+                self.coefficients[j][lane] = value[lane] * self.inverse_root[j][lane];
+            }
+        }
+    }
+
+    /// `yᵀy − 2bᵀXᵀy + bᵀXᵀXb` on the part; see [`NormalEquations::squared_residuals`].
+    #[inline(always)]
+    fn squares_on_part(&mut self, target: usize, mut square: Lanes) -> Lanes {
+        let m = self.m;
+        for (coefficient, scale) in self.coefficients.iter_mut().zip(&self.inverse_length) {
+            for lane in 0..LANES {
+                coefficient[lane] *= scale[lane];
+            }
+        }
+        let right = &self.part[row_start(m) + target * m..][..m];
+        for (i, right) in right.iter().enumerate() {
+            let row = &self.part[row_start(i)..][..=i];
+            let mut earlier = [0.0; LANES];
+            for (product, coefficient) in row[..i].iter().zip(&self.coefficients) {
+                for lane in 0..LANES {
+                    earlier[lane] += product[lane] * coefficient[lane];
+                }
+            }
+            let own = self.coefficients[i];
+            for lane in 0..LANES {
+                let explained = row[i][lane] * own[lane] + 2.0 * (earlier[lane] - right[lane]);
+                square[lane] += own[lane] * explained;
+            }
+        }
+        square
+    }
+}
+
+/// `value − Σ aₖ bₖ`, over the length of `b`.
+#[inline(always)]
+fn reduced(mut value: Lanes, a: &[Lanes], b: &[Lanes]) -> Lanes {
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            value[lane] = (-a[lane]).mul_add(b[lane], value[lane]);
+        }
+    }
+    value
+}

@@ -1,0 +1,151 @@
+//! One output over the load along one branch, with one value at each load.
+//!
+//! Guarantees: finite for finite samples, however the load wiggles within the branch; exact where the output is a
+//! straight line over the load.
+
+use crate::scoring::loops::turns::Branch;
+
+/// Into so many cells of equal width the load range of a branch is divided.
+pub const CELLS: usize = 100;
+
+/// The output over the load along a branch, as a chain of straight lines.
+///
+/// A load that wiggles within the dead band, or noise, visits the same load several times. So the samples are averaged,
+/// load and output alike, over each hundredth of the branch's load range; the chain goes through these averages, and
+/// begins and ends at the samples of least and greatest load, which neighbouring branches share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// `(load, output)`, loads rising without repeats.
+    knots: Vec<(f64, f64)>,
+    averages: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    /// Averages the samples of a branch, but for those of the cycles on its way.
+    ///
+    /// # Panics
+    /// If the branch is not one of these loads, or there are not as many outputs as loads.
+    pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
+        assert_eq!(loads.len(), outputs.len(), "one output for each load");
+        let mut cells = [(0.0, 0.0, 0.0); CELLS];
+        let per_load = CELLS as f64 / branch.span();
+        let (mut lowest, mut highest) = (branch.samples.start, branch.samples.start);
+        for k in branch.kept() {
+            let (load, output) = (loads[k], outputs[k]);
+            if load < loads[lowest] {
+                lowest = k;
+            }
+            if load > loads[highest] {
+                highest = k;
+            }
+            let cell = (((load - branch.low) * per_load) as usize).min(CELLS - 1);
+            let (count, sum_of_loads, sum_of_outputs) = &mut cells[cell];
+            *count += 1.0;
+            *sum_of_loads += load;
+            *sum_of_outputs += output;
+        }
+        let averages: Vec<(f64, f64)> = cells
+            .iter()
+            .filter(|(count, ..)| *count > 0.0)
+            .map(|(count, load, output)| (load / count, output / count))
+            .collect();
+        let ends = [lowest, highest].map(|k| (loads[k], outputs[k]));
+        let mut knots = vec![ends[0]];
+        // An average that is an end sample by itself, up to rounding, adds nothing.
+        let least_gap = 1e-9 * branch.span();
+        knots.extend(
+            averages
+                .iter()
+                .filter(|(load, _)| load - ends[0].0 > least_gap && ends[1].0 - load > least_gap),
+        );
+        knots.push(ends[1]);
+        Self { knots, averages }
+    }
+
+    /// The output at this load; beyond the ends, that at the end.
+    pub fn at(&self, load: f64) -> f64 {
+        let next = self.knots.partition_point(|(knot, _)| *knot <= load);
+        match (next.checked_sub(1), self.knots.get(next)) {
+            (Some(last), Some((x1, y1))) => {
+                let (x0, y0) = self.knots[last];
+                y0 + (y1 - y0) * (load - x0) / (x1 - x0)
+            }
+            (Some(end), None) => self.knots[end].1,
+            (None, Some((_, output))) => *output,
+            (None, None) => unreachable!("a curve has two ends"),
+        }
+    }
+
+    /// The averages as `(load, output)`, loads rising: one for each hundredth of the range that has samples.
+    pub fn averages(&self) -> &[(f64, f64)] {
+        &self.averages
+    }
+
+    /// The two ends as `(load, output)`, the outputs carried on from the outer two averages: no single sample's noise.
+    ///
+    /// `None` with fewer than two averages.
+    pub fn ends(&self) -> Option<[(f64, f64); 2]> {
+        let [first, second, ..] = self.averages[..] else {
+            return None;
+        };
+        let [.., before, last] = self.averages[..] else {
+            return None;
+        };
+        let carried = |load: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
+            (load, y0 + (y1 - y0) * (load - x0) / (x1 - x0))
+        };
+        let (low, high) = (self.knots[0].0, self.knots[self.knots.len() - 1].0);
+        Some([carried(low, first, second), carried(high, last, before)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scoring::loops::turns::branches;
+
+    fn curve(loads: &[f64], output: impl Fn(f64) -> f64) -> Curve {
+        let outputs: Vec<f64> = loads.iter().map(|load| output(*load)).collect();
+        Curve::of(&branches(loads, 0.3)[0], loads, &outputs)
+    }
+
+    /// Up from 0 to 10, going back by 0.2 all the time: a straight line stays one.
+    #[test]
+    fn a_load_that_wiggles_does_not_bend_a_line() {
+        let loads: Vec<f64> = (0..4000)
+            .map(|k| k as f64 / 400.0 + 0.1 * (k as f64 * 0.9).sin())
+            .collect();
+        let curve = curve(&loads, |load| 3.0 - 2.0 * load);
+        for k in 0..=20 {
+            let load = f64::from(k) / 2.0;
+            assert!((curve.at(load) - (3.0 - 2.0 * load)).abs() < 1e-9, "{load}");
+        }
+        assert_eq!(curve.averages().len(), CELLS);
+    }
+
+    /// Fewer samples than cells: straight lines between the samples, and the end values beyond the ends.
+    #[test]
+    fn few_samples_are_joined() {
+        let curve = curve(&[0.0, 4.0, 10.0], |load| load * load);
+        for (load, expected) in [
+            (-1.0, 0.0),
+            (2.0, 8.0),
+            (4.0, 16.0),
+            (7.0, 58.0),
+            (11.0, 100.0),
+        ] {
+            assert!((curve.at(load) - expected).abs() < 1e-12, "{load}");
+        }
+        assert_eq!(curve.averages().len(), 3);
+        assert_eq!(curve.ends(), Some([(0.0, 0.0), (10.0, 100.0)]));
+    }
+
+    /// `x²` over 0..1 in cells of 0.01: the parabola through the outer averages is missed by half a cell squared.
+    #[test]
+    fn ends_are_carried_on_from_the_outer_averages() {
+        let loads: Vec<f64> = (0..=10_000).map(|k| f64::from(k) / 10_000.0).collect();
+        let [low, high] = curve(&loads, |load| load * load).ends().unwrap();
+        assert_eq!((low.0, high.0), (0.0, 1.0));
+        assert!(low.1.abs() < 1e-4 && (high.1 - 1.0).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,283 @@
+//! Cycles, and how far apart their two branches lie at equal load.
+
+use crate::scoring::loops::curve::Curve;
+use crate::scoring::loops::turns::Branch;
+
+/// At so many loads a loop's two branches are compared: every hundredth of the common range.
+pub const LOADS: usize = 101;
+
+/// Two neighbouring branches of one recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cycle {
+    /// Which of the recordings it is in.
+    pub recording: usize,
+    /// The branch that comes first.
+    pub first: Branch,
+    /// The branch after the reversal.
+    pub second: Branch,
+}
+
+impl Cycle {
+    /// The branch in which the load rises.
+    pub fn rising(&self) -> &Branch {
+        if self.first.rising {
+            &self.first
+        } else {
+            &self.second
+        }
+    }
+
+    /// The branch in which the load falls.
+    pub fn falling(&self) -> &Branch {
+        if self.first.rising {
+            &self.second
+        } else {
+            &self.first
+        }
+    }
+
+    /// The least load that both branches have.
+    pub fn low(&self) -> f64 {
+        self.first.low.max(self.second.low)
+    }
+
+    /// The greatest load that both branches have.
+    pub fn high(&self) -> f64 {
+        self.first.high.min(self.second.high)
+    }
+
+    /// The width of the range of loads that both branches have.
+    pub fn span(&self) -> f64 {
+        self.high() - self.low()
+    }
+}
+
+/// One output along both branches of a cycle, at the same loads.
+///
+/// **Shapes** [`LOADS`] values a branch, at loads in even steps from `low` to `high`.
+///
+/// **Units** loads and outputs in their own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loop {
+    /// The least common load.
+    pub low: f64,
+    /// The greatest common load.
+    pub high: f64,
+    /// The output while the load rises.
+    pub rising: Vec<f64>,
+    /// The output while the load falls.
+    pub falling: Vec<f64>,
+}
+
+impl Loop {
+    /// Brings an output of the cycle's recording to common loads.
+    ///
+    /// # Panics
+    /// If the cycle is not one of these loads, or there are not as many outputs as loads.
+    pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
+        let (low, high) = (cycle.low(), cycle.high());
+        let on = |branch: &Branch| {
+            let curve = Curve::of(branch, loads, outputs);
+            even_loads(low, high).map(|load| curve.at(load)).collect()
+        };
+        Self {
+            low,
+            high,
+            rising: on(cycle.rising()),
+            falling: on(cycle.falling()),
+        }
+    }
+
+    /// The mean of several loops over the loads that all of them have; `None` where there is no such load.
+    pub fn mean(loops: &[Self]) -> Option<Self> {
+        let low = loops
+            .iter()
+            .map(|one| one.low)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let high = loops
+            .iter()
+            .map(|one| one.high)
+            .fold(f64::INFINITY, f64::min);
+        let usable = low < high && (high - low).is_finite();
+        let mean = |branch: fn(&Self) -> &[f64]| -> Vec<f64> {
+            even_loads(low, high)
+                .map(|load| {
+                    let sum: f64 = loops.iter().map(|one| one.at(branch(one), load)).sum();
+                    sum / loops.len() as f64
+                })
+                .collect()
+        };
+        usable.then(|| Self {
+            low,
+            high,
+            rising: mean(|one| &one.rising),
+            falling: mean(|one| &one.falling),
+        })
+    }
+
+    /// A branch of this loop at a load within its range.
+    fn at(&self, branch: &[f64], load: f64) -> f64 {
+        let steps = (LOADS - 1) as f64;
+        let position = ((load - self.low) / (self.high - self.low) * steps).clamp(0.0, steps);
+        let below = (position as usize).min(LOADS - 2);
+        branch[below] + (branch[below + 1] - branch[below]) * (position - below as f64)
+    }
+
+    /// The loads at which the branches are compared, rising.
+    pub fn loads(&self) -> impl Iterator<Item = f64> + use<> {
+        even_loads(self.low, self.high)
+    }
+
+    /// The loop's width at each of these loads: falling less rising, so positive where the output lags behind.
+    pub fn widths(&self) -> impl Iterator<Item = f64> {
+        self.falling
+            .iter()
+            .zip(&self.rising)
+            .map(|(falling, rising)| falling - rising)
+    }
+
+    /// The greatest size of the width.
+    ///
+    /// **Source** OIML R 60-1, 3.7: the difference at one load between coming up from the least and down from the
+    /// greatest load.
+    pub fn largest_width(&self) -> f64 {
+        self.widths().map(f64::abs).fold(0.0, f64::max)
+    }
+
+    /// The mean size of the width over the common range.
+    pub fn mean_width(&self) -> f64 {
+        mean_by_trapezoids(self.widths().map(f64::abs))
+    }
+
+    /// Returns the integral of the width's size over the load: open loops have an area, even where their branches cross.
+    ///
+    /// **Units** that of the output times that of the load.
+    pub fn area(&self) -> f64 {
+        self.mean_width() * (self.high - self.low)
+    }
+
+    /// Returns the integral of the width with its sign over the load: positive where the output lags behind, negative where it leads.
+    ///
+    /// **Units** that of the output times that of the load.
+    pub fn work(&self) -> f64 {
+        mean_by_trapezoids(self.widths()) * (self.high - self.low)
+    }
+}
+
+/// [`LOADS`] loads in even steps.
+pub(crate) fn even_loads(low: f64, high: f64) -> impl Iterator<Item = f64> {
+    (0..LOADS).map(move |step| {
+        let share = step as f64 / (LOADS - 1) as f64;
+        low * (1.0 - share) + high * share
+    })
+}
+
+/// The mean of [`LOADS`] values in even steps, joined by straight lines.
+fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
+    let last = LOADS - 1;
+    let weighted = values.enumerate().map(|(at, value)| {
+        let is_end = at == 0 || at == last;
+        if is_end { value / 2.0 } else { value }
+    });
+    weighted.sum::<f64>() / last as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scoring::loops::Loops;
+
+    /// `cycles` times from −1 to 1 and back, in `steps` steps each way, starting and ending at −1.
+    fn triangle(cycles: usize, steps: usize) -> Vec<f64> {
+        (0..=2 * cycles * steps)
+            .map(|k| {
+                let phase = (k % (2 * steps)) as f64 / steps as f64;
+                if phase <= 1.0 {
+                    2.0 * phase - 1.0
+                } else {
+                    3.0 - 2.0 * phase
+                }
+            })
+            .collect()
+    }
+
+    /// The play operator: it follows only when pushed, and starts pushed downwards.
+    fn play(loads: &[f64], radius: f64) -> Vec<f64> {
+        let mut state = loads[0] + radius;
+        let follow = |&load: &f64| {
+            state = state.clamp(load - radius, load + radius);
+            state
+        };
+        loads.iter().map(follow).collect()
+    }
+
+    /// A play operator of radius r under ±A: rising `x − r`, falling `x + r`, and 2r of load to cross from one to the
+    /// other, so its loop is a parallelogram of width 2r and area `4 r (A − r)`.
+    #[test]
+    fn a_play_operator_has_its_known_width_and_area() {
+        for (radius, steps) in [(0.1, 2000), (0.25, 333), (0.04, 150)] {
+            let loads = triangle(3, steps);
+            let found = Loops::of([&loads[..]], 0.05);
+            let one = Loop::of(&found.largest().unwrap(), &loads, &play(&loads, radius));
+            let area = 4.0 * radius * (1.0 - radius);
+            assert!((one.largest_width() / (2.0 * radius) - 1.0).abs() < 0.01);
+            assert!((one.area() / area - 1.0).abs() < 0.01, "{}", one.area());
+            assert!((one.mean_width() / (area / 2.0) - 1.0).abs() < 0.01);
+        }
+    }
+
+    /// The same in a load that wiggles by less than the dead band, where the branches visit a load several times.
+    #[test]
+    fn a_wiggling_load_does_not_change_the_loop() {
+        let wiggle = |(k, load): (usize, &f64)| load * 0.98 + 0.02 * (k as f64 * 1.3).sin();
+        let loads: Vec<f64> = triangle(2, 5000).iter().enumerate().map(wiggle).collect();
+        let found = Loops::of([&loads[..]], 0.05);
+        assert_eq!(found.branches()[0].len(), 4);
+        let output: Vec<f64> = loads.iter().map(|load| 5.0 + 2.0 * load).collect();
+        let one = Loop::of(&found.largest().unwrap(), &loads, &output);
+        assert!(one.largest_width() < 1e-9);
+    }
+
+    #[test]
+    fn an_output_that_leads_has_negative_work_and_a_positive_area_and_width() {
+        let loads = triangle(2, 500);
+        let leading: Vec<f64> = loads
+            .iter()
+            .zip(play(&loads, 0.1))
+            .map(|(load, lagging)| 2.0 * load - lagging)
+            .collect();
+        let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
+        let one = Loop::of(&cycle, &loads, &leading);
+        assert!(one.work() < 0.0 && (one.area() + one.work()).abs() < 1e-12);
+        assert!((one.largest_width() - 0.2).abs() < 1e-3);
+    }
+
+    /// A figure of eight, of width x over −1..1: both halves enclose 1/2, and their works cancel.
+    #[test]
+    fn branches_that_cross_enclose_an_area_and_do_no_work() {
+        let one = Loop {
+            low: -1.0,
+            high: 1.0,
+            rising: vec![0.0; LOADS],
+            falling: even_loads(-1.0, 1.0).collect(),
+        };
+        assert!((one.area() - 1.0).abs() < 1e-4, "{}", one.area());
+        assert!(one.work().abs() < 1e-12);
+    }
+
+    /// Widths 1 and 3 over 0..10 and 2..12 have the mean 2 over 2..10.
+    #[test]
+    fn loops_are_averaged_over_the_loads_they_share() {
+        let flat = |low: f64, width: f64| Loop {
+            low,
+            high: low + 10.0,
+            rising: vec![0.0; LOADS],
+            falling: vec![width; LOADS],
+        };
+        let mean = Loop::mean(&[flat(0.0, 1.0), flat(2.0, 3.0)]).unwrap();
+        assert_eq!((mean.low, mean.high), (2.0, 10.0));
+        assert!((mean.area() - 16.0).abs() < 1e-12);
+        assert_eq!(Loop::mean(&[flat(0.0, 1.0), flat(20.0, 3.0)]), None);
+        assert_eq!(Loop::mean(&[]), None);
+    }
+}

@@ -1,0 +1,558 @@
+//! Paths as few enough points to draw, or how densely they lie where they are too many.
+//!
+//! Guarantees: nothing drawn is further than a pixel from what was measured, and nothing measured is further than a pixel
+//! from what is drawn; the size of what is drawn depends on the picture, not on the number of samples.
+
+use crate::scoring::loops::raster::Raster;
+
+/// Cells across and up a pixel: from corner to corner of one, and of what is passed over beside it, is less than a pixel.
+const CELLS_PER_PIXEL: f64 = 2.0;
+/// A sample this near to the last one that was kept, across and up, is passed over (cells).
+const REACH: f64 = 0.4;
+/// Lines that pass over each other so often, in the mean over the pixels that they touch, hide each other: at the opacity that so
+/// many are drawn with, one more is no longer seen.
+const MAX_PASSES: f64 = 4.0;
+/// No screen has more cells across or up; a question may ask for any number.
+const MAX_CELLS: f64 = 16_384.0;
+
+/// A part of the plane that is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Least and greatest load.
+    pub loads: (f64, f64),
+    /// Least and greatest output.
+    pub outputs: (f64, f64),
+}
+
+/// A piece of a branch as points `[load, output]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    /// Whether the load rises in it.
+    pub rising: bool,
+    /// In the order of time, unless there were too many of them.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// How densely paths lie, in cells of half a pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Density {
+    /// What it covers.
+    pub frame: Frame,
+    /// Cells across and up.
+    pub cells: [usize; 2],
+    /// Row by row from the least output up: 0 where no path comes, 1 where one passes from sample to sample, and one more for
+    /// each doubling of the number of samples in the cell: 2 for one, 3 for two or three, …
+    pub levels: Vec<u8>,
+}
+
+/// What is drawn of paths.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outline {
+    /// The paths themselves.
+    Lines(Vec<Vec<[f64; 2]>>),
+    /// Where they are and how often, since there are too many of them.
+    Density(Density),
+}
+
+/// What is drawn of paths on a picture of `frame` that is so many pixels wide and high.
+///
+/// A path goes straight from sample to sample; it ends at what is not finite and is cut off at the frame. Samples are
+/// passed over while they lie within a fifth of a pixel of the last one that was kept. It is the density that is drawn, every
+/// cell that a path touches by the number of samples in it, where samples are denser than pixels can show: where there are
+/// more of them than pixels that they touch, and lines would pass over each of these pixels more than a few times. And where
+/// more than `most` points are left, which would be dear to draw in every frame.
+pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
+    paths: impl IntoIterator<Item = P>,
+    frame: Frame,
+    pixels: [f64; 2],
+    most: usize,
+) -> Outline {
+    let grid = Grid::of(frame, pixels);
+    let n = grid.cells.map(|cells| cells as usize);
+    let mut drawn = Drawn {
+        raster: Raster::new(n),
+        counts: vec![0; n[0] * n[1]],
+        all: Lines::default(),
+        length: 0.0,
+        grid,
+        most,
+    };
+    for path in paths {
+        drawn.add(path);
+    }
+    if drawn.all.n_points <= most && !drawn.hides_itself() {
+        Outline::Lines(drawn.all.lines)
+    } else {
+        Outline::Density(drawn.density(frame))
+    }
+}
+
+/// Where a point lies on the picture, in cells.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    low: [f64; 2],
+    /// The size of a cell.
+    size: [f64; 2],
+    /// How many there are, whole numbers.
+    cells: [f64; 2],
+}
+
+impl Grid {
+    fn of(frame: Frame, pixels: [f64; 2]) -> Self {
+        let cells = pixels.map(|pixels| (CELLS_PER_PIXEL * pixels).ceil().clamp(1.0, MAX_CELLS));
+        let ranges = [frame.loads, frame.outputs];
+        Self {
+            low: ranges.map(|(low, _)| low),
+            size: [0, 1].map(|i| (ranges[i].1 - ranges[i].0) / cells[i]),
+            cells,
+        }
+    }
+
+    fn cell_of(&self, point: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| (point[i] - self.low[i]) / self.size[i])
+    }
+
+    fn point_at(&self, cell: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
+    }
+
+    /// The part of a step that lies on the picture, from one share of it to another.
+    fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
+        let (mut start, mut end) = (0.0_f64, 1.0_f64);
+        for i in [0, 1] {
+            let way = to[i] - from[i];
+            if way == 0.0 {
+                if !(0.0..=self.cells[i]).contains(&from[i]) {
+                    return None;
+                }
+                continue;
+            }
+            let shares = [-from[i] / way, (self.cells[i] - from[i]) / way];
+            start = start.max(shares[0].min(shares[1]));
+            end = end.min(shares[0].max(shares[1]));
+        }
+        (start <= end).then_some((start, end))
+    }
+}
+
+/// A sample: itself, and where it lies on the picture.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    point: [f64; 2],
+    cell: [f64; 2],
+}
+
+impl Place {
+    fn is_near(&self, other: &Self) -> bool {
+        (0..2).all(|i| (other.cell[i] - self.cell[i]).abs() <= REACH)
+    }
+
+    /// What lies at this share of the way to the other; both ends exactly.
+    fn towards(&self, other: &Self, share: f64) -> Self {
+        let between = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] + share * (b[i] - a[i]));
+        match share {
+            0.0 => *self,
+            1.0 => *other,
+            _ => Self {
+                point: between(self.point, other.point),
+                cell: between(self.cell, other.cell),
+            },
+        }
+    }
+}
+
+/// Lines that grow step by step.
+#[derive(Debug, Default)]
+struct Lines {
+    lines: Vec<Vec<[f64; 2]>>,
+    n_points: usize,
+    /// Whether the next step may go on where the last one ended.
+    open: bool,
+}
+
+impl Lines {
+    fn step(&mut self, from: [f64; 2], to: [f64; 2]) {
+        match self.lines.last_mut() {
+            Some(line) if self.open && line.last() == Some(&from) => {
+                line.push(to);
+                self.n_points += 1;
+            }
+            _ => {
+                self.lines.push(vec![from, to]);
+                self.n_points += 2;
+            }
+        }
+        self.open = true;
+    }
+}
+
+/// What has come so far.
+#[derive(Debug)]
+struct Drawn {
+    grid: Grid,
+    raster: Raster,
+    /// How many samples lie in each cell, up to the most that there is a number for.
+    counts: Vec<u16>,
+    /// Every step, while they are few.
+    all: Lines,
+    /// Of all steps, in pixels.
+    length: f64,
+    most: usize,
+}
+
+impl Drawn {
+    fn add(&mut self, path: impl IntoIterator<Item = [f64; 2]>) {
+        self.all.open = false;
+        // The last sample that was kept, whether a step led to it, and the last one that was passed over since.
+        let mut kept: Option<(Place, bool)> = None;
+        let mut passed: Option<Place> = None;
+        for point in path {
+            let cell = self.grid.cell_of(point);
+            if !cell.iter().all(|value| value.is_finite()) {
+                self.end(kept.take(), passed.take());
+                continue;
+            }
+            self.count(cell);
+            let place = Place { point, cell };
+            match kept {
+                Some((last, _)) if last.is_near(&place) => passed = Some(place),
+                Some((last, _)) => {
+                    self.step(&last, &place);
+                    (kept, passed) = (Some((place, true)), None);
+                }
+                None => kept = Some((place, false)),
+            }
+        }
+        self.end(kept, passed);
+    }
+
+    fn count(&mut self, cell: [f64; 2]) {
+        let [across, up] = self.grid.cells;
+        let inside = |at: f64, n: f64| (0.0..=n).contains(&at).then_some(at.min(n - 1.0) as usize);
+        if let (Some(column), Some(row)) = (inside(cell[0], across), inside(cell[1], up)) {
+            let count = &mut self.counts[row * across as usize + column];
+            *count = count.saturating_add(1);
+        }
+    }
+
+    /// The end of a path is kept; one that never moves is a dash of a pixel.
+    fn end(&mut self, kept: Option<(Place, bool)>, passed: Option<Place>) {
+        match (kept, passed) {
+            (Some((last, true)), Some(end)) => self.step(&last, &end),
+            (Some((still, false)), _) => {
+                let half = 0.5 * CELLS_PER_PIXEL;
+                let [across, up] = still.cell;
+                let [from, to] = [across - half, across + half].map(|across| Place {
+                    point: self.grid.point_at([across, up]),
+                    cell: [across, up],
+                });
+                self.step(&from, &to);
+            }
+            _ => {}
+        }
+        self.all.open = false;
+    }
+
+    fn step(&mut self, from: &Place, to: &Place) {
+        let Some((start, end)) = self.grid.on_picture(from.cell, to.cell) else {
+            self.all.open = false;
+            return;
+        };
+        let [from, to] = [start, end].map(|share| from.towards(to, share));
+        if self.all.n_points <= self.most {
+            self.all.step(from.point, to.point);
+        }
+        let way = [0, 1].map(|i| (to.cell[i] - from.cell[i]).abs());
+        self.length += way[0].max(way[1]) / CELLS_PER_PIXEL;
+        self.raster.touch(from.cell, to.cell);
+    }
+
+    /// Whether there are more samples than pixels, and so many lines over each pixel that none could be told from the others.
+    fn hides_itself(&self) -> bool {
+        let n_pixels = self.raster.n_touched_squares();
+        self.all.n_points > n_pixels && self.length > MAX_PASSES * n_pixels as f64
+    }
+
+    fn density(self, frame: Frame) -> Density {
+        let cells = self.grid.cells.map(|cells| cells as usize);
+        let level = |(at, count): (usize, u16)| match count.checked_ilog2() {
+            Some(doublings) => doublings as u8 + 2,
+            None => u8::from(self.raster.is_touched([at % cells[0], at / cells[0]])),
+        };
+        Density {
+            frame,
+            cells,
+            levels: self.counts.iter().copied().enumerate().map(level).collect(),
+        }
+    }
+}
+
+impl Density {
+    /// The middles of the cells that a path touches, with their levels.
+    pub fn touched(&self) -> impl Iterator<Item = ([f64; 2], u8)> {
+        let Frame { loads, outputs } = self.frame;
+        let [across, up] = self.cells;
+        let middle = move |(low, high): (f64, f64), at: usize, n: usize| {
+            low + (high - low) * (at as f64 + 0.5) / n as f64
+        };
+        let levels = self.levels.iter().copied().enumerate();
+        levels
+            .filter(|(_, level)| *level > 0)
+            .map(move |(at, level)| {
+                let place = [
+                    middle(loads, at % across, across),
+                    middle(outputs, at / across, up),
+                ];
+                (place, level)
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scoring::pixels::distance;
+
+    const FRAME: Frame = Frame {
+        loads: (-1.0, 1.0),
+        outputs: (-2.0, 2.0),
+    };
+    const PIXELS: [f64; 2] = [60.0, 40.0];
+
+    /// Numbers in ±1 that look random and are the same every time.
+    fn uniform(k: usize) -> f64 {
+        let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn path(n: usize, point: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
+        (0..n).map(point).collect()
+    }
+
+    /// Recordings of every kind, each as its paths.
+    fn kinds() -> Vec<(&'static str, Vec<Vec<[f64; 2]>>)> {
+        let wave = |k: usize| (k as f64 * 0.01).sin();
+        let walk = |seed: usize| {
+            let steps = (0..3000).scan([0.0_f64; 2], move |at, k| {
+                *at = [0, 1].map(|i| (at[i] + 0.06 * uniform(seed + 2 * k + i)).clamp(-1.0, 1.0));
+                Some(*at)
+            });
+            steps.collect::<Vec<_>>()
+        };
+        let gaps = path(2000, |k| match k % 97 {
+            0 => [f64::NAN, 0.0],
+            1 => [0.0, f64::INFINITY],
+            _ => [wave(k), 1.5 * uniform(k)],
+        });
+        vec![
+            ("nothing", vec![vec![], vec![[f64::NAN; 2]]]),
+            ("one sample", vec![vec![[0.3, 0.7]]]),
+            ("two samples", vec![vec![[-0.9, -1.0], [0.8, 1.3]]]),
+            ("constant", vec![vec![[0.5, -0.5]; 3000]]),
+            (
+                "noise",
+                vec![path(3000, |k| [uniform(2 * k), 2.0 * uniform(2 * k + 1)])],
+            ),
+            (
+                "noise over a wave",
+                vec![path(3000, |k| [wave(k), 0.6 * uniform(k)])],
+            ),
+            (
+                "noise that pulls",
+                vec![path(3000, |k| [wave(k).max(0.0), uniform(k).abs()])],
+            ),
+            (
+                "steps",
+                vec![path(3000, |k| {
+                    [(k / 500) as f64 * 0.2 - 0.5, (k / 300) as f64 * 0.3 - 1.4]
+                })],
+            ),
+            ("random walks", vec![walk(0), walk(10_000)]),
+            ("gaps", vec![gaps]),
+            (
+                "circles",
+                (0..4)
+                    .map(|at| {
+                        path(800, move |k| {
+                            let angle = k as f64 * std::f64::consts::TAU / 799.0;
+                            [
+                                0.9 * angle.sin(),
+                                (1.9 - 0.01 * f64::from(at)) * angle.cos(),
+                            ]
+                        })
+                    })
+                    .collect(),
+            ),
+            (
+                "twice the frame",
+                vec![path(2000, |k| {
+                    [2.0 * uniform(2 * k), 4.0 * uniform(2 * k + 1)]
+                })],
+            ),
+            (
+                "far outside",
+                vec![vec![
+                    [-1e9, -2e9],
+                    [1e9, 2e9],
+                    [3.0, 3.0],
+                    [f64::MAX, f64::MIN],
+                ]],
+            ),
+        ]
+    }
+
+    /// The steps of paths, cut at what is not finite, on a picture in pixels; one sample alone is a step of no length.
+    fn steps(paths: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
+        let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
+        let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
+        let runs = paths
+            .iter()
+            .flat_map(|path| path.split(|point| !finite(point)));
+        let runs = runs.filter(|run| !run.is_empty());
+        let steps = runs.flat_map(|run| match run {
+            [one] => vec![[*one; 2]],
+            many => many.windows(2).map(|pair| [pair[0], pair[1]]).collect(),
+        });
+        steps.map(|step| step.map(place)).collect()
+    }
+
+    /// The cells of a density on a picture in pixels, each by its two diagonals.
+    fn cells(density: &Density) -> Vec<[[f64; 2]; 2]> {
+        let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
+        let touched = density.touched().map(|(middle, _)| place(middle));
+        let diagonals = |[x, y]: [f64; 2]| {
+            let half = 0.5 / CELLS_PER_PIXEL;
+            [half, -half].map(|up| [[x - half, y - up], [x + half, y + up]])
+        };
+        touched.flat_map(diagonals).collect()
+    }
+
+    /// Places along steps that lie on the picture, a fifth of a pixel apart.
+    fn places(steps: &[[[f64; 2]; 2]]) -> Vec<[f64; 2]> {
+        let mut places = Vec::new();
+        for [from, to] in steps {
+            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+            // Of a step from far outside only the part that may lie on the picture.
+            let n = (length / 0.2).ceil().clamp(1.0, 2e5);
+            let all = (0..=n as usize).map(|k| k as f64 / n);
+            let all = all.map(|share| [0, 1].map(|i| from[i] + share * (to[i] - from[i])));
+            places.extend(all.filter(|at| (0..2).all(|i| (0.0..=PIXELS[i]).contains(&at[i]))));
+        }
+        places
+    }
+
+    #[test]
+    fn nothing_drawn_or_measured_is_further_than_a_pixel_from_the_other() {
+        for (name, paths) in kinds() {
+            let measured = steps(&paths);
+            for most in [0, 100, usize::MAX] {
+                let all = paths.iter().map(|path| path.iter().copied());
+                let drawn = match outline(all, FRAME, PIXELS, most) {
+                    Outline::Lines(lines) => steps(&lines),
+                    Outline::Density(density) => cells(&density),
+                };
+                let worst = |of: &[[[f64; 2]; 2]], to: &[[[f64; 2]; 2]]| {
+                    let places = places(of);
+                    let every = places.len().div_ceil(3000).max(1);
+                    let far = places.into_iter().step_by(every).map(|at| distance(at, to));
+                    far.fold(0.0, f64::max)
+                };
+                let (beside, missed) = (worst(&drawn, &measured), worst(&measured, &drawn));
+                assert!(
+                    beside <= 1.0,
+                    "{name}, {most}: drawn {beside} pixels beside"
+                );
+                assert!(missed <= 1.0, "{name}, {most}: {missed} pixels not drawn");
+            }
+        }
+    }
+
+    /// Whatever the number of samples: as many cells as the picture has, and the same ones are touched.
+    #[test]
+    fn the_size_of_a_density_depends_on_the_picture_and_its_levels_on_how_often() {
+        for (name, paths) in kinds() {
+            let density = |repeats: usize| {
+                let again = paths.iter().flat_map(|path| vec![path; repeats]);
+                let all = again.map(|path| path.iter().copied());
+                match outline(all, FRAME, PIXELS, 0) {
+                    Outline::Lines(lines) => {
+                        assert!(lines.is_empty(), "{name}");
+                        Vec::new()
+                    }
+                    Outline::Density(density) => {
+                        assert_eq!(density.cells, [120, 80]);
+                        density.levels
+                    }
+                }
+            };
+            let (once, often) = (density(1), density(4));
+            assert_eq!(once.len(), often.len(), "{name}");
+            for (one, four) in once.iter().zip(often) {
+                // Four times as many samples are two doublings.
+                let expected = if *one > 1 { one + 2 } else { *one };
+                assert_eq!(four, expected, "{name}");
+            }
+        }
+    }
+
+    /// One sample in the lower left corner, and seven more in the middle, which a line leads to.
+    #[test]
+    fn levels_count_samples() {
+        let corner = [-0.999, -1.99];
+        let path = std::iter::once(corner).chain(std::iter::repeat_n([0.001, 0.01], 7));
+        let Outline::Density(density) = outline([path], FRAME, PIXELS, 0) else {
+            panic!("no point is allowed")
+        };
+        let at = |column: usize, row: usize| density.levels[row * 120 + column];
+        assert_eq!((at(0, 0), at(60, 40), at(30, 20)), (2, 4, 1));
+        assert_eq!(at(119, 0), 0);
+    }
+
+    #[test]
+    fn few_points_are_samples_and_keep_their_ends() {
+        let circle = path(10_000, |k| {
+            let angle = k as f64 * std::f64::consts::TAU / 10_000.0;
+            [angle.sin(), angle.cos()]
+        });
+        let Outline::Lines(lines) = outline([circle.clone()], FRAME, PIXELS, 5000) else {
+            panic!("few points are lines")
+        };
+        let [line] = &lines[..] else {
+            panic!("one path is one line")
+        };
+        assert!((100..1000).contains(&line.len()), "{}", line.len());
+        assert_eq!([line[0], line[line.len() - 1]], [circle[0], circle[9999]]);
+        assert!(line.iter().all(|point| circle.contains(point)));
+    }
+
+    /// The same circle once is a line; twenty times it is drawn by how often, and so is noise that fills a spot; twenty times in
+    /// few samples it is lines all the same, since their density would be dots.
+    #[test]
+    fn what_passes_over_itself_is_drawn_by_how_often_however_few_samples_it_has() {
+        let circle = |n: usize, turns: usize| {
+            path(n, |k| {
+                let angle = (k * turns) as f64 * std::f64::consts::TAU / (n - 1) as f64;
+                [0.9 * angle.sin(), 1.8 * angle.cos()]
+            })
+        };
+        let spot = path(2000, |k| [0.1 * uniform(2 * k), 0.2 * uniform(2 * k + 1)]);
+        for (what, path, is_density) in [
+            ("one circle", circle(2000, 1), false),
+            ("twenty", circle(2000, 20), true),
+            ("twenty of few samples", circle(101, 20), false),
+            ("a spot", spot, true),
+        ] {
+            let drawn = outline([path], FRAME, PIXELS, 8000);
+            let found = matches!(drawn, Outline::Density(_));
+            assert_eq!(found, is_density, "{what}");
+        }
+    }
+
+    #[test]
+    fn what_is_outside_is_cut_off_and_what_crosses_is_not() {
+        let across = vec![[-9.0, 0.0], [9.0, 0.0], [9.0, 5.0], [9.0, 9.0]];
+        let lines = outline([across], FRAME, PIXELS, 100);
+        assert_eq!(lines, Outline::Lines(vec![vec![[-1.0, 0.0], [1.0, 0.0]]]));
+    }
+}

@@ -1,0 +1,227 @@
+//! Rainflow counting: which branches make a cycle, however many smaller cycles lie within them.
+//!
+//! Guarantees: the counts of ASTM E1049 5.4.4, residue included; a large cycle is the same whether small ones within it
+//! count as reversals or not; about two visits of each sample.
+
+use crate::scoring::loops::turns::Branch;
+
+/// The cycles of one recording that close, and the half cycles that are left over.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Counted {
+    /// The two branches of each cycle, the second one ending where the load is back; in the order of closing.
+    pub closed: Vec<[Branch; 2]>,
+    /// Half cycles in the order of time: ever wider ones, then ever narrower ones.
+    pub residue: Vec<Branch>,
+}
+
+/// Counts the cycles of a recording that was split at its reversals.
+///
+/// **Source** ASTM E1049-85, 5.4.4, in the form that looks at four reversals: the middle range is a cycle where neither
+/// neighbour is smaller. What the standard counts as half cycles is what is left over. Of three ranges that are exactly
+/// alike none is taken out, so that equal cycles pair in the order of time; the counts are the same.
+pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
+    let mut counted = Counted::default();
+    let residue = &mut counted.residue;
+    for branch in branches {
+        residue.push(branch);
+        while let [.., before, own, after] = &residue[..] {
+            let (span, beside) = (own.span(), [before.span(), after.span()]);
+            let closes = beside.iter().all(|other| span <= *other);
+            if !closes || beside == [span; 2] {
+                break;
+            }
+            let mut after = residue.pop().expect("there are three");
+            let own = residue.pop().expect("there are three");
+            let before = residue.pop().expect("there are three");
+            let back = closing_sample(&own, &after, loads);
+            let n_within = (after.nested).partition_point(|nested| nested.end <= back);
+            let rest = after.nested.split_off(n_within);
+            let end = own.samples.end - 1;
+            let mut nested = before.nested;
+            nested.push(before.samples.end..back);
+            nested.extend(rest);
+            residue.push(Branch {
+                samples: before.samples.start..after.samples.end,
+                rising: before.rising,
+                low: before.low.min(after.low),
+                high: before.high.max(after.high),
+                nested,
+            });
+            let mut second = Branch {
+                samples: end..back + 1,
+                rising: after.rising,
+                nested: after.nested,
+                ..own
+            };
+            let reached = loads[back];
+            (second.low, second.high) = (second.low.min(reached), second.high.max(reached));
+            counted.closed.push([own, second]);
+        }
+    }
+    counted
+}
+
+/// The first sample of the later branch at which the load is back where the earlier one began.
+fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
+    let is_back = |k: &usize| match after.rising {
+        true => loads[*k] >= own.high,
+        false => loads[*k] <= own.low,
+    };
+    let last = after.samples.end - 1;
+    after.kept().find(is_back).unwrap_or(last)
+}
+
+/// Neighbours that are taken together as cycles, each at most once: where pairs start, so that the sum of the squares of
+/// their common ranges is the greatest.
+pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
+    let common = |at: usize| {
+        let [first, second] = [&residue[at], &residue[at + 1]];
+        first.high.min(second.high) - first.low.max(second.low)
+    };
+    // Of the first so many: the greatest sum, and whether the last two of them are a pair.
+    let mut best = vec![(0.0, false); residue.len() + 1];
+    for n in 2..=residue.len() {
+        let paired = best[n - 2].0 + common(n - 2) * common(n - 2);
+        let alone = best[n - 1].0;
+        best[n] = (paired.max(alone), paired > alone);
+    }
+    let mut pairs = Vec::new();
+    let mut n = residue.len();
+    while n > 0 {
+        let is_pair = best[n].1;
+        n -= 1 + usize::from(is_pair);
+        if is_pair {
+            pairs.push(n);
+        }
+    }
+    pairs.reverse();
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scoring::loops::turns::branches;
+
+    fn counted(loads: &[f64]) -> Counted {
+        count(branches(loads, 0.0), loads)
+    }
+
+    /// How often each range occurs, half cycles as halves, by falling range.
+    fn counts(ranges: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+        let mut ranges: Vec<_> = ranges.into_iter().collect();
+        ranges.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let same = ranges.chunk_by(|a, b| (a.0 - b.0).abs() < 1e-9);
+        same.map(|same| (same[0].0, same.iter().map(|one| one.1).sum()))
+            .collect()
+    }
+
+    fn counts_of(loads: &[f64]) -> Vec<(f64, f64)> {
+        let found = counted(loads);
+        let closed = found.closed.iter().map(|pair| (pair[0].span(), 1.0));
+        counts(closed.chain(found.residue.iter().map(|half| (half.span(), 0.5))))
+    }
+
+    /// The standard's words, step by step: the first range that no later neighbour is smaller than is counted and taken out,
+    /// as a half where it holds the starting point.
+    fn slowly(loads: &[f64]) -> Vec<(f64, f64)> {
+        let mut points: Vec<f64> = loads.to_vec();
+        points.dedup();
+        let is_turn = |w: &[f64]| (w[1] - w[0]) * (w[2] - w[1]) < 0.0;
+        let turns = points.windows(3).filter(|w| is_turn(w)).map(|w| w[1]);
+        let mut points: Vec<f64> = (points.first().copied().into_iter())
+            .chain(turns)
+            .chain(points.last().copied())
+            .collect();
+        points.dedup();
+        let mut found = Vec::new();
+        'again: loop {
+            for at in 2..points.len() {
+                let range = |k: usize| (points[k] - points[k - 1]).abs();
+                if range(at) >= range(at - 1) {
+                    let holds_start = at == 2;
+                    found.push((range(at - 1), if holds_start { 0.5 } else { 1.0 }));
+                    points.drain(if holds_start { 0..1 } else { at - 2..at });
+                    continue 'again;
+                }
+            }
+            break;
+        }
+        found.extend(points.windows(2).map(|w| ((w[1] - w[0]).abs(), 0.5)));
+        counts(found)
+    }
+
+    /// ASTM E1049-85, 5.4.4 and figure 6: ranges 3, 4, 6, 8, 9 occur 0.5, 1.5, 0.5, 1.0 and 0.5 times.
+    #[test]
+    fn the_standards_own_example_is_counted_as_it_says() {
+        let loads = [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0];
+        let expected = [(9.0, 0.5), (8.0, 1.0), (6.0, 0.5), (4.0, 1.5), (3.0, 0.5)];
+        assert_eq!(counts_of(&loads), expected);
+        assert_eq!(slowly(&loads), expected);
+    }
+
+    #[test]
+    fn counts_are_those_of_the_standards_words() {
+        let mut state = 1_u64;
+        let mut next = move |n: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 33) % n) as f64
+        };
+        for case in 0..300 {
+            // Few levels make many ranges alike, many make hardly any.
+            let levels = [3, 8, 1_000_000][case % 3];
+            let loads: Vec<f64> = (0..2 + case).map(|_| next(levels)).collect();
+            assert_eq!(counts_of(&loads), slowly(&loads), "{loads:?}");
+        }
+    }
+
+    /// Up to 10 with a dip from 6 to 4 and back on the way, and down again.
+    #[test]
+    fn a_small_cycle_is_left_out_of_the_large_one() {
+        let loads = [0.0, 3.0, 6.0, 4.0, 5.0, 7.0, 10.0, 5.0, 0.0];
+        let found = counted(&loads);
+        let [dip] = &found.closed[..] else {
+            panic!("one small cycle: {found:?}")
+        };
+        assert_eq!(
+            (dip[0].samples.clone(), dip[1].samples.clone()),
+            (2..4, 3..6)
+        );
+        let [up, down] = &found.residue[..] else {
+            panic!("up and down: {found:?}")
+        };
+        assert_eq!(up.kept().collect::<Vec<_>>(), [0, 1, 2, 5, 6]);
+        assert_eq!((up.low, up.high, up.rising), (0.0, 10.0, true));
+        assert_eq!(down.samples, 6..9);
+        assert_eq!(pairs(&found.residue), [0]);
+    }
+
+    /// Small cycles within a cycle within another, whichever way the outermost goes.
+    #[test]
+    fn cycles_nest_to_any_depth() {
+        let inwards: Vec<f64> = (0..40)
+            .map(|k| f64::from(40 - k) * if k % 2 == 0 { 1.0 } else { -1.0 })
+            .collect();
+        let loads = [&inwards[..], &[41.0, -41.0]].concat();
+        for loads in [loads.clone(), loads.iter().map(|load| -load).collect()] {
+            let found = counted(&loads);
+            assert_eq!(found.closed.len(), 19);
+            for [first, second] in &found.closed {
+                let common = first.high.min(second.high) - first.low.max(second.low);
+                assert_eq!(common, first.span());
+                assert_eq!(second.samples.start, first.samples.end - 1);
+            }
+            assert_eq!(counts_of(&loads), slowly(&loads));
+        }
+    }
+
+    #[test]
+    fn equal_half_cycles_pair_in_the_order_of_time_and_the_widest_are_not_torn() {
+        let starts = |loads: &[f64]| pairs(&branches(loads, 0.0));
+        assert_eq!(starts(&[0.0, 9.0, 0.0, 9.0, 0.0, 9.0]), [0, 2]);
+        assert_eq!(starts(&[0.0, 3.0, -7.0, 7.0, 1.0]), [1]);
+        assert_eq!(starts(&[0.0, 1.0]), [0_usize; 0]);
+    }
+}

@@ -1,0 +1,155 @@
+//! Which cells of a grid lines touch, in squares of squares: whole blocks that are full are passed over.
+
+/// Cells across and up a block, and blocks across and up a block of blocks: as many bits as a word has.
+const SIDE: usize = 8;
+const LEVELS: usize = 4;
+
+/// Which cells of a picture were touched; blocks in which all were are passed in one step.
+#[derive(Debug)]
+pub(crate) struct Raster {
+    /// Cells, blocks, blocks of blocks, and so on.
+    levels: [Level; LEVELS],
+    /// Squares that count as touched though they lie beyond the picture.
+    n_beyond: usize,
+}
+
+/// One bit for each cell or block, a word for each block of them.
+#[derive(Debug)]
+struct Level {
+    /// How many there are across and up.
+    n: [usize; 2],
+    words: Vec<u64>,
+}
+
+impl Level {
+    pub(crate) fn new(n: [usize; 2]) -> Self {
+        let [across, up] = n.map(|n| n.div_ceil(SIDE));
+        let mut level = Self {
+            n,
+            words: vec![0; across * up],
+        };
+        // What lies beyond the picture does not keep a block from being full.
+        for y in 0..up * SIDE {
+            for x in 0..across * SIDE {
+                if x >= n[0] || y >= n[1] {
+                    level.set([x, y]);
+                }
+            }
+        }
+        level
+    }
+
+    fn place(&self, [x, y]: [usize; 2]) -> (usize, u64) {
+        let word = y / SIDE * self.n[0].div_ceil(SIDE) + x / SIDE;
+        (word, 1 << (y % SIDE * SIDE + x % SIDE))
+    }
+
+    fn has(&self, at: [usize; 2]) -> bool {
+        let (word, bit) = self.place(at);
+        self.words[word] & bit != 0
+    }
+
+    /// Sets a bit; whether its block is full now.
+    fn set(&mut self, at: [usize; 2]) -> bool {
+        let (word, bit) = self.place(at);
+        self.words[word] |= bit;
+        self.words[word] == u64::MAX
+    }
+}
+
+/// A step from cell to cell.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    from: [f64; 2],
+    way: [f64; 2],
+}
+
+impl Raster {
+    pub(crate) fn new(n: [usize; 2]) -> Self {
+        let of = |level: usize| Level::new(n.map(|n| n.div_ceil(SIDE.pow(level as u32))));
+        let mut raster = Self {
+            levels: std::array::from_fn(of),
+            n_beyond: 0,
+        };
+        raster.n_beyond = raster.n_touched_squares();
+        raster
+    }
+
+    /// Touches every cell between two places on the picture.
+    pub(crate) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) {
+        let way = [0, 1].map(|i| to[i] - from[i]);
+        let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
+        self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0));
+    }
+
+    /// Whether this cell was touched.
+    pub(crate) fn is_touched(&self, cell: [usize; 2]) -> bool {
+        self.levels[0].has(cell)
+    }
+
+    /// How many squares of two by two cells were touched.
+    pub(crate) fn n_touched_squares(&self) -> usize {
+        // The bits of a block stand row by row: those of a square's upper row, then of its right column fall on its first one.
+        let squares = self.levels[0].words.iter().map(|word| {
+            let rows = word | word >> SIDE;
+            ((rows | rows >> 1) & 0x0055_0055_0055_0055).count_ones() as usize
+        });
+        squares.sum::<usize>() - self.n_beyond
+    }
+
+    /// Goes through the blocks of a level within these limits, from one share of the step to another.
+    fn walk(
+        &mut self,
+        level: usize,
+        limits: [(usize, usize); 2],
+        step: Step,
+        (mut share, end): (f64, f64),
+    ) {
+        let size = SIDE.pow(level as u32) as f64;
+        let mut at = [0, 1].map(|i| {
+            let block = ((step.from[i] + share * step.way[i]) / size).max(0.0) as usize;
+            block.clamp(limits[i].0, limits[i].1)
+        });
+        loop {
+            let leaves = [0, 1].map(|i| {
+                let edge = size * (at[i] + usize::from(step.way[i] > 0.0)) as f64;
+                match step.way[i] {
+                    0.0 => f64::INFINITY,
+                    way => (edge - step.from[i]) / way,
+                }
+            });
+            let first = usize::from(leaves[1] < leaves[0]);
+            let next = leaves[first].clamp(share, end);
+            self.touch_block(level, at, step, (share, next));
+            if leaves[first] >= end {
+                return;
+            }
+            let (low, high) = limits[first];
+            let forward = step.way[first] > 0.0;
+            match at[first] {
+                last if last == if forward { high } else { low } => return,
+                _ if forward => at[first] += 1,
+                _ => at[first] -= 1,
+            }
+            share = next;
+        }
+    }
+
+    fn touch_block(&mut self, level: usize, at: [usize; 2], step: Step, shares: (f64, f64)) {
+        if self.levels[level].has(at) {
+            return;
+        }
+        if level > 0 {
+            let below = self.levels[level - 1].n;
+            let limits = [0, 1].map(|i| (SIDE * at[i], (SIDE * at[i] + SIDE).min(below[i]) - 1));
+            return self.walk(level - 1, limits, step, shares);
+        }
+        let mut filled = at;
+        for level in &mut self.levels {
+            if !level.set(filled) {
+                break;
+            }
+            filled = filled.map(|at| at / SIDE);
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Where a load turns, and the branches between the turns.
+//!
+//! Guarantees: one pass; every sample lies in a branch, neighbours share the sample at which the load turned; a turn
+//! counts only once the load has come back from it by more than the dead band.
+
+use std::ops::Range;
+
+use crate::scoring::quantile::quantile;
+
+/// The noise's standard deviation times this is a default dead band: white noise of a quarter of a million samples
+/// spans 9.2 of them.
+pub const NOISE_FACTOR: f64 = 10.0;
+/// The least default dead band, as a share of the range of the load.
+pub const MIN_SHARE: f64 = 0.05;
+/// At most so many differences of a recording are looked at for its noise, which gives it to about 5 %.
+const MAX_DIFFERENCES: usize = 1024;
+/// The median of the size of a normal deviate, in standard deviations.
+const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
+
+/// An interval in which a load goes one way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch {
+    /// Its samples, from turn to turn, both turns included.
+    pub samples: Range<usize>,
+    /// Whether the load rises in it.
+    pub rising: bool,
+    /// The least load in it.
+    pub low: f64,
+    /// The greatest load in it.
+    pub high: f64,
+    /// Cycles of their own on its way, in the order of time: these samples belong to them.
+    pub nested: Vec<Range<usize>>,
+}
+
+impl Branch {
+    /// Its samples without those of the cycles on its way.
+    pub fn kept(&self) -> impl Iterator<Item = usize> {
+        let starts =
+            std::iter::once(self.samples.start).chain(self.nested.iter().map(|own| own.end));
+        let ends = (self.nested.iter().map(|own| own.start)).chain([self.samples.end]);
+        starts.zip(ends).flat_map(|(start, end)| start..end)
+    }
+
+    /// From the least load to the greatest.
+    pub fn span(&self) -> f64 {
+        self.high - self.low
+    }
+}
+
+/// Splits the run of one recording at its reversals.
+///
+/// A reversal is an extreme from which the load comes back by more than `dead_band`. The first branch starts with the
+/// recording and the last one ends with it. A load that never leaves the dead band has no branch.
+///
+/// **Units** `dead_band` in the unit of the loads.
+pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
+    let (turns, first_rises) = turns(loads, dead_band);
+    let Some(mut rising) = first_rises else {
+        return Vec::new();
+    };
+    let ends: Vec<usize> = std::iter::once(0)
+        .chain(turns)
+        .chain([loads.len() - 1])
+        .collect();
+    ends.windows(2)
+        .map(|ends| {
+            let samples = ends[0]..ends[1] + 1;
+            let (low, high) = range(&loads[samples.clone()]);
+            let branch = Branch {
+                samples,
+                rising,
+                low,
+                high,
+                nested: Vec::new(),
+            };
+            rising = !rising;
+            branch
+        })
+        .collect()
+}
+
+/// The samples at which the load turns, and whether it rises before the first of them; `None` where it never leaves
+/// the dead band.
+fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
+    let mut turns = Vec::new();
+    let (mut first_rises, mut rises) = (None, None);
+    let (mut lowest, mut highest) = (0, 0);
+    for (k, &load) in loads.iter().enumerate() {
+        if load < loads[lowest] {
+            lowest = k;
+        }
+        if load > loads[highest] {
+            highest = k;
+        }
+        match rises {
+            None if loads[highest] - loads[lowest] > dead_band => {
+                rises = Some(highest > lowest);
+                first_rises = rises;
+            }
+            Some(true) if loads[highest] - load > dead_band => {
+                turns.push(highest);
+                rises = Some(false);
+                lowest = k;
+            }
+            Some(false) if load - loads[lowest] > dead_band => {
+                turns.push(lowest);
+                rises = Some(true);
+                highest = k;
+            }
+            _ => {}
+        }
+    }
+    (turns, first_rises)
+}
+
+/// What the load of one axis does in several recordings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadExtent {
+    /// The standard deviation of the noise of the noisiest recording.
+    pub noise: f64,
+    /// The least load of all.
+    pub low: f64,
+    /// The greatest load of all.
+    pub high: f64,
+}
+
+impl Default for LoadExtent {
+    /// Of no recording.
+    fn default() -> Self {
+        Self {
+            noise: 0.0,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl LoadExtent {
+    /// Of these recordings.
+    ///
+    /// The noise of a recording is the median size of the fourth difference of its load over `√70 · 0.674`, which for
+    /// white noise is the standard deviation: the fourth difference of white noise has `1 + 16 + 36 + 16 + 1 = 70` times
+    /// its variance. Fourth rather than second, because they see less of a load that moves fast between samples; the
+    /// median, because turns and steps are few.
+    pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
+        let mut extent = Self::default();
+        for loads in recordings {
+            extent.noise = extent.noise.max(noise_of(loads));
+            let (low, high) = range(loads);
+            (extent.low, extent.high) = (extent.low.min(low), extent.high.max(high));
+        }
+        extent
+    }
+
+    /// That of these recordings and of others together.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            noise: self.noise.max(other.noise),
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    /// The dead band where nobody has chosen one: ten times the noise, and at least 5 % of the range of the load.
+    ///
+    /// **Units** that of the loads.
+    pub fn dead_band(&self) -> f64 {
+        (NOISE_FACTOR * self.noise).max(MIN_SHARE * (self.high - self.low).max(0.0))
+    }
+}
+
+/// The dead band where nobody has chosen one, as [`LoadExtent::dead_band`] gives it for these recordings.
+///
+/// **Units** that of the loads.
+pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+    LoadExtent::of(recordings).dead_band()
+}
+
+/// The standard deviation of the white noise on a load that otherwise moves smoothly.
+fn noise_of(loads: &[f64]) -> f64 {
+    let step = loads.len().div_ceil(MAX_DIFFERENCES).max(1);
+    let mut sizes: Vec<f64> = loads
+        .windows(5)
+        .step_by(step)
+        .map(|x| (x[0] + x[4] - 4.0 * (x[1] + x[3]) + 6.0 * x[2]).abs())
+        .collect();
+    quantile(&mut sizes, 0.5).unwrap_or(0.0) / (70.0_f64.sqrt() * MEDIAN_OF_NORMAL)
+}
+
+/// Least and greatest of the values; without values, +∞ and −∞.
+pub(crate) fn range(values: &[f64]) -> (f64, f64) {
+    values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+            (low.min(value), high.max(value))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in ±1 that look random and are the same every time.
+    fn uniform(k: usize) -> f64 {
+        let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    #[test]
+    fn a_turn_counts_once_the_load_is_back_by_more_than_the_dead_band() {
+        let loads = [0.0, 3.0, 2.0, 5.0, 1.0, 2.0, 0.0, 4.0];
+        let ends = |dead_band| -> Vec<_> {
+            (branches(&loads, dead_band).iter())
+                .map(|branch| (branch.samples.start, branch.samples.end - 1, branch.rising))
+                .collect()
+        };
+        assert_eq!(ends(1.0), [(0, 3, true), (3, 6, false), (6, 7, true)]);
+        assert_eq!(ends(4.5), [(0, 3, true), (3, 7, false)]);
+        assert_eq!(ends(0.0).len(), 7);
+        assert_eq!(ends(5.0), []);
+    }
+
+    #[test]
+    fn branches_know_their_range() {
+        let found = branches(&[1.0, 0.9, 4.0, -2.0], 0.5);
+        let ranges: Vec<_> = found.iter().map(|b| (b.low, b.high, b.span())).collect();
+        assert_eq!(ranges, [(0.9, 4.0, 3.1), (-2.0, 4.0, 6.0)]);
+    }
+
+    #[test]
+    fn what_does_not_move_has_no_branch() {
+        for loads in [&[][..], &[1.0], &[2.0; 9]] {
+            assert_eq!(branches(loads, 0.0), []);
+        }
+    }
+
+    /// Six sines with noise of ±0.1 have twelve turns, however the noise falls.
+    #[test]
+    fn the_default_dead_band_keeps_noise_from_turning() {
+        for amplitude in [0.0, 1e-3, 0.1] {
+            let loads: Vec<f64> = (0..6000)
+                .map(|k| (k as f64 * std::f64::consts::TAU / 1000.0).sin() + amplitude * uniform(k))
+                .collect();
+            let dead_band = default_dead_band([&loads[..]]);
+            assert_eq!(branches(&loads, dead_band).len(), 13, "{amplitude}");
+        }
+        let still: Vec<f64> = (0..6000).map(|k| 7.0 + 0.1 * uniform(k)).collect();
+        assert_eq!(branches(&still, default_dead_band([&still[..]])), []);
+    }
+
+    /// Uniform noise in ±1 has a standard deviation of 0.577; a median of its fourth differences is near normal.
+    #[test]
+    fn noise_is_measured_on_a_moving_load() {
+        let loads: Vec<f64> = (0..4000)
+            .map(|k| 100.0 * (k as f64 / 50.0).sin() + uniform(k))
+            .collect();
+        assert!((LoadExtent::of([&loads[..]]).noise / (1.0_f64 / 3.0).sqrt() - 1.0).abs() < 0.1);
+        assert_eq!(LoadExtent::of([&[1.0, 5.0, 2.0][..]]).noise, 0.0);
+    }
+
+    #[test]
+    fn the_default_dead_band_is_at_least_a_share_of_the_whole_range() {
+        let (low, high) = ([0.0; 20], [50.0; 20]);
+        assert_eq!(default_dead_band([&low[..], &high[..]]), 2.5);
+        assert_eq!(default_dead_band([]), 0.0);
+    }
+}

@@ -1,0 +1,188 @@
+//! The paper's own rule for F_th: about the mean hysteresis, as the recordings show it.
+//!
+//! Guarantees: the loads that are compared are conventional ones, what the look-back itself goes by; branches and reversals
+//! are those of the [loops](crate::scoring::loops).
+
+use serde::Serialize;
+
+use crate::recording::Axis;
+use crate::scoring::loops::{Loop, Loops, default_dead_band};
+
+/// A mean over fewer reversals than this is a hint, not a measurement.
+pub const FEWEST_REVERSALS: usize = 10;
+
+/// The hysteresis of one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AxisHysteresis {
+    /// The axis.
+    pub axis: Axis,
+    /// Mean width over the cycles, in the unit of F_th; `None` without a cycle.
+    pub mean_width: Option<f64>,
+    /// Cycles whose two branches were compared, each with one reversal between them.
+    pub n_reversals: usize,
+    /// How far the load had to come back for a reversal, in the axis' unit.
+    pub dead_band: f64,
+}
+
+/// The mean hysteresis of a sensor.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct MeanHysteresis {
+    /// The mean over the axes that have a cycle, in the unit of F_th; `None` if none has.
+    pub value: Option<f64>,
+    /// Reversals that it rests on, over all axes.
+    pub n_reversals: usize,
+    /// The axes that F_th is measured over.
+    pub axes: Vec<AxisHysteresis>,
+}
+
+/// One recording, as far as hysteresis goes.
+///
+/// **Shapes** `reference` is `n × n_axes`, row-major.
+#[derive(Clone, Copy)]
+pub struct HysteresisRun<'a> {
+    /// The load that was really applied.
+    pub reference: &'a [f64],
+    /// What the conventional calibration makes of it on the axis of this number, sample by sample.
+    pub conventional: &'a dyn Fn(usize) -> Vec<f64>,
+}
+
+/// Measures the mean hysteresis.
+///
+/// For each axis that F_th is measured over: the two branches of each cycle of the reference load (counted by rainflow) are
+/// compared at equal load, where both are; the width is the mean of `|falling − rising|` of the conventional load over that
+/// range, the axis' figure the mean over all full cycles (see [`Loops::full_cycles`]), the sensor's the mean over its axes.
+///
+/// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. How
+/// that was averaged is not said; this definition is ours. When several axes are loaded at once, what one does to another
+/// counts as well.
+///
+/// **Shapes** `weights` holds one factor per axis that turns it into the unit of F_th, as
+/// [`Distance::weights`](crate::features::Distance::weights) gives it; zero where the axis does not count.
+///
+/// # Panics
+/// If there is not one weight per axis.
+pub fn mean_hysteresis(
+    runs: &[HysteresisRun<'_>],
+    axes: &[Axis],
+    weights: &[f64],
+) -> MeanHysteresis {
+    assert_eq!(axes.len(), weights.len(), "one weight per axis");
+    let counted = axes.iter().zip(weights).enumerate();
+    let axes: Vec<AxisHysteresis> = counted
+        .filter(|(_, (_, weight))| **weight > 0.0)
+        .map(|(at, (axis, weight))| of_axis(runs, at, axes.len(), *axis, *weight))
+        .collect();
+    let widths: Vec<f64> = axes.iter().filter_map(|axis| axis.mean_width).collect();
+    MeanHysteresis {
+        value: mean(&widths),
+        n_reversals: axes.iter().map(|axis| axis.n_reversals).sum(),
+        axes,
+    }
+}
+
+fn of_axis(
+    runs: &[HysteresisRun<'_>],
+    at: usize,
+    n_axes: usize,
+    axis: Axis,
+    weight: f64,
+) -> AxisHysteresis {
+    let references: Vec<Vec<f64>> = runs
+        .iter()
+        .map(|run| column(run.reference, at, n_axes))
+        .collect();
+    let dead_band = default_dead_band(references.iter().map(Vec::as_slice));
+    let loops = Loops::of(references.iter().map(Vec::as_slice), dead_band);
+    let cycles = loops.full_cycles();
+    let mut widths = Vec::with_capacity(cycles.len());
+    for of_recording in cycles.chunk_by(|a, b| a.recording == b.recording) {
+        let recording = of_recording[0].recording;
+        let outputs = (runs[recording].conventional)(at);
+        widths.extend(
+            of_recording.iter().map(|cycle| {
+                weight * Loop::of(cycle, &references[recording], &outputs).mean_width()
+            }),
+        );
+    }
+    AxisHysteresis {
+        axis,
+        mean_width: mean(&widths),
+        n_reversals: widths.len(),
+        dead_band,
+    }
+}
+
+fn column(values: &[f64], at: usize, n_axes: usize) -> Vec<f64> {
+    let own = values.iter().skip(at).step_by(n_axes);
+    own.copied().collect()
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+impl MeanHysteresis {
+    /// Whether it rests on fewer reversals than a mean should.
+    pub fn rests_on_few(&self) -> bool {
+        self.n_reversals < FEWEST_REVERSALS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fz up and down between −1 and 1, Mx constant; the conventional Fz lags by a play of ±0.1, whose loop has the mean
+    /// width `2·0.1·(1 − 0.1)`, see the tests of the loops.
+    fn run(cycles: usize) -> (Vec<f64>, Vec<f64>) {
+        let (steps, radius) = (1000, 0.1);
+        let (mut reference, mut conventional) = (Vec::new(), Vec::new());
+        let mut state: f64 = -0.9;
+        for k in 0..=2 * cycles * steps {
+            let phase = (k % (2 * steps)) as f64 / steps as f64;
+            let load = if phase <= 1.0 {
+                2.0 * phase - 1.0
+            } else {
+                3.0 - 2.0 * phase
+            };
+            state = state.clamp(load - radius, load + radius);
+            reference.extend([load, 7.0]);
+            conventional.extend([state, 7.0]);
+        }
+        (reference, conventional)
+    }
+
+    fn of(cycles: usize, weights: [f64; 2]) -> MeanHysteresis {
+        let (reference, conventional) = run(cycles);
+        let run = HysteresisRun {
+            reference: &reference,
+            conventional: &|at| column(&conventional, at, 2),
+        };
+        mean_hysteresis(&[run, run], &[Axis::Fz, Axis::Mx], &weights)
+    }
+
+    #[test]
+    fn a_play_operator_has_the_width_of_its_loop() {
+        let found = of(6, [1.0, 0.0]);
+        // Six cycles within each of two recordings.
+        assert_eq!((found.n_reversals, found.axes.len()), (12, 1));
+        assert!(
+            (found.value.unwrap() / 0.18 - 1.0).abs() < 0.01,
+            "{found:?}"
+        );
+        assert!(!found.rests_on_few());
+    }
+
+    #[test]
+    fn axes_without_a_cycle_are_left_out_of_the_mean_and_few_reversals_are_told() {
+        let found = of(1, [0.5, 2.0]);
+        assert!(
+            (found.value.unwrap() / 0.09 - 1.0).abs() < 0.01,
+            "{found:?}"
+        );
+        assert_eq!(found.axes[1].mean_width, None);
+        assert!(found.rests_on_few());
+        assert_eq!(of(0, [1.0, 1.0]).value, None);
+        assert_eq!(mean_hysteresis(&[], &[], &[]), MeanHysteresis::default());
+    }
+}

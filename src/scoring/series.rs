@@ -1,0 +1,628 @@
+//! A trace that can be drawn at any zoom: samples with minima and maxima over ever longer runs of them.
+//!
+//! Guarantees: nothing drawn is further than a column's width from what was measured, and nothing measured is further than
+//! that from what is drawn, however uneven the times; a spike of one sample never vanishes; the work of drawing depends on
+//! the width of the picture, not on the number of samples.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::outward::{rounded_down, rounded_up};
+use crate::progress::Progress;
+
+/// Samples in a run of the finest level.
+const FINEST: usize = 32;
+/// Runs of one level in a run of the next.
+const FAN_OUT: usize = 4;
+/// So many samples of a column are drawn one by one.
+const FEW: usize = 4;
+/// Columns of at least so many samples end where runs do, and are drawn by their extremes alone.
+const MANY: usize = 4 * FINEST;
+/// What the end of a column may be moved by for that, in its widths.
+const MOVED: f64 = 0.25;
+/// Samples of which the extremes are taken at a time.
+const CHUNK: usize = 256 * FINEST;
+
+/// What a trace is of.
+pub trait Values: fmt::Debug + Send + Sync {
+    /// How many samples there are.
+    fn n_samples(&self) -> usize;
+
+    /// Writes the values of these samples, as many as there is room for.
+    fn read(&self, samples: Range<usize>, out: &mut [f64]);
+}
+
+impl Values for Arc<[f64]> {
+    fn n_samples(&self) -> usize {
+        self.len()
+    }
+
+    fn read(&self, samples: Range<usize>, out: &mut [f64]) {
+        out.copy_from_slice(&self[samples]);
+    }
+}
+
+/// The first minus the second, which is not stored.
+#[derive(Debug)]
+struct Difference(Arc<dyn Values>, Arc<dyn Values>);
+
+impl Values for Difference {
+    fn n_samples(&self) -> usize {
+        self.0.n_samples()
+    }
+
+    fn read(&self, samples: Range<usize>, out: &mut [f64]) {
+        self.0.read(samples.clone(), out);
+        let mut taken = [0.0; FINEST];
+        for (start, out) in samples.clone().step_by(FINEST).zip(out.chunks_mut(FINEST)) {
+            let taken = &mut taken[..out.len()];
+            self.1.read(start..start + taken.len(), taken);
+            for (value, taken) in out.iter_mut().zip(taken) {
+                *value -= *taken;
+            }
+        }
+    }
+}
+
+/// One trace.
+#[derive(Clone, Debug)]
+pub struct Series {
+    values: Arc<dyn Values>,
+    /// Samples in a run of the finest level.
+    finest: usize,
+    /// Whether the samples of such a run are alike.
+    is_held: bool,
+    /// `levels[l]` holds the extremes of runs of `finest · FAN_OUT^l` samples; the last run may be short.
+    levels: Vec<Vec<Extremes>>,
+}
+
+/// As narrow as they can be stored around the values.
+#[derive(Clone, Copy, Debug)]
+struct Extremes {
+    low: f32,
+    high: f32,
+}
+
+impl Extremes {
+    const NONE: Self = Self {
+        low: f32::INFINITY,
+        high: f32::NEG_INFINITY,
+    };
+
+    fn of((low, high): (f64, f64)) -> Self {
+        Self {
+            low: rounded_down(low),
+            high: rounded_up(high),
+        }
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+}
+
+impl Series {
+    /// A trace of stored values.
+    pub fn new(values: Arc<[f64]>) -> Self {
+        Self::of(Arc::new(values))
+    }
+
+    /// The trace of these values.
+    pub fn of(values: Arc<dyn Values>) -> Self {
+        let mut one = Self::all_of(vec![values], &Progress::default());
+        one.pop().expect("one for each")
+    }
+
+    /// What `a − b` is, which is not stored.
+    ///
+    /// # Panics
+    /// If the two differ in length.
+    pub fn difference(a: Arc<dyn Values>, b: Arc<dyn Values>) -> Arc<dyn Values> {
+        assert_eq!(a.n_samples(), b.n_samples(), "traces of one recording");
+        Arc::new(Difference(a, b))
+    }
+
+    /// The traces of all these values of the same samples, which are read together, run by run; they mean nothing once somebody has
+    /// asked to stop.
+    pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
+        let n = all.iter().map(|values| values.n_samples()).max();
+        let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
+        let chunks: Vec<Vec<Extremes>> = chunks
+            .map_init(
+                || vec![0.0; CHUNK],
+                |room, start| {
+                    let mut found = Vec::with_capacity(all.len() * (CHUNK / FINEST));
+                    for values in &all {
+                        let end = (start + CHUNK).min(values.n_samples()).max(start);
+                        let room = &mut room[..end - start];
+                        if !progress.is_cancelled() {
+                            values.read(start..end, room);
+                        }
+                        found.extend(room.chunks(FINEST).map(|run| Extremes::of(extremes(run))));
+                    }
+                    found
+                },
+            )
+            .collect();
+        let mut begun = vec![0; chunks.len()];
+        let series = all.into_iter().map(|values| {
+            let mut level = Vec::with_capacity(values.n_samples().div_ceil(FINEST));
+            for (at, (chunk, begun)) in chunks.iter().zip(&mut begun).enumerate() {
+                let left = values.n_samples().saturating_sub(at * CHUNK);
+                let end = *begun + left.min(CHUNK).div_ceil(FINEST);
+                level.extend(&chunk[*begun..end]);
+                *begun = end;
+            }
+            Self::with_level(values, FINEST, level)
+        });
+        series.collect()
+    }
+
+    /// The trace of few values, each of which stands for `each` samples of `n`.
+    ///
+    /// # Panics
+    /// If there are not as many values as that needs.
+    pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
+        assert_eq!(values.len(), n.div_ceil(each), "a value for each run");
+        let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
+        let level = level.collect();
+        Self {
+            is_held: true,
+            ..Self::with_level(Arc::new(Held { values, each, n }), each, level)
+        }
+    }
+
+    fn with_level(values: Arc<dyn Values>, finest: usize, mut level: Vec<Extremes>) -> Self {
+        let mut levels = Vec::new();
+        while level.len() > 1 {
+            let next = level
+                .chunks(FAN_OUT)
+                .map(|runs| runs.iter().copied().fold(Extremes::NONE, Extremes::with))
+                .collect();
+            levels.push(std::mem::replace(&mut level, next));
+        }
+        Self {
+            values,
+            finest,
+            is_held: false,
+            levels,
+        }
+    }
+
+    /// How many samples there are.
+    pub fn len(&self) -> usize {
+        self.values.n_samples()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Sample `k`.
+    ///
+    /// # Panics
+    /// If there is no sample `k`.
+    pub fn value(&self, k: usize) -> f64 {
+        let mut one = [0.0];
+        self.values.read(k..k + 1, &mut one);
+        one[0]
+    }
+
+    /// Hands the value of each of these samples to `take`, in order.
+    ///
+    /// # Panics
+    /// If there are not so many samples.
+    pub fn each(&self, samples: Range<usize>, mut take: impl FnMut(f64)) {
+        let mut room = [0.0; FINEST];
+        for start in samples.clone().step_by(FINEST) {
+            let room = &mut room[..(samples.end - start).min(FINEST)];
+            self.values.read(start..start + room.len(), room);
+            room.iter().copied().for_each(&mut take);
+        }
+    }
+
+    /// Draws these samples in columns of a width in time: hands `(time, value)` to `point`, times rising. Of a column with
+    /// more than a few samples it gives the first, the extremes in the column's middle, and the last, or where there are many the
+    /// extremes alone; what is not finite is left out.
+    ///
+    /// # Panics
+    /// If there are not as many times as samples.
+    pub fn draw(
+        &self,
+        times: &[f64],
+        samples: Range<usize>,
+        column_secs: f64,
+        mut point: impl FnMut(f64, f64),
+    ) {
+        assert_eq!(times.len(), self.len(), "one time for each sample");
+        self.draw_in(&Columns::of(times, samples, column_secs), times, &mut point);
+    }
+
+    /// [`Self::draw`] in columns that several traces share.
+    ///
+    /// # Panics
+    /// If the columns are of more samples than there are.
+    pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
+        // Where the line is, and the column of many samples that it is still to leave, with what that holds.
+        let mut before = f64::NAN;
+        let mut open: Option<(f64, (f64, f64))> = None;
+        let mut finite = |at: f64, value: f64| {
+            if value.is_finite() {
+                point(at, value);
+            }
+        };
+        for column in &columns.0 {
+            let Range { start, end } = column.samples;
+            let n = end - start;
+            let first = (!column.is_joined[0]).then(|| self.value(start));
+            let range = if n > FEW {
+                self.run(start..end)
+            } else {
+                NOTHING
+            };
+            if let Some((at, own)) = open.take() {
+                // Through what both hold, or where they are nearest.
+                before = own.0.max(first.unwrap_or(range.0)).min(own.1);
+                finite(at, before);
+            }
+            if n <= FEW {
+                let mut at = times[start..end].iter();
+                self.each(start..end, |value| {
+                    at.next().into_iter().for_each(|time| finite(*time, value));
+                    before = value;
+                });
+                continue;
+            }
+            let (low, high) = range;
+            let [from_secs, to_secs] = column.secs;
+            let middle = 0.5 * (from_secs + to_secs);
+            let last = (!column.is_joined[1]).then(|| self.value(end - 1));
+            let (at, from) = match first {
+                Some(first) => (from_secs, first),
+                None => (middle, before.max(low).min(high)),
+            };
+            let rises = match last {
+                Some(last) => from <= last,
+                None => from - low <= high - from,
+            };
+            finite(at, from);
+            let inner = if rises { [low, high] } else { [high, low] };
+            for value in inner {
+                if value != from && last != Some(value) {
+                    finite(middle, value);
+                }
+            }
+            match last {
+                Some(last) => finite(to_secs, last),
+                None => open = Some((middle, range)),
+            }
+            before = last.unwrap_or(inner[1]);
+        }
+    }
+
+    /// The least and greatest value in `samples`, to a millionth of a per cent; `None` without a finite one.
+    pub fn min_max(&self, samples: Range<usize>) -> Option<(f64, f64)> {
+        let all = self.run(samples.start..samples.end.min(self.len()));
+        (all.0 <= all.1).then_some(all)
+    }
+
+    /// The extremes of what is finite in `samples`.
+    fn run(&self, samples: Range<usize>) -> (f64, f64) {
+        let one_by_one = |all: (f64, f64), samples: Range<usize>| {
+            let mut all = all;
+            self.each(samples, |value| all = with(all, value));
+            all
+        };
+        let finest = self.finest;
+        if self.is_held && !self.levels.is_empty() && !samples.is_empty() {
+            // All of a run is alike.
+            let runs = self.runs(samples.start / finest..samples.end.div_ceil(finest));
+            return (f64::from(runs.low), f64::from(runs.high));
+        }
+        // Whole runs of the finest level, and what lies beside them.
+        let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
+        if self.levels.is_empty() || first >= end {
+            return one_by_one(NOTHING, samples);
+        }
+        let beside = one_by_one(NOTHING, samples.start..first * finest);
+        let beside = one_by_one(beside, end * finest..samples.end);
+        let runs = self.runs(first..end);
+        let all = (f64::from(runs.low), f64::from(runs.high));
+        (all.0.min(beside.0), all.1.max(beside.1))
+    }
+
+    /// The extremes of these runs of the finest level.
+    fn runs(&self, Range { mut start, mut end }: Range<usize>) -> Extremes {
+        let mut all = Extremes::NONE;
+        for (at, level) in self.levels.iter().enumerate() {
+            let add = |all: Extremes, runs: Range<usize>| {
+                level[runs].iter().copied().fold(all, Extremes::with)
+            };
+            let (inner, inner_end) = (start.div_ceil(FAN_OUT), end / FAN_OUT);
+            if at + 1 == self.levels.len() || inner >= inner_end {
+                return add(all, start..end);
+            }
+            all = add(all, start..inner * FAN_OUT);
+            all = add(all, inner_end * FAN_OUT..end);
+            (start, end) = (inner, inner_end);
+        }
+        all
+    }
+}
+
+/// Few values for many samples.
+#[derive(Debug)]
+struct Held {
+    values: Arc<[f64]>,
+    each: usize,
+    n: usize,
+}
+
+impl Values for Held {
+    fn n_samples(&self) -> usize {
+        self.n
+    }
+
+    fn read(&self, samples: Range<usize>, out: &mut [f64]) {
+        for (k, out) in samples.zip(out) {
+            *out = self.values[k / self.each];
+        }
+    }
+}
+
+/// How samples lie in columns of a width in time.
+#[derive(Clone, Debug, Default)]
+pub struct Columns(Vec<ColumnOf>);
+
+#[derive(Clone, Debug)]
+struct ColumnOf {
+    samples: Range<usize>,
+    /// When the first and the last of them were.
+    secs: [f64; 2],
+    /// Whether there are many, and the line goes on beyond the first, and beyond the last, without a pause.
+    is_joined: [bool; 2],
+}
+
+impl Columns {
+    /// Those of these samples; their ends are moved a little to where runs end, where they hold many samples and nothing is moved far
+    /// for it.
+    pub fn of(times: &[f64], samples: Range<usize>, column_secs: f64) -> Self {
+        let (mut start, end) = (samples.start, samples.end.min(times.len()));
+        let mut columns = Vec::new();
+        while start < end {
+            // Columns stand at multiples of their width, so that they stay the same while the view moves.
+            let edge = ((times[start] / column_secs).floor() + 1.0) * column_secs;
+            let n = before_edge(&times[start..end], edge);
+            // Without a width, or with one that times cannot tell, each sample is a column.
+            let exact = start + n.max(1);
+            let rounded = exact.next_multiple_of(FINEST);
+            let is_moved = exact - start >= MANY
+                && rounded < end
+                && times[rounded - 1] - edge <= MOVED * column_secs;
+            let next = if is_moved { rounded } else { exact };
+            // A line over a pause begins and ends where samples do.
+            let goes_on = |k: usize| {
+                let is_inside = samples.start < k && k < end;
+                next - start >= MANY && is_inside && times[k] - times[k - 1] < column_secs
+            };
+            columns.push(ColumnOf {
+                samples: start..next,
+                secs: [times[start], times[next - 1]],
+                is_joined: [start, next].map(goes_on),
+            });
+            start = next;
+        }
+        Self(columns)
+    }
+}
+
+/// How many of these rising times come before `edge`: few of them are looked at, near the first.
+fn before_edge(times: &[f64], edge: f64) -> usize {
+    let mut reach = 1;
+    while reach < times.len() && times[reach] < edge {
+        reach *= 2;
+    }
+    let near = &times[..times.len().min(reach + 1)];
+    near.partition_point(|time| *time < edge)
+}
+
+/// The extremes of no value.
+const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
+fn with(all: (f64, f64), value: f64) -> (f64, f64) {
+    let value = if value.is_finite() { value } else { f64::NAN };
+    (all.0.min(value), all.1.max(value))
+}
+
+fn extremes(values: &[f64]) -> (f64, f64) {
+    // Side by side, so that the processor need not wait for each before the next.
+    const LANES: usize = 8;
+    let mut all = [NOTHING; LANES];
+    for values in values.chunks(LANES) {
+        for (all, value) in all.iter_mut().zip(values) {
+            *all = with(*all, *value);
+        }
+    }
+    let joined = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+    all.into_iter().fold(NOTHING, joined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scoring::pixels;
+
+    fn wave(n: usize) -> Arc<[f64]> {
+        (0..n)
+            .map(|k| (k as f64 * 0.01).sin() + ((k * 37) % 101) as f64 * 1e-3)
+            .collect()
+    }
+
+    fn even(n: usize) -> Vec<f64> {
+        (0..n).map(|k| k as f64).collect()
+    }
+
+    fn points(series: &Series, times: &[f64], samples: Range<usize>, column: f64) -> Vec<[f64; 2]> {
+        let mut points = Vec::new();
+        series.draw(times, samples, column, |at, value| points.push([at, value]));
+        points
+    }
+
+    #[test]
+    fn a_spike_of_one_sample_never_vanishes() {
+        for n in [17, 1_000, 70_001] {
+            for at in [0, n / 3, n - 1] {
+                let mut values = vec![0.0; n];
+                values[at] = 9.0;
+                let series = Series::new(values.into());
+                for columns in [1, 7, 100, 1_000] {
+                    let column = n as f64 / f64::from(columns);
+                    let points = points(&series, &even(n), 0..n, column);
+                    let peak = points
+                        .iter()
+                        .fold(0.0_f64, |peak, point| peak.max(point[1]));
+                    assert_eq!(peak, 9.0, "{n} samples, spike at {at}, {columns} columns");
+                    assert!(points.len() <= FEW * (columns as usize + 1));
+                }
+            }
+        }
+    }
+
+    /// Even times; bursts with long pauses; a fast start and a slow end; one interval in which time stands still.
+    fn clocks(n: usize) -> [Vec<f64>; 4] {
+        let of = |at: &dyn Fn(usize) -> f64| (0..n).map(at).collect();
+        [
+            of(&|k| 1e6 + 0.05 * k as f64),
+            of(&|k| (k / 15) as f64 * 0.2 + (k % 15) as f64 * 4e-4),
+            of(&|k| if k < n / 2 { 1e-3 * k as f64 } else { k as f64 }),
+            of(&|k| if k < n / 3 { k as f64 } else { (n / 3) as f64 }),
+        ]
+    }
+
+    /// In pixels of a picture 300 wide and 200 high, of all samples and of a part.
+    #[test]
+    fn nothing_drawn_or_measured_is_further_than_a_pixel_from_the_other() {
+        assert_within_a_pixel(6_000, [0..6_000, 1_777..2_100]);
+        assert_within_a_pixel(42_000, [0..42_000, 7_000..41_000]);
+    }
+
+    fn assert_within_a_pixel(n: usize, on_screen: [Range<usize>; 2]) {
+        let spikes = (0..n).map(|k| {
+            if k % 701 == 0 {
+                5.0
+            } else {
+                0.1 * (k as f64 * 0.7).sin()
+            }
+        });
+        let gaps = (0..n).map(|k| {
+            if k % 97 < 9 {
+                f64::NAN
+            } else {
+                (k as f64 * 0.002).sin()
+            }
+        });
+        let kinds: [Arc<[f64]>; 4] = [
+            wave(n),
+            spikes.collect(),
+            gaps.collect(),
+            vec![3.0; n].into(),
+        ];
+        for (kind, values) in kinds.iter().enumerate() {
+            for (clock, times) in clocks(n).iter().enumerate() {
+                for samples in on_screen.clone() {
+                    let series = Series::new(Arc::clone(values));
+                    let all: Vec<[f64; 2]> =
+                        samples.clone().map(|k| [times[k], values[k]]).collect();
+                    let all: Vec<_> = all
+                        .into_iter()
+                        .filter(|point| point[1].is_finite())
+                        .collect();
+                    let (low, high) = series.min_max(samples.clone()).unwrap();
+                    let (from, to) = (times[samples.start], times[samples.end - 1]);
+                    let column = (to - from) / 300.0;
+                    let place = |[time, value]: &[f64; 2]| {
+                        [
+                            (time - from) / (to - from).max(1e-9) * 300.0,
+                            (value - low) / (high - low).max(1e-9) * 200.0,
+                        ]
+                    };
+                    let measured: Vec<_> = all.iter().map(place).collect();
+                    let drawn = points(&series, times, samples, column);
+                    assert!(
+                        drawn.len() <= FEW * 302 || clock == 3,
+                        "{} points",
+                        drawn.len()
+                    );
+                    let drawn: Vec<_> = drawn.iter().map(place).collect();
+                    let beside = pixels::farthest(&drawn, &measured);
+                    let missed = pixels::farthest(&measured, &drawn);
+                    assert!(
+                        beside <= 1.0,
+                        "{n} samples, kind {kind}, clock {clock}: {beside} pixels beside"
+                    );
+                    assert!(
+                        missed <= 1.0,
+                        "{n} samples, kind {kind}, clock {clock}: {missed} pixels missed"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn few_samples_are_handed_over_one_by_one() {
+        let series = Series::new(wave(100));
+        let points = points(&series, &even(100), 10..20, 1.0);
+        assert_eq!(points.len(), 10);
+        assert_eq!(points[0], [10.0, series.value(10)]);
+    }
+
+    #[test]
+    fn a_difference_is_the_difference_at_every_zoom() {
+        let (a, b) = (wave(5_000), wave(5_001)[1..].to_vec());
+        let stored: Arc<[f64]> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        let b: Arc<[f64]> = b.into();
+        let difference = Series::of(Series::difference(Arc::new(a), Arc::new(b)));
+        let stored = Series::new(stored);
+        for column in [1000.0, 50.0, 1.0] {
+            let of = |series| points(series, &even(5_000), 0..5_000, column);
+            assert_eq!(of(&difference), of(&stored));
+        }
+    }
+
+    #[test]
+    fn extremes_are_those_of_a_plain_search() {
+        let values = wave(9_000);
+        let series = Series::new(Arc::clone(&values));
+        for samples in [0..9_000, 3..7, 15..17, 16..32, 777..8_191, 8_999..9_000] {
+            let own = values[samples.clone()].iter();
+            let expected = own.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(*value), high.max(*value))
+            });
+            let (low, high) = series.min_max(samples).unwrap();
+            assert!(
+                low <= expected.0 && expected.1 <= high,
+                "nothing is cut off"
+            );
+            assert!(expected.0 - low <= 1e-7 && high - expected.1 <= 1e-7);
+        }
+    }
+
+    #[test]
+    fn values_that_are_not_finite_are_left_out() {
+        let series = Series::new(vec![1.0, f64::NAN, f64::INFINITY, 2.0].into());
+        assert_eq!(
+            points(&series, &even(4), 0..4, 0.1),
+            [[0.0, 1.0], [3.0, 2.0]]
+        );
+        assert_eq!(Series::new(vec![].into()).min_max(0..0), None);
+        assert_eq!(series.min_max(0..4), Some((1.0, 2.0)));
+    }
+}
