@@ -5,9 +5,11 @@
 //! only decides which samples take part in the products *of these columns*. Guarantees: added class by class to sums in
 //! which the columns are zero, the products give the sums of each t_th in turn.
 
+use crate::calibration::linear_map::PresentLoads;
+use crate::calibration::normal_equations::NormalEquations;
 use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
+use crate::calibration::sums::Piece;
 use crate::calibration::sums::{Pass, TakesRows};
-use crate::calibration::{NormalEquations, Piece, PresentLoads};
 use crate::features::Design;
 use crate::progress::Progress;
 
@@ -141,7 +143,9 @@ pub fn aged_sums(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::{Conventional, loads_from_gauges, recording_sums};
+    use crate::calibration::conventional::Conventional;
+    use crate::calibration::linear_map::loads_from_gauges;
+    use crate::calibration::sums::recording_sums;
     use crate::features::{Blocks, Creep, FeatureSettings, LoadPath, Thresholds};
     use crate::recording::simulated;
 

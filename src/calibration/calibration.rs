@@ -9,12 +9,15 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::coefficient_errors::CoefficientErrors;
+use crate::calibration::expected_error::ExpectedError;
+use crate::calibration::kernel::GridEdge;
 use crate::calibration::learned::{Learned, LearnedScratch};
+use crate::calibration::linear_map::{LinearMap, loads_from_gauges};
+use crate::calibration::settings::Regressor;
 use crate::calibration::sums::RowsOf;
-use crate::calibration::{
-    CalibrationError, CoefficientErrors, ExpectedError, GridEdge, LinearMap, Regressor,
-    UsedRecording, loads_from_gauges,
-};
+use crate::calibration::used_recording::UsedRecording;
+use crate::calibration::validate::CalibrationError;
 use crate::features::{
     AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
 };

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CrossValidation, LinearMap};
+use crate::calibration::calibration::CrossValidation;
+use crate::calibration::linear_map::LinearMap;
 
 /// Maximum number of features with standard errors: with more they take too long to follow a slider.
 pub(crate) const MOST_FEATURES: usize = 48;

@@ -5,9 +5,10 @@
 
 use rayon::prelude::*;
 
-use crate::calibration::{
-    LinearMap, NormalEquations, Piece, PresentLoads, Ridge, Terms, fit, recording_sums,
-};
+use crate::calibration::linear::{Ridge, Terms, fit};
+use crate::calibration::linear_map::{LinearMap, PresentLoads};
+use crate::calibration::normal_equations::NormalEquations;
+use crate::calibration::sums::{Piece, recording_sums};
 use crate::features::{Design, FeatureSettings, GaugeScale};
 use crate::progress::Progress;
 use crate::recording::Recording;
@@ -79,7 +80,7 @@ impl Conventional {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::loads_from_gauges;
+    use crate::calibration::linear_map::loads_from_gauges;
     use crate::recording::{Axis, Source};
     use faer::Mat;
     use faer::linalg::solvers::SolveLstsq as _;

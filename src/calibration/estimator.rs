@@ -5,8 +5,10 @@
 //! longest t_th and lag; a bad sample is refused and leaves no trace in what follows; a clock that was set anew starts the
 //! history anew within [`STRAYS`] samples, so no load is ever that of an older sample. Exported code does the same.
 
+use crate::calibration::calibration::{Calibration, learned_inputs};
 use crate::calibration::learned::LearnedScratch;
-use crate::calibration::{Calibration, CalibrationError, Status, learned_inputs};
+use crate::calibration::status::Status;
+use crate::calibration::validate::CalibrationError;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
@@ -292,9 +294,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::calibration::{
-        FitSettings, KernelSettings, NetworkSettings, Regressor, RidgeChoice,
-    };
+    use crate::calibration::kernel::KernelSettings;
+    use crate::calibration::network::NetworkSettings;
+    use crate::calibration::settings::{FitSettings, Regressor, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, FixedLag, Polynomial, Thresholds};
     use crate::progress::Progress;
     use crate::questions::{Request, train};

@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::calibration::calibration::Calibration;
+use crate::calibration::linear_map::LinearMap;
+use crate::calibration::validate::CalibrationError;
 use crate::calibration::validate::{check_features, check_head};
-use crate::calibration::{Calibration, CalibrationError, LinearMap};
 use crate::features::{Column, FeatureSettings};
 
 /// Why bytes are no calibration that can be used.

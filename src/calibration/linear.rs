@@ -5,7 +5,7 @@
 
 use faer::{Mat, Side};
 
-use crate::calibration::NormalEquations;
+use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 
 /// A column counts as explained by the others when what is left of its squared length is below this share.

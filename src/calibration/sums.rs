@@ -8,7 +8,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::calibration::{AgedSums, NormalEquations, PresentLoads};
+use crate::calibration::aged_sums::AgedSums;
+use crate::calibration::linear_map::PresentLoads;
+use crate::calibration::normal_equations::NormalEquations;
 use crate::features::{Design, FeatureStream};
 use crate::lanes;
 use crate::progress::Progress;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use faer::Mat;
 
-use super::Calibration;
+use crate::calibration::calibration::Calibration;
 use crate::recording::Recording;
 
 impl Calibration {
@@ -58,7 +58,9 @@ impl Calibration {
 mod tests {
     use std::sync::Arc;
 
-    use crate::calibration::{Calibration, Estimator, FitSettings};
+    use crate::calibration::calibration::Calibration;
+    use crate::calibration::estimator::Estimator;
+    use crate::calibration::settings::FitSettings;
     use crate::progress::Progress;
     use crate::questions::{Request, train};
     use crate::recording::{Entry, Recording, RecordingSet, Role, Tare, simulated};

@@ -1,8 +1,9 @@
 //! What can be wrong with a calibration that somebody edited, or made for another sensor.
 
+use crate::calibration::calibration::{Calibration, FORMAT, VERSION};
 use crate::calibration::learned::LearnedError;
+use crate::calibration::linear_map::LinearMap;
 use crate::calibration::linear_map::{LARGEST, is_usable};
-use crate::calibration::{Calibration, FORMAT, LinearMap, VERSION};
 use crate::features::{Column, FeatureError, FeatureSettings};
 
 /// Why a calibration cannot be used.

@@ -11,9 +11,14 @@ use std::time::Duration;
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing;
+use crate::engine::importing::ImportCommand;
 use crate::engine::importing::{Importing, Preview};
 use crate::engine::live::{Current, Follow, Followed};
+use crate::engine::models::{ModelChange, Models};
+use crate::engine::notice::{Level, Notice};
+use crate::engine::preferences::Preferences;
 use crate::engine::project::SessionFile;
+use crate::engine::project::{Edit, FromFile, Project, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::questions::{
     Analyse, AskExpectedError, CheckData, ChooseBlock, Compare, FaultyRecording, FindBest,
@@ -23,10 +28,7 @@ use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
 use crate::engine::saving::{About, Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
-use crate::engine::{
-    Edit, FromFile, History, ImportCommand, Level, ModelChange, Models, Notice, Preferences,
-    Project, Split,
-};
+use crate::engine::undo::History;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::engine::Preferences;
+use crate::engine::preferences::Preferences;
 use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::formats::text::TextLayout;
 use crate::import::inspect::{Inspection, Known, Question, inspect};

@@ -6,8 +6,11 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::engine::preferences::PreferencesFile;
+use crate::engine::project::Project;
 use crate::engine::recovery::{Recovery, Unsaved};
-use crate::engine::{FileContent, PreferencesFile, Project, Session};
+use crate::engine::saving::FileContent;
+use crate::engine::session::Session;
 use crate::progress::Progress;
 
 /// Names the folder for the program that is killed.

@@ -37,11 +37,10 @@ pub use notice::{Level, Notice};
 #[cfg(feature = "gui")]
 pub(crate) use preferences::PreferencesFile;
 pub use preferences::{Preferences, Theme};
+pub(crate) use project::Project;
 pub use project::{Edit, Split};
-pub(crate) use project::{FromFile, Project};
 pub(crate) use questions::{FaultyRecording, ThresholdStudy};
 pub(crate) use recovery::LeftSession;
 pub use saving::FileContent;
 pub(crate) use saving::{Doubt, Existing};
 pub(crate) use session::Session;
-pub(crate) use undo::History;

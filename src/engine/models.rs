@@ -6,7 +6,7 @@
 use std::sync::{Arc, Weak};
 
 use crate::calibration::{Calibration, FitSettings, Regressor};
-use crate::engine::Project;
+use crate::engine::project::Project;
 use crate::engine::questions::{Compare, RowState};
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, Undetermined};
+use crate::engine::project::Project;
+use crate::engine::session::Session;
 use crate::engine::session::write_session;
-use crate::engine::{Project, Session};
 use crate::export::{
     FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, caution,
     map_format, write_atomically, write_calibration, write_report, write_traces,

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::{Calibration, FitSettings, UsedRecording};
+use crate::engine::notice::{Level, Notice};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
-use crate::engine::{Level, Notice};
 use crate::export::{
     Together, WriteError, add_calibration, read_calibration, sha256, with_sources,
 };

@@ -9,17 +9,21 @@ use std::time::{Duration, Instant, SystemTime};
 
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::engine::MAX_NOTICES;
+use crate::engine::engine::{Action, Engine, Leaving};
 use crate::engine::files::{Opened, OpenedFile};
+use crate::engine::importing::ImportCommand;
 use crate::engine::models::State;
+use crate::engine::models::{ModelChange, Row};
+use crate::engine::notice::{Level, Notice};
 use crate::engine::project::SessionFile;
+use crate::engine::project::{Edit, Project};
 use crate::engine::questions::StudyThresholds;
+use crate::engine::recovery::LeftSession;
+use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::OpenedSession;
+use crate::engine::session::Session;
 use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
-use crate::engine::{
-    Action, Doubt, Edit, Engine, Existing, FileContent, ImportCommand, Leaving, LeftSession, Level,
-    ModelChange, Notice, Project, Row, Session,
-};
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};

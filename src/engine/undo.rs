@@ -3,7 +3,7 @@
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
-use crate::engine::Project;
+use crate::engine::project::Project;
 use crate::recording::Recording;
 
 /// More steps than this are forgotten, oldest first.
@@ -95,10 +95,10 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::project::{Edit, FromFile};
     use crate::engine::tests::{
         FORCES, GAUGES, add, built_in, fitted, names, of_file, roles, with_files,
     };
-    use crate::engine::{Edit, FromFile};
     use crate::features::{Creep, Play, Thresholds};
     use crate::import::map::ColumnMap;
     use crate::questions::metrology::MetrologySettings;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::target::{Refusal, of_target};
 use super::targets::{self, TARGETS, asks_for_folder, target_for};
 use crate::calibration::{Calibration, CalibrationError};
-use crate::export::{Together, WriteError};
+use crate::export::atomic::{Together, WriteError};
 use crate::small_file::read_small;
 
 /// A larger file is no calibration.

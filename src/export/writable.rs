@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::WriteError;
 use super::atomic::check_writable;
+use crate::export::atomic::WriteError;
 
 /// Why files cannot be written where they are to go.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,11 @@
 
 use std::fmt;
 
-use crate::features::{AuxiliaryChannel, GaugeScale, Monomial, Rows, Setting, Source};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
+use crate::features::monomial::Monomial;
+use crate::features::setting::Setting;
+use crate::features::source::{Rows, Source};
 
 /// One way of appending columns; what it appends them for is a list of values, the numbers of its one [`Setting`].
 ///

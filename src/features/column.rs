@@ -5,7 +5,8 @@
 
 use std::fmt;
 
-use crate::features::{Appends, Block, Monomial};
+use crate::features::block::{Appends, Block};
+use crate::features::monomial::Monomial;
 
 /// Which past of the gauges a set of columns holds.
 #[derive(Clone, Copy, Debug, PartialEq)]

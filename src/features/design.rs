@@ -5,10 +5,11 @@
 
 use std::ops::Range;
 
-use crate::features::{
-    Appends, Block, Blocks, Column, ColumnKind, FeatureSettings, GaugeScale, History, Stream,
-    Thresholds,
-};
+use crate::features::block::{Appends, Block, Stream};
+use crate::features::column::{Column, ColumnKind, History};
+use crate::features::gauge_scale::GaugeScale;
+use crate::features::look_back::Thresholds;
+use crate::features::settings::{Blocks, FeatureSettings};
 use crate::recording::Recording;
 
 /// What the columns of a row are.
@@ -371,7 +372,8 @@ fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::{Blocks, Creep, FixedLag, Play, Polynomial};
+    use crate::features::blocks::{Creep, FixedLag, Play, Polynomial};
+    use crate::features::settings::Blocks;
 
     fn every_block() -> Design {
         Design {

@@ -6,10 +6,12 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::features::{
-    Appends, Auxiliary, AuxiliaryChannel, BLOCKS, Block, Column, Distance, F_TH, History,
-    OutOfRange, T_TH, Thresholds,
-};
+use crate::features::block::{Appends, Block};
+use crate::features::blocks::{Auxiliary, BLOCKS};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::column::{Column, History};
+use crate::features::look_back::{Distance, F_TH, T_TH, Thresholds};
+use crate::features::setting::OutOfRange;
 
 /// A design with more columns than this is refused: its sums alone would fill the memory.
 pub const MAX_COLUMNS: usize = 640;
@@ -368,7 +370,7 @@ fn is_history(block: &dyn Block) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::{Creep, FixedLag, Play, Polynomial};
+    use crate::features::blocks::{Creep, FixedLag, Play, Polynomial};
 
     #[test]
     fn values_out_of_range_are_named() {

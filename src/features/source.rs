@@ -7,7 +7,8 @@
 
 use serde::Serialize;
 
-use crate::features::{AuxiliaryChannel, GaugeScale};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
 
 /// The gauges that a block is run on.
 #[derive(Clone, Copy, Debug)]

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::ReadError;
 use super::load::Reading;
 use super::plan::Side;
 use super::two_clocks;
 use super::weigh::rotations;
+use crate::import::error::ReadError;
 use crate::import::map::{ColumnMap, ColumnRole};
 use crate::import::pose;
 use crate::import::pose::WeightEstimate;

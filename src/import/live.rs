@@ -10,15 +10,16 @@ use std::time::Duration;
 
 use serde_json::{Map, Value};
 
-use super::ReadError;
 use super::error::at;
 use super::load::{Reading, by_names};
 use super::map::ColumnMap;
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
-use super::{TableError, timeline};
 use crate::formats::Part;
 use crate::formats::text::ArrivingLines;
+use crate::import::error::ReadError;
+use crate::import::error::TableError;
+use crate::import::timeline;
 use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::recording::gap::median_step;

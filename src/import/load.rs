@@ -8,11 +8,12 @@ use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
-use super::{ReadError, TableError, assemble, names, timeline, weigh};
 use crate::formats;
 use crate::formats::text::Decimal;
 use crate::formats::{Opened, Part};
+use crate::import::error::{ReadError, TableError};
 use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
+use crate::import::{assemble, names, timeline, weigh};
 use crate::progress::Progress;
 use crate::recording::{Day, Recording};
 

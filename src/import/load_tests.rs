@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::error::TableError;
 use super::load::Reading;
 use super::warning::Trouble;
 use super::*;

@@ -38,7 +38,6 @@ mod warning;
 mod weigh;
 
 pub use error::ReadError;
-pub(crate) use error::TableError;
 pub(crate) use estimate::estimate_weight;
 pub use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;
@@ -57,6 +56,7 @@ mod tests {
     use std::fmt::Write as _;
     use std::path::{Path, PathBuf};
 
+    use super::error::TableError;
     use super::load::Reading;
     use super::*;
     use crate::formats::FileError;

@@ -403,8 +403,8 @@ mod tests {
     use super::super::plan::Use;
     use super::super::tests::plan_and_notes;
     use super::*;
+    use crate::import::error::{ReadError, TableError};
     use crate::import::map::ColumnKey;
-    use crate::import::{ReadError, TableError};
 
     #[test]
     fn the_first_time_wins_and_the_rest_is_noted() {

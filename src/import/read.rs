@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::ReadError;
 use super::inspect::map_for;
 use super::load::{Loaded, Reading};
 use super::map::ColumnMap;
+use crate::import::error::ReadError;
 use crate::progress::Progress;
 
 /// Reads one file, of any format that is known; its first bytes say which, not its name.

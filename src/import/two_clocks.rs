@@ -8,10 +8,11 @@ use super::error::at;
 use super::plan::Plan;
 use super::rows::Rows;
 use super::warning::Finding;
-use super::{ReadError, TableError, timeline};
+use crate::import::error::{ReadError, TableError};
 use crate::import::join;
 use crate::import::join::Series;
 use crate::import::map::{Join, ReferenceFile};
+use crate::import::timeline;
 use crate::recording::Day;
 
 /// One side of a recording, its times in seconds.

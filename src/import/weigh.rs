@@ -3,7 +3,8 @@
 use super::plan::PosePlan;
 use super::two_clocks::Table;
 use super::warning::Finding;
-use super::{ReadError, assemble};
+use crate::import::assemble;
+use crate::import::error::ReadError;
 use crate::import::map::WeightMap;
 use crate::import::pose;
 use crate::import::pose::Pose;
@@ -135,9 +136,11 @@ fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight
 #[cfg(test)]
 mod tests {
     use super::super::tests::TestFile;
-    use super::super::{Loaded, estimate_weight, read};
     use super::*;
+    use crate::import::estimate::estimate_weight;
+    use crate::import::load::Loaded;
     use crate::import::map::{ColumnMap, ColumnRole, ReferenceFile};
+    use crate::import::read::read;
     use crate::progress::Progress;
     use crate::recording::kinetics::STANDARD_GRAVITY;
 

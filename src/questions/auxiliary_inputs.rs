@@ -81,7 +81,8 @@ mod tests {
     use crate::calibration::{Calibration, Estimator, FitSettings, Regressor, RidgeChoice, Status};
     use crate::features::{Auxiliary, Blocks, Column, Creep, FeatureSettings, Polynomial};
     use crate::progress::Progress;
-    use crate::questions::{Analysis, Request, analyse, train};
+    use crate::questions::models::training::train;
+    use crate::questions::{Analysis, Request, analyse};
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 

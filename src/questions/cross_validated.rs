@@ -308,7 +308,7 @@ mod tests {
     use super::*;
     use crate::calibration::{Regressor, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
-    use crate::questions::train_and_score;
+    use crate::questions::models::training::train_and_score;
     use crate::random::Random;
     use crate::recording::{Axis, Recording, Source};
 

@@ -51,7 +51,6 @@ pub(crate) use models::comparison::{
 };
 pub use models::learning::TrainingStep;
 pub use models::table::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
-pub(crate) use models::training::train_unscored;
 pub use models::training::{Scored, train, train_and_score};
 pub use page::{check_limits, report};
 pub(crate) use thresholds::study::{BlockSuggestion, StudyEvent};

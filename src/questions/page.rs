@@ -11,6 +11,7 @@ use crate::export::{
 use crate::features::Thresholds;
 use crate::progress::Progress;
 use crate::questions::check::query::sufficiency;
+use crate::questions::errors::traces::{AxisTraces, TraceSet, View};
 use crate::questions::expected_error::limits::{Checked, Limits, Measured};
 use crate::questions::expected_error::query::expected_error;
 use crate::questions::loops::{
@@ -18,11 +19,10 @@ use crate::questions::loops::{
     TableOf, TableQuestion, Up, Viewer,
 };
 use crate::questions::metrology::Metrology;
+use crate::questions::models::training::train;
+use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
-use crate::questions::{
-    Analysis, AnalysisError, Analyst, AxisTraces, RecordingResult, Request, Study, TraceSet, View,
-    train,
-};
+use crate::questions::{Analysis, AnalysisError, Analyst, RecordingResult, Request};
 use crate::recording::{Axis, Identity, RecordingSet, Role};
 use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};

@@ -150,7 +150,8 @@ pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::recording::{Axis, Recording, Source};
+    use crate::recording::axis::Axis;
+    use crate::recording::recording::{Recording, Source};
 
     fn recording() -> Recording {
         let n = 6;

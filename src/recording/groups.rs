@@ -10,8 +10,10 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::recording::axis::Axis;
 use crate::recording::load_cases::load_cases;
-use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+use crate::recording::recording::{Recording, Source};
+use crate::recording::set::{Entry, RecordingSet, Role};
 
 /// Fewer groups than this are not taken from names: what is left to fit would be too little.
 const FEWEST_FOUND: usize = 3;
@@ -577,7 +579,8 @@ fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Judged, LeftOut, Recording};
+    use crate::recording::left_out::{Judged, LeftOut};
+    use crate::recording::recording::Recording;
 
     /// Recordings of these files and names in the train role, all loaded from 0 to 1.
     fn set_of(names: &[(&str, &str)]) -> RecordingSet {

@@ -9,7 +9,7 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use strum::{EnumIter, IntoEnumIterator as _};
 
-use crate::recording::Axis;
+use crate::recording::axis::Axis;
 use crate::small_file::read_small;
 
 /// No description of a sensor is longer.

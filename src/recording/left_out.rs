@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Recording, Tare};
+use crate::recording::recording::Recording;
+use crate::recording::tare::Tare;
 
 /// What somebody knows of a sensor's channels: beyond it no sample is to be trusted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -122,7 +123,8 @@ impl Recording {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Axis, Source};
+    use crate::recording::axis::Axis;
+    use crate::recording::recording::Source;
 
     #[test]
     fn history_does_not_cross_what_is_left_out_for_longer_than_a_gap() {

@@ -1,6 +1,6 @@
 //! Load cases: rows that were taken under the same load, of tables without times.
 
-use crate::recording::Axis;
+use crate::recording::axis::Axis;
 
 /// Loads are the same within this share of the largest force, or of the largest moment.
 pub const SAME_LOAD_SHARE: f64 = 0.005;

@@ -9,11 +9,15 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::recording::auxiliary::AuxiliaryTable;
 use crate::recording::auxiliary::Held;
+use crate::recording::axis::Axis;
+use crate::recording::date::{DateSource, Dated, Day};
 use crate::recording::gap::{Earlier, gap_by_steps};
+use crate::recording::left_out::LeftOut;
 use crate::recording::median::median;
 use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, joined};
-use crate::recording::{AuxiliaryTable, Axis, DateSource, Dated, Day, LeftOut, Tare};
+use crate::recording::tare::Tare;
 
 /// Where a recording comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]

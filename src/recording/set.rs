@@ -7,8 +7,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::median;
-use crate::recording::{Axis, Day, Recording, Tare};
+use crate::recording::axis::Axis;
+use crate::recording::date::Day;
+use crate::recording::median::median;
+use crate::recording::recording::Recording;
+use crate::recording::tare::Tare;
 
 /// What a recording is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -323,7 +326,7 @@ impl RecordingSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Source;
+    use crate::recording::recording::Source;
 
     fn recording(name: &str, gauges: &[&str], axes: &[Axis]) -> Recording {
         let n = 10;

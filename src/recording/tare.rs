@@ -9,7 +9,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Axis, Recording};
+use crate::recording::axis::Axis;
+use crate::recording::recording::Recording;
 
 /// How long a quiet interval is (s); shorter ones say little about the mean.
 const QUIET_SECS: f64 = 0.5;
@@ -208,7 +209,7 @@ fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Source;
+    use crate::recording::recording::Source;
 
     /// 100 Hz: gauges at 5 and −2 with a little ripple, quiet only from 1 s to 3 s.
     fn run() -> Recording {

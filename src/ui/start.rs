@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex};
 
 use crate::engine::{Preferences, PreferencesFile};
 use crate::panicked::panic_message;
-use crate::ui::{NativeDialogs, Shell, status_line};
+use crate::ui::dialogs::NativeDialogs;
+use crate::ui::shell::Shell;
+use crate::ui::status_line;
 
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";

@@ -7,8 +7,9 @@ use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
 use super::model::{Band, GridEdge, Kernel, KernelError, KernelSettings, square_distance};
-use crate::calibration::{NormalEquations, Ridge, Terms, fit, fit_targets};
-use crate::calibration::{SHARES, best_share, simplest_good};
+use crate::calibration::linear::{Ridge, Terms, fit, fit_targets};
+use crate::calibration::normal_equations::NormalEquations;
+use crate::calibration::one_standard_error::{SHARES, best_share, simplest_good};
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 

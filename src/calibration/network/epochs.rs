@@ -8,7 +8,9 @@ use std::f64::consts::PI;
 use super::adam::Adam;
 use super::passes::{Backward, Forward, Shape};
 use super::samples::{Scale, Standardised};
-use super::{NetworkError, NetworkSettings, Samples};
+use crate::calibration::network::error::NetworkError;
+use crate::calibration::network::samples::Samples;
+use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::{Cancelled, Progress};
 use crate::random::Random;
 

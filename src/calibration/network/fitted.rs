@@ -5,11 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::NetworkError;
 use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
 use crate::calibration::linear_map::is_usable;
+use crate::calibration::network::error::NetworkError;
 
 /// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.
 ///

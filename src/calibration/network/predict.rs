@@ -4,8 +4,8 @@
 
 use rayon::prelude::*;
 
-use super::Network;
 use super::passes::Forward;
+use crate::calibration::network::fitted::Network;
 
 /// Samples that go through the network together; their values stay in the second-level cache.
 const BLOCK_SAMPLES: usize = 256;

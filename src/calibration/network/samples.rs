@@ -3,7 +3,7 @@
 //! Guarantees: every value that is kept is finite; values are kept relative to the first sample, so a large offset
 //! costs no digits of what changes; memory is four bytes a value and nothing else.
 
-use super::{Column, NetworkError};
+use crate::calibration::network::error::{Column, NetworkError};
 use crate::progress::{Cancelled, Progress};
 
 /// Values farther than this from the first sample could overflow single precision on their way.

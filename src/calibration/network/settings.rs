@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::NetworkError;
+use crate::calibration::network::error::NetworkError;
 use crate::features::{Range, Setting, Unit};
 
 /// More layers than this are a slip of the keyboard.

@@ -9,7 +9,10 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::epochs::{Losses, Training};
-use super::{Network, NetworkError, NetworkSettings, Samples};
+use crate::calibration::network::error::NetworkError;
+use crate::calibration::network::fitted::Network;
+use crate::calibration::network::samples::Samples;
+use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::Progress;
 
 /// What an epoch came to.

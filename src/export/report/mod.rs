@@ -15,8 +15,8 @@ use std::time::SystemTime;
 use jiff::Timestamp;
 
 use self::markup::Markup;
-use super::{WriteError, write_atomically};
 use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
+use crate::export::atomic::{WriteError, write_atomically};
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::metrology::Metrology;

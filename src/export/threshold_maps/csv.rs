@@ -75,7 +75,8 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
 mod tests {
     use super::*;
     use crate::features::Distance;
-    use crate::questions::thresholds::{MeasureScale, PointScores, ThresholdGrid};
+    use crate::questions::thresholds::scorer::PointScores;
+    use crate::questions::thresholds::{MeasureScale, ThresholdGrid};
     use crate::recording::Axis;
 
     #[test]

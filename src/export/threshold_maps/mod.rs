@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
 use super::format::FileFormat;
-use super::{Together, WriteError};
+use crate::export::atomic::{Together, WriteError};
 use crate::questions::thresholds::{Measure, ThresholdMap};
 
 /// What writes a map.

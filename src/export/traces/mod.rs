@@ -12,8 +12,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::format::FileFormat;
-use super::{Together, WriteError};
 use crate::calibration::{AppliedLoads, Calibration, Estimator, Status};
+use crate::export::atomic::{Together, WriteError};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};

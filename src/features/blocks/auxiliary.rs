@@ -3,10 +3,11 @@
 //! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample; with τ = 0 it is the present value. The columns of each τ are,
 //! for each channel, u (a zero that drifts) and u zᵢ (a sensitivity that does). It integrates through gaps as creep does.
 
-use crate::features::{
-    Appends, AuxiliaryChannel, Block, Constant, GaugeScale, Memory, Precision, Range, Rows,
-    Setting, Source, Stream, Unit,
-};
+use crate::features::block::{Appends, Block, Stream};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
+use crate::features::setting::{Range, Setting, Unit};
+use crate::features::source::{Constant, Memory, Precision, Rows, Source};
 
 /// The block; its values are time constants, zero for the present value.
 #[derive(Clone, Copy, Debug)]

@@ -3,10 +3,11 @@
 //! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. Exact for a gauge that is held between samples,
 //! so the rate of sampling may change.
 
-use crate::features::{
-    Appends, AuxiliaryChannel, Block, Code, Constant, GaugeScale, Lists, Memory, Precision, Range,
-    Rows, Search, Setting, Source, Stream, Unit,
-};
+use crate::features::block::{Appends, Block, Lists, Search, Stream};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
+use crate::features::setting::{Range, Setting, Unit};
+use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
 
 /// The block; its values are time constants.
 #[derive(Clone, Copy, Debug)]

@@ -5,11 +5,12 @@
 
 use std::collections::VecDeque;
 
+use crate::features::block::{Appends, Block, Lists, Search, Stream};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
 use crate::features::kept::Kept;
-use crate::features::{
-    Appends, AuxiliaryChannel, Block, Code, Constant, GaugeScale, Lists, Memory, Precision, Range,
-    Rows, Search, Setting, Source, Stream, Unit,
-};
+use crate::features::setting::{Range, Setting, Unit};
+use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
 
 /// The block; its values are lags.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ mod fixed_lag;
 mod play;
 mod polynomial;
 
-use crate::features::Block;
+use crate::features::block::Block;
 
 pub use auxiliary::Auxiliary;
 pub use creep::Creep;
@@ -20,7 +20,7 @@ pub const BLOCKS: &[&dyn Block] = &[&FixedLag, &Creep, &Play, &Polynomial, &Auxi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::Appends;
+    use crate::features::block::Appends;
 
     /// A design standardises histories as one run of columns, and settings are known by their keys and options.
     #[test]

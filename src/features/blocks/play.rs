@@ -4,10 +4,11 @@
 //! `p ← max(s − r, min(s + r, p))`, relaxed at the first sample: p = s. Radii are given in standard deviations of the
 //! gauge, so that one list fits gauges of any unit.
 
-use crate::features::{
-    Appends, AuxiliaryChannel, Block, Constant, GaugeScale, Lists, Memory, Numbers, Precision,
-    Range, Rows, Search, Setting, Source, Stream, Unit,
-};
+use crate::features::block::{Appends, Block, Lists, Search, Stream};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
+use crate::features::setting::{Range, Setting, Unit};
+use crate::features::source::{Constant, Memory, Numbers, Precision, Rows, Source};
 
 /// The block; its values are radii.
 #[derive(Clone, Copy, Debug)]

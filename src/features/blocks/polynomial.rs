@@ -4,10 +4,12 @@
 //! The terms are those of a balance calibration with 6 × 27 (degree 2) and 6 × 33 coefficients (degree 3): `zᵢ zⱼ` for
 //! i ≤ j, then `zᵢ³`. Gauges are standardised first, else the powers would drown each other.
 
-use crate::features::{
-    Appends, AuxiliaryChannel, Block, Choice, Code, Constant, GaugeScale, Monomial, Precision,
-    Range, Rows, Setting, Source, Stream, Unit,
-};
+use crate::features::block::{Appends, Block, Stream};
+use crate::features::channel::AuxiliaryChannel;
+use crate::features::gauge_scale::GaugeScale;
+use crate::features::monomial::Monomial;
+use crate::features::setting::{Choice, Range, Setting, Unit};
+use crate::features::source::{Code, Constant, Precision, Rows, Source};
 
 /// The block; its one value is the degree.
 #[derive(Clone, Copy, Debug)]

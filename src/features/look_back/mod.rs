@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::features::kept::Kept;
-use crate::features::{Range, Setting, Unit};
+use crate::features::setting::{Range, Setting, Unit};
 use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
 use crate::recording::Axis;

@@ -17,14 +17,16 @@ pub use question::Question;
 
 use super::load::{BLOCK_BYTES, Loaded, Reading};
 use super::two_clocks::{self, Table};
-use super::{Finding, ReadError, names};
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
 use crate::formats::{Cell, FilePart, Opened, Sample};
 use crate::import::clock_offset;
 use crate::import::clock_offset::ClockOffset;
+use crate::import::error::ReadError;
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
+use crate::import::names;
+use crate::import::warning::Finding;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 

@@ -3,7 +3,9 @@
 use std::io;
 use std::path::PathBuf;
 
-use super::{Attitude, ColumnKey, ColumnRole};
+use crate::import::map::ColumnKey;
+use crate::import::map::role::ColumnRole;
+use crate::import::map::weight::Attitude;
 
 /// Why a column map is of no use, whatever the recording.
 #[derive(Debug, thiserror::Error)]

@@ -9,10 +9,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::line_per_item::LinePerItem;
-use super::{
-    Attitude, ColumnKey, ColumnMap, ColumnRule, Header, Join, KeyError, MapError, MapFileError,
-    ReferenceFile, TableMap, WeightMap,
-};
+use crate::import::map::error::{MapError, MapFileError};
+use crate::import::map::header::{Header, KeyError};
+use crate::import::map::weight::{Attitude, WeightMap};
+use crate::import::map::{ColumnKey, ColumnMap, ColumnRule, Join, ReferenceFile, TableMap};
 use crate::recording::{GroupPattern, Tare};
 use crate::small_file::read_small;
 
@@ -263,7 +263,8 @@ pub(super) fn must(
 mod tests {
     use super::*;
     use crate::formats::text::{Delimiter, TextLayout};
-    use crate::import::map::{ColumnRole, JoinMethod, Shape, Stamps};
+    use crate::import::map::role::ColumnRole;
+    use crate::import::map::{JoinMethod, Shape, Stamps};
     use crate::recording::Axis;
 
     fn two_files() -> ColumnMap {

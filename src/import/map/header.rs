@@ -4,8 +4,9 @@
 
 use std::collections::HashMap;
 
-use super::{ColumnKey, ColumnRole, ColumnRule, TableMap};
 use crate::formats::text::Head;
+use crate::import::map::role::ColumnRole;
+use crate::import::map::{ColumnKey, ColumnRule, TableMap};
 
 /// What the columns of a file are called; without a header it knows no name.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray as _;
 
-use super::MapError;
+use crate::import::map::error::MapError;
 use crate::recording::Axis;
 
 /// What a column is.

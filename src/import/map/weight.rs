@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::file::must;
-use super::{ColumnRole, MapError, PosePart, TableMap};
+use crate::import::map::TableMap;
+use crate::import::map::error::MapError;
+use crate::import::map::role::{ColumnRole, PosePart};
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
 /// A weight on a sensor whose pose is known: the reference is computed, not measured.

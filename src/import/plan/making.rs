@@ -1,10 +1,10 @@
 //! How a map becomes a plan, part by part, and what is refused on the way.
 
-use super::super::TableError;
 use super::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::formats::text::Head;
 use crate::formats::text::ati::CountedUnit;
 use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
+use crate::import::error::TableError;
 use crate::import::map::{
     Attitude, ColumnKey, ColumnRole, ColumnRule, Header, KeyError, PosePart, TableMap, WeightMap,
 };

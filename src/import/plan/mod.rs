@@ -5,9 +5,9 @@
 
 mod making;
 
-use super::TableError;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, TextLayout};
+use crate::import::error::TableError;
 use crate::import::map::{Attitude, ColumnRole, TableMap, WeightMap};
 use crate::recording::Axis;
 use making::Making;
@@ -272,9 +272,9 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ReadError;
     use super::super::tests::{plan_and_notes, plan_of_names};
     use super::*;
+    use crate::import::error::ReadError;
 
     #[test]
     fn loads_come_in_axis_order_and_gauges_in_file_order() {

@@ -1,7 +1,7 @@
 //! Which samples are written where somebody asks for traces as a file.
 
 use crate::export::Interval;
-use crate::questions::TraceSet;
+use crate::questions::errors::traces::TraceSet;
 use crate::recording::{Recording, RecordingSet};
 
 /// All samples of every recording whose times, on the recording's own clock, lie from `from_secs` to `to_secs`.
@@ -55,7 +55,8 @@ mod tests {
     use super::*;
     use crate::calibration::FitSettings;
     use crate::progress::Progress;
-    use crate::questions::{Request, View, analyse};
+    use crate::questions::errors::traces::View;
+    use crate::questions::{Request, analyse};
     use crate::recording::simulated;
 
     /// The times of the panes begin at zero, where the first recording's own clock does too: both ways choose the same of it,

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use crate::calibration::{Calibration, CalibrationError};
 use crate::progress::{Cancelled, Progress};
-use crate::questions::TraceSet;
+use crate::questions::errors::traces::TraceSet;
 use crate::questions::metrology::{
     Metrology, MetrologyError, MetrologySettings, Reason, Run, table_by,
 };

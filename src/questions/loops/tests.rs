@@ -1,8 +1,9 @@
 //! Known loops, and what must hold for every question.
 
 use crate::calibration::FitSettings;
+use crate::questions::errors::traces::View;
 use crate::questions::loops::*;
-use crate::questions::{Analysis, Request, View, analyse};
+use crate::questions::{Analysis, Request, analyse};
 use crate::recording::{Entry, Recording, Source as Origin};
 use crate::report::figure::DOTTED;
 use crate::scoring::loops::Stroke;

@@ -4,9 +4,10 @@
 
 use crate::calibration::{CrossValidation, FactoryScores, Scores};
 use crate::features::{Distance, Thresholds};
-use crate::questions::thresholds::{
-    Measure, MeasureScale, NoSuggestion, PointScores, Suggestion, ThresholdGrid,
-};
+use crate::questions::thresholds::grid::ThresholdGrid;
+use crate::questions::thresholds::measure::{Measure, MeasureScale};
+use crate::questions::thresholds::scorer::PointScores;
+use crate::questions::thresholds::suggestion::{NoSuggestion, Suggestion};
 use crate::scoring::quantile::quantile;
 
 /// So many of the numbers of a map are within the range of its colours.

@@ -17,7 +17,7 @@ mod map;
 mod measure;
 mod paired;
 mod past_ages;
-mod scorer;
+pub(crate) mod scorer;
 pub(crate) mod study;
 mod suggestion;
 
@@ -28,5 +28,4 @@ pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
 pub(crate) use paired::paired;
 pub(crate) use past_ages::PastAges;
-pub(crate) use scorer::{PointScores, Scorer};
 pub(crate) use suggestion::{FlatRange, NoSuggestion, Suggestion};

@@ -5,7 +5,10 @@ use serde::Serialize;
 use crate::calibration::{CrossValidation, Paired};
 use crate::features::Thresholds;
 use crate::questions::thresholds::map::ScoreSet;
-use crate::questions::thresholds::{Measure, PointScores, ThresholdMap, paired};
+use crate::questions::thresholds::map::ThresholdMap;
+use crate::questions::thresholds::measure::Measure;
+use crate::questions::thresholds::paired::paired;
+use crate::questions::thresholds::scorer::PointScores;
 
 /// The values of one threshold within one standard error of the best.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -133,7 +136,8 @@ mod tests {
     use super::*;
     use crate::calibration::Scores;
     use crate::features::Distance;
-    use crate::questions::thresholds::{MeasureScale, ThresholdGrid};
+    use crate::questions::thresholds::grid::ThresholdGrid;
+    use crate::questions::thresholds::measure::MeasureScale;
     use crate::recording::Axis;
 
     /// A point with these mean squared errors on four parts of ten samples.

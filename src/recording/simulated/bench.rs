@@ -1,7 +1,7 @@
 //! The calibration bench: one axis at a time, in cycles that repeat, in steps with dwells, with rests at zero.
 
 use super::sensor::RATED_LOAD;
-use crate::recording::Axis;
+use crate::recording::axis::Axis;
 
 /// From nothing to the rated load in the repeated cycles (s).
 const RAMP_SECS: f64 = 5.0;

@@ -15,8 +15,10 @@ mod sensor;
 use rayon::prelude::*;
 
 use self::arm::{MOUNTS_M, Path};
-use super::{Axis, Entry, Recording, RecordingSet, Role, Source};
 use crate::random::Random;
+use crate::recording::axis::Axis;
+use crate::recording::recording::{Recording, Source};
+use crate::recording::set::{Entry, RecordingSet, Role};
 
 /// The seed of the recordings that the program starts with.
 pub const DEFAULT_SEED: u64 = 2019;

@@ -5,8 +5,9 @@
 
 use std::fmt;
 
+use crate::report::figure::cloud::CloudPicture;
 use crate::report::figure::cloud::base64;
-use crate::report::figure::{CloudPicture, Figure, HeatMap, Line, Scale, color};
+use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
@@ -396,7 +397,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::report::figure::{Cloud, DASHED};
+    use crate::report::figure::DASHED;
+    use crate::report::figure::cloud::Cloud;
     use crate::scoring::loops::{Outline, outline};
 
     const SIZE: (f64, f64) = (800.0, 600.0);

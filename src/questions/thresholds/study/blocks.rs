@@ -10,8 +10,10 @@ use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search,
 use crate::progress::Progress;
 use crate::questions::AnalysisError;
 use crate::questions::errors::fit::Sums;
+use crate::questions::thresholds::measure::Measure;
+use crate::questions::thresholds::paired::paired;
 use crate::questions::thresholds::study::{Study, check_parts};
-use crate::questions::thresholds::{Measure, NoSuggestion, paired};
+use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::recording::{Recording, Role};
 use crate::scoring::left_out::LeftOut;
 

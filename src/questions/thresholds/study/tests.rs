@@ -5,8 +5,10 @@ use std::sync::Mutex;
 use crate::calibration::{RidgeChoice, Scores};
 use crate::features::{Blocks, Creep, FeatureSettings, Play, Polynomial};
 use crate::questions::analyse;
+use crate::questions::thresholds::grid::ThresholdGrid;
+use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
+use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::study::*;
-use crate::questions::thresholds::{Measure, ScoreSet, ThresholdGrid, ThresholdMap};
 use crate::recording::{Recording, simulated};
 
 /// Every `step`-th recording of the built-in sensor; those of path 6 test.
