@@ -92,7 +92,8 @@ pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             .selected_text(named.map_or("", |(_, name, _)| name))
             .width(150.0);
         let items = Stamps::ALL.map(|(own, name, explanation)| (own, name.into(), explanation));
-        choice(ui, button, stamps, items);
+        choice(ui, button, stamps, items)
+            .on_hover_text("For rows that stand out of order, or that share one time");
         optional(
             ui,
             [
